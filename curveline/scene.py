@@ -1,0 +1,155 @@
+"""What is to be shown: frozen descriptions of rod, display and shape, in SI units and radians.
+
+A `Scene` is complete: physics and planning need nothing else. `shapefile` builds scenes from files.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from curveline.units import STANDARD_GRAVITY
+
+PEAK = "peak"
+VALLEY = "valley"
+
+
+@dataclass(frozen=True)
+class Rod:
+    """The flexible rod; a rectangle in bending (`thickness` is the effective one, see the display files)."""
+
+    youngs_modulus: float  # [Pa]
+    width: float  # [m]
+    thickness: float  # [m]
+    mass_per_length: float  # [kg/m]
+    max_strain: float
+    natural_curvature: float  # [1/m]
+    total_length: float  # [m]
+
+    @property
+    def bending_stiffness(self) -> float:
+        """EI [N m^2] for bending in the display's plane."""
+        return self.youngs_modulus * self.width * self.thickness**3 / 12.0
+
+    @property
+    def lateral_bending_stiffness(self) -> float:
+        """EI [N m^2] for bending out of the display's plane."""
+        return self.youngs_modulus * self.thickness * self.width**3 / 12.0
+
+    @property
+    def stretching_stiffness(self) -> float:
+        """EA [N]."""
+        return self.youngs_modulus * self.width * self.thickness
+
+    @property
+    def weight_per_length(self) -> float:
+        """Weight per length [N/m] under standard gravity."""
+        return self.mass_per_length * STANDARD_GRAVITY
+
+    @property
+    def max_curvature(self) -> float:
+        """Largest bending curvature [1/m] away from the natural one that keeps the strain below `max_strain`."""
+        return 2.0 * self.max_strain / self.thickness
+
+
+@dataclass(frozen=True)
+class Range:
+    """A closed interval."""
+
+    low: float
+    high: float
+
+    def contains(self, value: float, slack: float = 0.0) -> bool:
+        """True if `value` lies inside, or outside by at most `slack`."""
+        return self.low - slack <= value <= self.high + slack
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a display may be asked for."""
+
+    height: Range  # [m] of each node
+    angle: Range  # [rad] of each node
+    length: Range  # [m] of each segment
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One motorised degree of freedom: `counts_per_unit` is per metre (extrude, translate) or radian (bias)."""
+
+    counts_per_unit: float
+    speed: float  # [m/s] or [rad/s]
+    acceleration: float  # [m/s^2] or [rad/s^2]
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The three motors of a node."""
+
+    extrude: Axis
+    bias: Axis
+    translate: Axis
+    max_force: float  # [N]
+    max_moment: float  # [N m]
+
+
+@dataclass(frozen=True)
+class RadioSettings:
+    """How the nodes are reached; one 5-byte address per node, as hexadecimal digits."""
+
+    channel: int
+    data_rate: str
+    addresses: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Display:
+    """A row of nodes `span` apart, the rod that runs through them, and what they can do."""
+
+    name: str
+    node_count: int
+    span: float  # [m] between neighbouring nodes
+    clamp: float  # [m] of rod held straight by a node's bearing, centred on its pivot
+    gravity: bool
+    rod: Rod
+    limits: Limits
+    drive: Drive
+    radio: RadioSettings
+    digest: str = ""  # sha256 of the display file
+
+
+@dataclass(frozen=True)
+class Node:
+    """Where a node holds the rod: pivot height and direction of the tangent from +x, counter-clockwise."""
+
+    height: float  # [m]
+    angle: float  # [rad]
+
+
+@dataclass(frozen=True)
+class Segment:
+    """The rod between two neighbouring nodes, measured pivot to pivot, and the state wanted of it."""
+
+    length: float  # [m]
+    state: str  # "peak" or "valley"
+
+
+@dataclass(frozen=True)
+class Load:
+    """A dead point load on the rod."""
+
+    segment: int  # counted from 0
+    at: float  # fraction of the segment's arc length, pivot to pivot
+    force: tuple[float, float]  # [N]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A shape on a display: node poses left to right, one segment between neighbours, loads."""
+
+    name: str
+    display: Display
+    nodes: tuple[Node, ...]
+    segments: tuple[Segment, ...]
+    loads: tuple[Load, ...] = ()
+    path: str = ""  # of the shape file, as the user named it
+    digest: str = ""  # sha256 of the shape file

@@ -1,0 +1,57 @@
+"""Conversions between what people write (mm, deg, GPa, g/m) and SI with radians.
+
+The only module with 1e-3 or pi/180 in it. Names say the direction: `mm(x)` reads "x millimetres, in metres";
+`to_mm(x)` reads "x metres, in millimetres".
+"""
+
+from __future__ import annotations
+
+import math
+
+STANDARD_GRAVITY = 9.80665
+"""Standard acceleration of gravity [m/s^2]."""
+
+
+def mm(value: float) -> float:
+    """Length in mm (or speed in mm/s, ...) to metres."""
+    return value * 1e-3
+
+
+def to_mm(value: float) -> float:
+    """Length in metres to mm."""
+    return value * 1e3
+
+
+def deg(value: float) -> float:
+    """Angle in degrees to radians."""
+    return math.radians(value)
+
+
+def to_deg(value: float) -> float:
+    """Angle in radians to degrees."""
+    return math.degrees(value)
+
+
+def gpa(value: float) -> float:
+    """Modulus in GPa to Pa."""
+    return value * 1e9
+
+
+def g_per_m(value: float) -> float:
+    """Mass per length in g/m to kg/m."""
+    return value * 1e-3
+
+
+def nmm(value: float) -> float:
+    """Moment in N mm to N m."""
+    return value * 1e-3
+
+
+def to_nmm(value: float) -> float:
+    """Moment in N m to N mm."""
+    return value * 1e3
+
+
+def to_mj(value: float) -> float:
+    """Energy in J to mJ."""
+    return value * 1e3
