@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from curveline.errors import InvalidInput
+from curveline.scene import Axis, Display
+from curveline.units import to_deg, to_mm
 
 FORMAT = 1
 AXES = ("extrude", "bias", "translate")
@@ -104,3 +106,26 @@ class Plan:
     def seconds(self) -> float:
         """Expected time of all steps together, without the radio's share."""
         return math.fsum(step.seconds for step in self.steps)
+
+
+def drive_table(display: Display) -> DriveTable:
+    """What the sender must know of `display`, in mm and degrees."""
+    drive, limits, rod = display.drive, display.limits, display.rod
+    feed = to_mm(rod.total_length)
+    return DriveTable(
+        display=display.name,
+        digest=display.digest,
+        axes=(
+            _axis_drive(drive.extrude, to_mm(1.0), -feed, feed),
+            _axis_drive(drive.bias, to_deg(1.0), to_deg(limits.angle.low), to_deg(limits.angle.high)),
+            _axis_drive(drive.translate, to_mm(1.0), to_mm(limits.height.low), to_mm(limits.height.high)),
+        ),
+        channel=display.radio.channel,
+        data_rate=display.radio.data_rate,
+        addresses=display.radio.addresses,
+    )
+
+
+def _axis_drive(axis: Axis, unit: float, low: float, high: float) -> AxisDrive:
+    """`axis` in a unit of which one SI unit holds `unit`."""
+    return AxisDrive(axis.counts_per_unit / unit, axis.speed * unit, axis.acceleration * unit, low, high)
