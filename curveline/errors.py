@@ -25,7 +25,8 @@ EXIT_INTERRUPTED = 130
 class Diagnostic:
     """One problem in a file a user wrote: where it is, what it is, what to do.
 
-    `line` and `column` count from 1; `source` is the offending line as written, empty if the file has none.
+    `line` and `column` count from 1; `source` is the offending line as written, empty if the file has none. Of a very
+    long line `source` is only an excerpt: `caret` is where the column stands in it, 0 if there is no source.
     """
 
     path: str
@@ -35,6 +36,7 @@ class Diagnostic:
     message: str
     hint: str = ""
     source: str = ""
+    caret: int = 0
 
     def __str__(self) -> str:
         return f"{self.path}:{self.line}:{self.column}: error[{self.code}]: {self.message}"

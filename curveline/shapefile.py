@@ -1,0 +1,179 @@
+"""Shape and display files: TOML in mm and degrees to a `Scene` in SI, or every problem of the file at once."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from functools import cache
+from importlib import resources
+
+from curveline.errors import Diagnostic, InvalidInput
+from curveline.files import AnyPath, decode_text, read_file, refuse_file
+from curveline.scene import (
+    Axis,
+    Display,
+    Drive,
+    Limits,
+    Load,
+    Node,
+    RadioSettings,
+    Range,
+    Rod,
+    Scene,
+    Segment,
+)
+from curveline.shape_models import DisplayTable, DriveTable, LimitsTable, LoadTable, RodTable, ShapeTable
+from curveline.shape_rules import check_display, check_shape
+from curveline.toml_document import Document, nearest, shown
+from curveline.units import deg, g_per_m, gpa, mm, nmm
+
+MAX_BYTES = 1_000_000
+"""Size limit of a shape or display file; real ones have a few kilobytes."""
+
+
+def read_shape(path: AnyPath) -> Scene:
+    """The scene that a shape file describes.
+
+    InvalidInput lists every problem of the file, and of the display file that it names.
+    """
+    name = os.fspath(path)
+    data = read_file(name, MAX_BYTES)
+    document = Document(name, decode_text(data, name))
+    _refuse_empty(document, "a shape needs name, display, nodes and segments: copy one of the examples in shapes/")
+    model = document.validate(ShapeTable)
+    display, elsewhere = _display_of(document)
+    check_shape(document, display)
+    found = (*document.diagnostics(), *elsewhere)
+    if found or model is None or display is None:
+        raise InvalidInput(document.error().message if document.diagnostics() else _summary(found), diagnostics=found)
+    return _scene(model, display, name, hashlib.sha256(data).hexdigest())
+
+
+def read_display(name_or_path: AnyPath, relative_to: AnyPath = "") -> Display:
+    """A built-in display by name, or a display file by path, which a folder `relative_to` may precede.
+
+    InvalidInput lists every problem of the file.
+    """
+    name = os.fspath(name_or_path)
+    if name in builtin_displays():
+        return _builtin_display(name)
+    if not name.endswith(".toml"):
+        refuse_file(name, "unknown-display", f"there is no built-in display {shown(name)}", _hint_for_display(name))
+    path = os.path.join(os.fspath(relative_to), name)
+    return _display(read_file(path, MAX_BYTES), path)
+
+
+@cache
+def builtin_displays() -> tuple[str, ...]:
+    """Names of the displays that come with the package."""
+    folder = resources.files("curveline") / "displays"
+    return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
+
+
+@cache
+def _builtin_display(name: str) -> Display:
+    entry = resources.files("curveline") / "displays" / f"{name}.toml"
+    return _display(entry.read_bytes(), str(entry))
+
+
+def _display_of(document: Document) -> tuple[Display | None, tuple[Diagnostic, ...]]:
+    """The display that a shape names, and what is wrong in that display's own file."""
+    name = document.get("display")
+    if name is None:
+        return None, ()
+    try:
+        return read_display(name, os.path.dirname(document.path)), ()
+    except InvalidInput as error:
+        first = error.diagnostics[0]
+        if first.code not in ("unknown-display", "no-such-file"):
+            return None, error.diagnostics
+        message = first.message if first.code == "unknown-display" else f"there is no display file {shown(first.path)}"
+        document.problem(("display",), "unknown-display", message, _hint_for_display(name))
+        return None, ()
+
+
+def _display(data: bytes, path: str) -> Display:
+    document = Document(path, decode_text(data, path))
+    _refuse_empty(document, "copy the file of a built-in display and change it")
+    model = document.validate(DisplayTable)
+    check_display(document)
+    if model is None or document.diagnostics():
+        raise document.error()
+    return Display(
+        name=model.name,
+        node_count=model.nodes,
+        span=mm(model.span_mm),
+        clamp=mm(model.clamp_mm),
+        gravity=model.gravity,
+        rod=_rod(model.rod),
+        limits=_limits(model.limits),
+        drive=_drive(model.drive),
+        radio=RadioSettings(
+            model.radio.channel, model.radio.data_rate, tuple(address.upper() for address in model.radio.addresses)
+        ),
+        digest=hashlib.sha256(data).hexdigest(),
+    )
+
+
+def _refuse_empty(document: Document, hint: str) -> None:
+    if not document.data:
+        refuse_file(document.path, "empty", "the file says nothing", hint)
+
+
+def _hint_for_display(name: str) -> str:
+    known = list(builtin_displays())
+    return f"{nearest(name, known)}built in: {', '.join(known)}; a display of your own is a path that ends in .toml"
+
+
+def _summary(found: tuple[Diagnostic, ...]) -> str:
+    return f"{found[0].path}: {len(found)} problem{'' if len(found) == 1 else 's'}" if found else "invalid shape"
+
+
+def _scene(model: ShapeTable, display: Display, path: str, digest: str) -> Scene:
+    return Scene(
+        name=model.name,
+        display=display,
+        nodes=tuple(Node(mm(node.height_mm), deg(node.angle_deg)) for node in model.nodes),
+        segments=tuple(Segment(mm(segment.length_mm), segment.state) for segment in model.segments),
+        loads=tuple(_load(load) for load in model.loads),
+        path=path,
+        digest=digest,
+    )
+
+
+def _load(table: LoadTable) -> Load:
+    across, up = table.force_N
+    return Load(table.segment - 1, table.at, (across, up))
+
+
+def _rod(table: RodTable) -> Rod:
+    return Rod(
+        youngs_modulus=gpa(table.youngs_modulus_GPa),
+        width=mm(table.width_mm),
+        thickness=mm(table.thickness_mm),
+        mass_per_length=g_per_m(table.mass_g_per_m),
+        max_strain=table.max_strain,
+        natural_curvature=table.natural_curvature_per_m,
+        total_length=mm(table.total_length_mm),
+    )
+
+
+def _limits(table: LimitsTable) -> Limits:
+    return Limits(
+        height=Range(*map(mm, table.height_mm)),
+        angle=Range(*map(deg, table.angle_deg)),
+        length=Range(*map(mm, table.length_mm)),
+    )
+
+
+def _drive(table: DriveTable) -> Drive:
+    counts = table.counts_per_turn
+    return Drive(
+        extrude=Axis(counts / mm(table.extrude_mm_per_turn), mm(table.extrude_mm_per_s), mm(table.extrude_mm_per_s2)),
+        bias=Axis(counts / deg(table.bias_deg_per_turn), deg(table.bias_deg_per_s), deg(table.bias_deg_per_s2)),
+        translate=Axis(
+            counts / mm(table.translate_mm_per_turn), mm(table.translate_mm_per_s), mm(table.translate_mm_per_s2)
+        ),
+        max_force=table.max_force_N,
+        max_moment=nmm(table.max_moment_Nmm),
+    )
