@@ -1,0 +1,284 @@
+"""Kernels of the planar inextensible rod: discrete energy, Newton on the bordered system, inertia, eigenvalue.
+
+The rod has n straight edges with tangent angles phi_j; it is scaled so that its free length and EI are 1. The discrete
+energy is the planar case of Bergou et al. 2008, eq. 2 and 5 (bending over Voronoi cells), with half cells at the
+clamps, plus loads that are linear in the vertex positions and hence in cos(phi_j), sin(phi_j):
+
+    E = sum_i (phi_i - phi_{i-1})^2 / (2 cell_i) + sum_j (loads_0j cos phi_j + loads_1j sin phi_j)
+
+with phi_{-1}, phi_n the clamp angles. Each constraint k reads sum_j (rows_k0j cos phi_j + rows_k1j sin phi_j) =
+targets_k; the first two close the chord. The Hessian of the Lagrangian is tridiagonal, bordered by the constraints, so
+that a Newton step costs O(n): L D L^T by a forward sweep, a small Schur complement, a backward sweep. The signs of the
+pivots and of the Schur complement give the inertia (Sylvester), hence the number of unstable directions.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curveline.rod._jit import njit
+
+Array = NDArray[np.float64]
+
+TINY = 1e-290
+
+
+class Problem(NamedTuple):
+    """A discrete rod between two clamps, in units of its free length and EI.
+
+    `edges (n,)` edge lengths, summing to 1; `stiffness (n+1,)` one over the cell length of each vertex; `loads (2, n)`
+    and `rows (k, 2, n)` coefficients of cos(phi), sin(phi) in the load potential and the constraints; `targets (k,)`;
+    `ends (2,)` clamp angles [rad].
+    """
+
+    edges: Array
+    stiffness: Array
+    loads: Array
+    rows: Array
+    targets: Array
+    ends: Array
+
+
+@njit
+def solve_small(matrix, vector):
+    """Solve the k x k system in place by elimination with row pivoting; the solution replaces `vector (k,)`."""
+    k = vector.size
+    for i in range(k):
+        best = i
+        for r in range(i + 1, k):
+            if abs(matrix[r, i]) > abs(matrix[best, i]):
+                best = r
+        if best != i:
+            for c in range(k):
+                matrix[i, c], matrix[best, c] = matrix[best, c], matrix[i, c]
+            vector[i], vector[best] = vector[best], vector[i]
+        if abs(matrix[i, i]) < TINY:
+            matrix[i, i] = TINY
+        for r in range(i + 1, k):
+            factor = matrix[r, i] / matrix[i, i]
+            for c in range(i, k):
+                matrix[r, c] -= factor * matrix[i, c]
+            vector[r] -= factor * vector[i]
+    for i in range(k - 1, -1, -1):
+        for c in range(i + 1, k):
+            vector[i] -= matrix[i, c] * vector[c]
+        vector[i] /= matrix[i, i]
+
+
+@njit
+def count_positive(matrix):
+    """Number of positive eigenvalues of the symmetric k x k `matrix`, by the signs of its pivots; overwrites it."""
+    k = matrix.shape[0]
+    positive = 0
+    for i in range(k):
+        pivot = matrix[i, i]
+        if abs(pivot) < TINY:
+            pivot = TINY
+        if pivot > 0.0:
+            positive += 1
+        for r in range(i + 1, k):
+            factor = matrix[r, i] / pivot
+            for c in range(i + 1, k):
+                matrix[r, c] -= factor * matrix[i, c]
+    return positive
+
+
+@njit
+def sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, residual):
+    """Eliminate the tridiagonal Hessian of the Lagrangian at `phi (n,)`, `multipliers (k,)`.
+
+    Fills `pivots (n,)`; `forward (k+1, n)`, the gradient and the constraint rows after the forward sweep;
+    `schur (k, k+1)`, the Schur complement C H^-1 C^T and its right-hand side; `residual (k,)`, the constraints'
+    violation. The Hessian is shifted by `shift` times the edge lengths. Returns the number of negative pivots and the
+    largest gradient entry per edge length.
+    """
+    edges, stiffness, loads, rows = problem.edges, problem.stiffness, problem.loads, problem.rows
+    n = phi.size
+    k = multipliers.size
+    negative = 0
+    steepest = 0.0
+    for a in range(k):
+        residual[a] = -problem.targets[a]
+        for b in range(k + 1):
+            schur[a, b] = 0.0
+    before = problem.ends[0]
+    pivot = 1.0
+    for j in range(n):
+        cosine = np.cos(phi[j])
+        sine = np.sin(phi[j])
+        along = loads[0, j]
+        across = loads[1, j]
+        for a in range(k):
+            along += multipliers[a] * rows[a, 0, j]
+            across += multipliers[a] * rows[a, 1, j]
+            residual[a] += rows[a, 0, j] * cosine + rows[a, 1, j] * sine
+        after = phi[j + 1] if j + 1 < n else problem.ends[1]
+        gradient = (
+            (phi[j] - before) * stiffness[j] - (after - phi[j]) * stiffness[j + 1] - along * sine + across * cosine
+        )
+        steepest = max(steepest, abs(gradient) / edges[j])
+        diagonal = stiffness[j] + stiffness[j + 1] - along * cosine - across * sine + shift * edges[j]
+        ratio = 0.0
+        if j > 0:
+            ratio = -stiffness[j] / pivot
+            diagonal += ratio * stiffness[j]
+            gradient -= ratio * forward[0, j - 1]
+        pivot = diagonal
+        if abs(pivot) < TINY:
+            pivot = TINY
+        if pivot < 0.0:
+            negative += 1
+        pivots[j] = pivot
+        forward[0, j] = gradient
+        for a in range(k):
+            value = rows[a, 1, j] * cosine - rows[a, 0, j] * sine
+            if j > 0:
+                value -= ratio * forward[a + 1, j - 1]
+            forward[a + 1, j] = value
+            scaled = value / pivot
+            schur[a, k] += scaled * gradient
+            for b in range(a + 1):
+                schur[a, b] += scaled * forward[b + 1, j]
+        before = phi[j]
+    for a in range(k):
+        for b in range(a):
+            schur[b, a] = schur[a, b]
+    return negative, steepest
+
+
+@njit
+def sweep_backward(problem, pivots, forward, schur, residual, step, change):
+    """Newton step after `sweep_forward`: `step (n,)` for the angles, `change (k,)` for the multipliers.
+
+    Returns the number of positive eigenvalues of the Schur complement.
+    """
+    n = step.size
+    k = change.size
+    for a in range(k):
+        change[a] = residual[a] - schur[a, k]
+    positive = count_positive(schur[:, :k].copy())
+    solve_small(schur[:, :k], change)
+    for j in range(n - 1, -1, -1):
+        value = forward[0, j]
+        for a in range(k):
+            value += change[a] * forward[a + 1, j]
+        value = -value
+        if j + 1 < n:
+            value += problem.stiffness[j + 1] * step[j + 1]
+        step[j] = value / pivots[j]
+    return positive
+
+
+@njit
+def newton(problem, phi, multipliers, largest_turn, iterations):
+    """Find an equilibrium, stable or not, from `phi (n,)`, `multipliers (k,)`, both overwritten.
+
+    Full Newton steps, shortened where an edge would turn by more than `largest_turn` [rad]. Returns the iterations
+    used (negative if they ran out) and the number of unstable directions at the equilibrium.
+    """
+    n = phi.size
+    k = multipliers.size
+    pivots = np.empty(n)
+    step = np.empty(n)
+    forward = np.empty((k + 1, n))
+    schur = np.empty((k, k + 1))
+    residual = np.empty(k)
+    change = np.empty(k)
+    for iteration in range(1, iterations + 1):
+        negative, _ = sweep_forward(problem, phi, multipliers, 0.0, pivots, forward, schur, residual)
+        positive = sweep_backward(problem, pivots, forward, schur, residual, step, change)
+        turn = 0.0
+        for j in range(n):
+            turn = max(turn, abs(step[j]))
+        if not np.isfinite(turn):
+            return -iteration, -1
+        scale = 1.0 if turn <= largest_turn else largest_turn / turn
+        for j in range(n):
+            phi[j] += scale * step[j]
+        for a in range(k):
+            multipliers[a] += scale * change[a]
+        # The error after a full step is of the order of its square: 1e-7 leaves rounding only.
+        if turn < 1e-7:
+            return iteration, negative + positive - k
+    return -iterations, -1
+
+
+@njit
+def energy(problem, phi):
+    """Bending energy plus load potential at `phi (n,)`."""
+    total = 0.0
+    before = problem.ends[0]
+    n = phi.size
+    for j in range(n):
+        turn = phi[j] - before
+        total += 0.5 * turn * turn * problem.stiffness[j]
+        total += problem.loads[0, j] * np.cos(phi[j]) + problem.loads[1, j] * np.sin(phi[j])
+        before = phi[j]
+    turn = problem.ends[1] - before
+    return total + 0.5 * turn * turn * problem.stiffness[n]
+
+
+@njit
+def merit(problem, phi, penalty):
+    """Energy plus `penalty` times the constraints' violation: what a descent step must lower."""
+    total = energy(problem, phi)
+    for a in range(problem.targets.size):
+        gap = -problem.targets[a]
+        for j in range(phi.size):
+            gap += problem.rows[a, 0, j] * np.cos(phi[j]) + problem.rows[a, 1, j] * np.sin(phi[j])
+        total += penalty * abs(gap)
+    return total
+
+
+@njit
+def descend(problem, phi, multipliers, largest_turn, iterations):
+    """Go downhill from `phi (n,)` to a stable equilibrium; `phi` and `multipliers (k,)` are overwritten.
+
+    Newton on the bordered system with the Hessian shifted until it is positive definite on the constraints, a bound on
+    how far an edge turns per step, and a line search on an exact penalty (Nocedal and Wright 2006, section 18.3).
+    Returns the iterations used, negative if they ran out.
+    """
+    n = phi.size
+    k = multipliers.size
+    pivots = np.empty(n)
+    step = np.empty(n)
+    trial = np.empty(n)
+    forward = np.empty((k + 1, n))
+    schur = np.empty((k, k + 1))
+    residual = np.empty(k)
+    change = np.empty(k)
+    shift = 0.0
+    for iteration in range(1, iterations + 1):
+        shift = 0.0 if shift < 4.0 else 0.25 * shift
+        for _ in range(40):
+            negative, _ = sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, residual)
+            if negative + sweep_backward(problem, pivots, forward, schur, residual, step, change) == k:
+                break
+            shift = max(4.0, 4.0 * shift)
+        turn = 0.0
+        for j in range(n):
+            turn = max(turn, abs(step[j]))
+        if not np.isfinite(turn):
+            return -iteration
+        scale = 1.0 if turn <= largest_turn else largest_turn / turn
+        if turn > 0.05 or shift > 0.0:
+            penalty = 1.0
+            for a in range(k):
+                penalty = max(penalty, 2.0 * abs(multipliers[a] + change[a]))
+            start = merit(problem, phi, penalty)
+            for _ in range(12):
+                for j in range(n):
+                    trial[j] = phi[j] + scale * step[j]
+                if merit(problem, trial, penalty) < start:
+                    break
+                scale *= 0.5
+        for j in range(n):
+            phi[j] += scale * step[j]
+        for a in range(k):
+            multipliers[a] += change[a] if scale == 1.0 else scale * change[a]
+        if turn < 1e-7 and shift == 0.0:
+            return iteration
+    return -iterations
