@@ -8,16 +8,29 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-from curveline.errors import InvalidInput
+from curveline.errors import Diagnostic, InvalidInput
+from curveline.files import AnyPath, decode_text, excerpt, read_file, write_file
+from curveline.records import Decoder
 from curveline.scene import Axis, Display
 from curveline.units import to_deg, to_mm
 
 FORMAT = 1
+MARKER = "curveline_plan"
+MAX_BYTES = 4_000_000
+MAX_DIAGNOSTICS = 100
+MAX_COUNT = (1 << 23) - 1
+"""Motor targets travel as signed 24-bit numbers."""
+MAX_STEP_SECONDS = 65.535
+"""A step's duration travels as milliseconds in 16 bits."""
+DATA_RATES = ("250kbps", "1Mbps", "2Mbps")
+ADDRESS = r"^[0-9A-Fa-f]{10}$"
+MAX_CHANNEL = 125
 AXES = ("extrude", "bias", "translate")
 """The order of a node's axes wherever they stand in a row: counts, frames, tables."""
 
@@ -129,3 +142,133 @@ def drive_table(display: Display) -> DriveTable:
 def _axis_drive(axis: Axis, unit: float, low: float, high: float) -> AxisDrive:
     """`axis` in a unit of which one SI unit holds `unit`."""
     return AxisDrive(axis.counts_per_unit / unit, axis.speed * unit, axis.acceleration * unit, low, high)
+
+
+def to_json(plan: Plan) -> str:
+    """The JSON document of a plan; `from_json` gives the same plan back to the last bit."""
+    record = asdict(plan)
+    return json.dumps({MARKER: FORMAT, **record}, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def write_plan(plan: Plan, path: AnyPath, *, force: bool = False) -> None:
+    """Write a plan file, whole or not at all; InvalidInput if it exists and `force` is not given."""
+    write_file(path, to_json(plan).encode(), force=force)
+
+
+def read_plan(path: AnyPath) -> Plan:
+    """The plan in a file; InvalidInput lists everything that makes it unfit to be sent."""
+    name = os.fspath(path)
+    return from_json(decode_text(read_file(name, MAX_BYTES), name), name)
+
+
+def from_json(text: str, path: str) -> Plan:
+    """The plan in a JSON document; `path` names it in the Diagnostics of InvalidInput."""
+    decoder = Decoder()
+    try:
+        document = _parse(text, path, decoder)
+        if not isinstance(document, dict) or MARKER not in document:
+            hint = "name a file that `curveline plan -o` wrote"
+            _refuse(path, [("not-a-plan", f"this is no plan: {MARKER} is missing")], hint)
+        if document.pop(MARKER) != FORMAT:
+            _refuse(path, [("unknown-format", f"{MARKER} is not {FORMAT}")], "plan again with this version")
+        plan: Plan = decoder.decode(Plan, document, "")
+    except RecursionError:
+        _refuse(path, [("too-deep", "objects or arrays nested too deep")], "plan again")
+    if not decoder.problems:
+        _check_drive(plan.drive, decoder)
+        _check_plan(plan, decoder)
+    if decoder.problems:
+        _refuse(path, decoder.problems, "do not edit plans by hand: change the shape and plan again")
+    return plan
+
+
+def _parse(text: str, path: str, decoder: Decoder) -> Any:
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        record = dict(pairs)
+        if len(record) < len(pairs):
+            decoder.problem("duplicate-key", f"an object says a key twice; it has {', '.join(record)[:80]!r}")
+        return record
+
+    try:
+        return json.loads(text, object_pairs_hook=unique)
+    except json.JSONDecodeError as error:
+        source, caret = excerpt(text.split("\n")[error.lineno - 1], error.colno)
+        message, hint = f"this is not JSON: {error.msg}", "name a file that `curveline plan -o` wrote"
+        found = Diagnostic(path, error.lineno, error.colno, "json-syntax", message, hint, source, caret)
+        raise InvalidInput(f"{path}: {message}", hint, [found]) from None
+    except ValueError:  # Python refuses to read a whole number of more than 4300 digits
+        _refuse(path, [("out-of-range", "a number of thousands of digits")], "plan again")
+
+
+def _refuse(path: str, problems: list[tuple[str, str]], hint: str) -> NoReturn:
+    found = [Diagnostic(path, 1, 1, code, message, hint) for code, message in problems[:MAX_DIAGNOSTICS]]
+    raise InvalidInput(f"{path}: {problems[0][1]}", hint, found)
+
+
+def _check_drive(drive: DriveTable, found: Decoder) -> None:
+    for name, axis in zip(AXES, drive.axes, strict=True):
+        where = f"drive.axes, {name}"
+        if axis.counts_per_unit <= 0.0 or axis.speed <= 0.0 or axis.acceleration <= 0.0:
+            found.problem("out-of-range", f"{where}: counts per unit, speed and acceleration must be above 0")
+        if not axis.low < axis.high:
+            found.problem("empty-range", f"{where}: low is {axis.low:g}, which is not below high, {axis.high:g}")
+    if not 0 <= drive.channel <= MAX_CHANNEL:
+        found.problem("out-of-range", f"drive.channel is {drive.channel}, but must be 0 to {MAX_CHANNEL}")
+    if drive.data_rate not in DATA_RATES:
+        found.problem("bad-value", f"drive.data_rate is {drive.data_rate[:40]!r}, not one of {', '.join(DATA_RATES)}")
+    if drive.node_count < 2:
+        found.problem("node-count", f"drive.addresses has {drive.node_count}, but a display has at least 2 nodes")
+    for address in drive.addresses:
+        if re.fullmatch(ADDRESS, address) is None:
+            found.problem("bad-value", f"drive.addresses: {address[:40]!r} is not ten hexadecimal digits")
+    if len({address.upper() for address in drive.addresses}) < drive.node_count:
+        found.problem("duplicate-address", "drive.addresses: two nodes have the same address")
+
+
+def _check_plan(plan: Plan, found: Decoder) -> None:
+    segments = plan.drive.node_count - 1
+    if not plan.steps:
+        found.problem("step-number", "steps is empty: there is nothing to send")
+    _check_targets(plan.drive, plan.start, "start", found)
+    _check_length("wanted", len(plan.wanted), segments, found)
+    _check_length("lengths_mm", len(plan.lengths_mm), segments, found)
+    for index, step in enumerate(plan.steps):
+        where = f"steps[{index}]"
+        if step.number != index + 1:
+            found.problem("step-number", f"{where}.number is {step.number}, but must be {index + 1}")
+        if not 0.0 <= step.seconds <= MAX_STEP_SECONDS:
+            message = f"{where}.seconds is {step.seconds:g} s, but must be 0 to {MAX_STEP_SECONDS} s"
+            found.problem("out-of-range", message)
+        _check_targets(plan.drive, step.targets, f"{where}.targets", found)
+        _check_length(f"{where}.states", len(step.states), segments, found)
+        _check_length(f"{where}.lengths_mm", len(step.lengths_mm), segments, found)
+
+
+def _check_length(where: str, count: int, segments: int, found: Decoder) -> None:
+    if count != segments:
+        found.problem("segment-count", f"{where} has {count} items, but must have one per segment, {segments}")
+
+
+def _check_targets(drive: DriveTable, targets: tuple[NodeTarget, ...], where: str, found: Decoder) -> None:
+    if len(targets) != drive.node_count:
+        found.problem("node-count", f"{where} has {len(targets)} items, but must have one per node, {drive.node_count}")
+    for index, target in enumerate(targets):
+        values = (target.extrude_mm, target.bias_deg, target.translate_mm)
+        for name, axis, value, counts in zip(AXES, drive.axes, values, target.counts, strict=True):
+            problem = _axis_problem(axis, value, counts)
+            if problem:
+                found.problem(problem[0], f"{where}[{index}], {name}: {problem[1]}")
+
+
+def _axis_problem(axis: AxisDrive, value: float, counts: int) -> tuple[str, str] | None:
+    """Code and message of what is wrong with one axis of a target; one count is the motor's own uncertainty."""
+    if axis.counts_per_unit <= 0.0:
+        return None  # reported with the drive
+    if not -MAX_COUNT - 1 <= counts <= MAX_COUNT:
+        return "out-of-range", f"the count does not fit 24 bits, {MAX_COUNT}"
+    if abs(value * axis.counts_per_unit - counts) > 1.0:
+        return "count-mismatch", f"{value:g} is not {counts} counts at {axis.counts_per_unit:g} counts per unit"
+    slack = 1.0 / axis.counts_per_unit
+    if not axis.low - slack <= value <= axis.high + slack:
+        return "out-of-range", f"{value:g} is outside {axis.low:g} to {axis.high:g}"
+    return None

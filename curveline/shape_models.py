@@ -10,6 +10,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from curveline.plan import ADDRESS, MAX_CHANNEL
+
 MAX_NODES = 128
 MAX_LOADS = 1000
 PAIR = 2
@@ -20,7 +22,7 @@ Angle = Annotated[float, Field(ge=-180.0, le=180.0)]
 Speed = Annotated[float, Field(ge=1e-6, le=1e6)]
 Force = Annotated[float, Field(ge=-1e6, le=1e6)]
 Positive = Annotated[float, Field(ge=1e-6, le=1e6)]
-Address = Annotated[str, Field(pattern=r"^[0-9A-Fa-f]{10}$")]
+Address = Annotated[str, Field(pattern=ADDRESS)]
 Name = Annotated[str, Field(max_length=100)]
 
 
@@ -102,7 +104,7 @@ class DriveTable(Table):
 class RadioTable(Table):
     """`[radio]` of a display file."""
 
-    channel: int = Field(ge=0, le=125, description="radio channel, 0 to 125, in MHz above 2400")
+    channel: int = Field(ge=0, le=MAX_CHANNEL, description="radio channel, 0 to 125, in MHz above 2400")
     data_rate: Literal["250kbps", "1Mbps", "2Mbps"] = Field(description='"250kbps", "1Mbps" or "2Mbps"')
     addresses: list[Address] = Field(max_length=MAX_NODES, description="ten hexadecimal digits for each node")
 

@@ -1,0 +1,108 @@
+"""JSON data to frozen dataclasses, with every mismatch named; what pydantic would do, without its start-up time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass
+from functools import cache
+from typing import Any, get_args, get_origin, get_type_hints
+
+Problem = tuple[str, str]
+"""Code and message."""
+
+
+class Decoder:
+    """Collects `problems` while it decodes; what it returns is of use only if there are none."""
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+
+    def decode(self, kind: Any, value: Any, where: str) -> Any:
+        """`value` as `kind`: a dataclass, a tuple, a mapping, float, int, str or Any; `where` is its key path."""
+        if is_dataclass(kind):
+            return self._record(kind, value, where)
+        if get_origin(kind) is tuple:
+            return self._row(get_args(kind), value, where)
+        if kind is float:
+            return self._number(value, where)
+        if kind is Any:
+            return self._anything(value, where)
+        if get_origin(kind) is Mapping:
+            return self._anything(value, where) if isinstance(value, dict) else self._mismatch(where, "an object")
+        if kind is int:
+            whole = isinstance(value, int) and not isinstance(value, bool)
+            return value if whole else self._mismatch(where, "a whole number")
+        return self._text(value, where) if isinstance(value, str) else self._mismatch(where, "a string")
+
+    def problem(self, code: str, message: str) -> None:
+        """Record a problem."""
+        self.problems.append((code, message))
+
+    def _record(self, kind: Any, value: Any, where: str) -> Any:
+        if not isinstance(value, dict):
+            return self._mismatch(where, "an object")
+        prefix = f"{where}." if where else ""
+        hints = _hints(kind)
+        for key in sorted(value.keys() - hints.keys()):
+            self.problem("unknown-key", f"there is no key {key[:40]!r} in {where or 'a plan'}")
+        given = {}
+        for entry in fields(kind):
+            if entry.name in value:
+                given[entry.name] = self.decode(hints[entry.name], value[entry.name], prefix + entry.name)
+            elif entry.default is MISSING and entry.default_factory is MISSING:
+                self.problem("missing-key", f"{prefix}{entry.name} is missing")
+                given[entry.name] = None
+        return kind(**given)
+
+    def _row(self, kinds: tuple[Any, ...], value: Any, where: str) -> Any:
+        if not isinstance(value, list):
+            return self._mismatch(where, "an array")
+        if kinds[-1] is Ellipsis:
+            kinds = kinds[:1] * len(value)
+        elif len(kinds) != len(value):
+            self.problem("item-count", f"{where} has {len(value)} items, but must have {len(kinds)}")
+            return None
+        return tuple(
+            self.decode(kind, item, f"{where}[{i}]") for i, (kind, item) in enumerate(zip(kinds, value, strict=True))
+        )
+
+    def _number(self, value: Any, where: str) -> float | None:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            self._mismatch(where, "a number")
+            return None
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number):
+            self.problem("not-finite", f"{where} is not a finite number")
+        return number
+
+    def _text(self, value: str, where: str) -> str:
+        if not value.isprintable():
+            self.problem("bad-value", f"{where} has characters that cannot be shown")
+        return value
+
+    def _anything(self, value: Any, where: str) -> Any:
+        """Data without a schema, which must still be finite and fit to be shown."""
+        if isinstance(value, dict):
+            for key, item in value.items():
+                self._text(key, f"a key in {where}")
+                self._anything(item, f"{where}.{key}")
+        elif isinstance(value, list):
+            for index, item in enumerate(value):
+                self._anything(item, f"{where}[{index}]")
+        elif isinstance(value, str):
+            self._text(value, where)
+        elif isinstance(value, float):
+            self._number(value, where)
+        return value
+
+    def _mismatch(self, where: str, wanted: str) -> None:
+        self.problem("wrong-type", f"{where or 'the document'} must be {wanted}")
+
+
+@cache
+def _hints(kind: Any) -> dict[str, Any]:
+    return get_type_hints(kind)
