@@ -1,1 +1,61 @@
-"""The radio link: frames, host and node state machines, back ends. Never imports the physics or numpy."""
+"""The radio link: frames, the state machines of host and node, the journal, and the back ends that carry frames.
+
+A back end is one module with an `open(spec, drive, runs)` of the shape of `open_radio`, and one row in `BACK_ENDS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Protocol, cast
+
+from curveline.errors import InvalidInput
+from curveline.plan import DriveTable
+from curveline.radio.keys import Site
+
+BACK_ENDS = {"mock": "curveline.radio.mock"}
+"""Name of a radio -> module that opens it; loaded when first used."""
+
+
+class Radio(Protocol):
+    """A way to the nodes of one site, and the clock that its times are told by."""
+
+    site: Site
+    retries: int
+    """How often the chip repeated the packet of the last exchange."""
+
+    def exchange(self, address: str, payload: bytes) -> bytes | None:
+        """Send to a node; its answer's payload, empty if it has none, or None if nothing came back."""
+        ...
+
+    def close(self) -> None:
+        """Give the radio back; a second call does nothing."""
+        ...
+
+    def now_us(self) -> int:
+        """Time that only grows [us]."""
+        ...
+
+    def sleep_until(self, moment_us: int) -> None:
+        """Let time pass."""
+        ...
+
+
+Opener = Callable[[str, DriveTable, Path], Radio]
+
+
+def open_radio(spec: str, drive: DriveTable, runs: Path) -> Radio:
+    """The radio that `spec` names, as `NAME` or `NAME:SETTINGS`; InvalidInput for what does not exist.
+
+    `runs` is the runs folder, in which a mock display keeps its state.
+    """
+    name, _, settings = spec.partition(":")
+    if name not in BACK_ENDS:
+        there = ", ".join(sorted(BACK_ENDS))
+        raise InvalidInput(
+            f"there is no radio {name!r} in this release of curveline; there is: {there}",
+            hint="use `--radio mock`, a model of the display",
+        )
+    opener = cast(Opener, import_module(BACK_ENDS[name]).open_radio)
+    return opener(settings, drive, runs)

@@ -1,0 +1,148 @@
+"""Why a run stops: one cause, one message and one hint for each fault the host can tell apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from curveline.plan import AXES
+from curveline.radio.frames import Fault
+
+
+class Cause(Enum):
+    """What stopped a run: a message, in which `{node}`, `{step}` and `{detail}` are filled in, and a hint."""
+
+    def __init__(self, text: str, hint: str) -> None:
+        self.text = text
+        self.hint = hint
+
+    SILENT = (
+        "node {node} does not answer{detail}",
+        "check its power and antenna, the channel and the address; `curveline status` shows who answers",
+    )
+    UNTRUSTED = (
+        "node {node} answers, but with a tag of another key",
+        "load the key of this site into the node, and make sure that no two nodes share an address",
+    )
+    VERSION = (
+        "node {node} speaks another version of the protocol: {detail}",
+        "flash the node with the firmware of this release of curveline",
+    )
+    CHIP = (
+        "node {node} is another device than the site knows: {detail}",
+        "two nodes may have been swapped; correct the list of chip ids or the wiring",
+    )
+    CONFIG = (
+        "node {node} holds other limits or speeds than this display: {detail}",
+        "write the display's settings to the node again, or correct the display file",
+    )
+    BUSY = (
+        "node {node} belongs to another host that is sending to it",
+        "wait until the other host is done, or stop it",
+    )
+    TAKEN = (
+        "node {node} no longer obeys this session; another host may have taken it over",
+        "only one host may send at a time; find the other one before sending again",
+    )
+    NOT_HOMED = ("node {node} does not know where it is: it has not been homed", "home the node, then send again")
+    LOST = (
+        "node {node} has lost its position ({detail})",
+        "home the node; nothing else can tell where it stands",
+    )
+    LATCHED = (
+        "node {node} has been stopped for good by an emergency stop",
+        "find out why, then switch the node off and on and home it",
+    )
+    ELSEWHERE = (
+        "node {node} does not stand where the plan starts: {detail}",
+        "send the shape instead of the plan: that plans from where the display stands",
+    )
+    REBOOT = (
+        "node {node} has restarted during the run, in step {step}: {detail}",
+        "check its supply; home the node before sending again",
+    )
+    DEADLINE = (
+        "node {node} has not finished step {step} in time: {detail}",
+        "look for something in its way, or a motor that is too slow for the plan",
+    )
+    CONFLICT = (
+        "node {node} was given two different targets for step {step}",
+        "this is a fault in a host program; restart the node and report it",
+    )
+    LIMIT = (
+        "node {node} refused step {step}: its {detail} target lies outside its limits",
+        "the node's limits and the display file disagree; write the settings to the node again",
+    )
+    STALL = (
+        "node {node} has stalled in step {step}: its {detail} motor does not follow",
+        "free what blocks it, then clear the fault by restarting the node",
+    )
+    RUNAWAY = (
+        "node {node} moved against its command in step {step} ({detail})",
+        "motor or encoder is wired the wrong way round",
+    )
+    DRIVER = (
+        "node {node} reports a fault of its motor driver in step {step} ({detail})",
+        "check the motor's wiring and supply for a short circuit",
+    )
+    HELD = (
+        "node {node} heard nothing for longer than its dead-man time and holds in step {step}",
+        "improve the radio link; then send the shape again from where the display stands",
+    )
+    STOPPED = (
+        "node {node} was stopped in step {step} by a stop broadcast that this run did not send",
+        "find out who stopped the display before sending again",
+    )
+    AHEAD = (
+        "node {node} is at step {detail}, which this run never released",
+        "another host has driven it, or the run's record is not the newest; do not go on with this run",
+    )
+    JOURNAL = (
+        "the record of the run cannot be written, so no further step is released: {detail}",
+        "free space on the disk of the runs folder, or set CURVELINE_RUNS to another one",
+    )
+    WORN = (
+        "this run has been paused and resumed as often as one session allows",
+        "send the shape again from where the display stands",
+    )
+    ESTOP = ("emergency stop was asked for in step {step}", "switch every node off and on, and home it")
+    RADIO = ("the radio failed: {detail}", "check that the radio is plugged in and not used by another program")
+
+
+@dataclass(frozen=True)
+class Halt:
+    """A cause with its particulars; `node` is 0 when it concerns all."""
+
+    cause: Cause
+    node: int = 0
+    step: int = 0
+    detail: str = ""
+
+    @property
+    def message(self) -> str:
+        """What happened, in one sentence."""
+        return self.cause.text.format(node=self.node, step=self.step, detail=self.detail)
+
+    @property
+    def hint(self) -> str:
+        """What to do about it."""
+        return self.cause.hint
+
+
+_FAULTS = {
+    Fault.CONFLICT: Cause.CONFLICT,
+    Fault.LIMIT: Cause.LIMIT,
+    Fault.STALL: Cause.STALL,
+    Fault.RUNAWAY: Cause.RUNAWAY,
+    Fault.DRIVER: Cause.DRIVER,
+    Fault.ENCODER: Cause.LOST,
+    Fault.BROWN_OUT: Cause.LOST,
+}
+
+
+def fault_halt(fault: Fault, axis: int, node: int, step: int) -> Halt:
+    """The halt for a fault that a node reports; `axis` from 1, 0 if it concerns no single one."""
+    where = AXES[axis - 1] if axis else "whole drive"
+    if _FAULTS[fault] is Cause.LOST:
+        where = f"{where}: {fault.name.lower().replace('_', '-')}"
+    return Halt(_FAULTS[fault], node, step, where)

@@ -1,0 +1,215 @@
+"""The record of a run, written before the radio speaks, and the folders that runs are kept in.
+
+One line per record: body length (6 digits), sequence number (8), CRC-32 of sequence and body (8 hexadecimal digits),
+JSON body. A record counts only when it is on disk; the reader drops a torn end and refuses damage before it.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import re
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+from zlib import crc32
+
+from curveline.errors import InvalidInput, LinkError
+from curveline.radio.actions import Record
+
+FILE_NAME = "journal"
+HEAD = re.compile(rb"([0-9]{6}) ([0-9]{8}) ([0-9a-f]{8}) ")
+HEAD_BYTES = 25
+BODY_LIMIT = 999_999
+RESERVE_BYTES = 65_536
+NO_RESERVE = frozenset({errno.EOPNOTSUPP, errno.EINVAL, errno.ENOSYS})
+"""What file systems answer that cannot reserve space."""
+
+
+class Disk(Protocol):
+    """The calls that a journal makes; tests put failing ones in their place."""
+
+    def reserve(self, descriptor: int, size: int) -> None:
+        """Make sure that `size` bytes can be written."""
+        ...
+
+    def write(self, descriptor: int, data: bytes) -> int:
+        """Append; how many bytes were taken."""
+        ...
+
+    def sync(self, descriptor: int) -> None:
+        """Force to the medium."""
+        ...
+
+
+class SystemDisk:
+    """The real disk."""
+
+    def reserve(self, descriptor: int, size: int) -> None:
+        """See Disk; a file system without reservations is used as it is."""
+        try:
+            os.posix_fallocate(descriptor, 0, size)
+        except OSError as error:
+            if error.errno not in NO_RESERVE:
+                raise
+
+    def write(self, descriptor: int, data: bytes) -> int:
+        """See Disk."""
+        return os.write(descriptor, data)
+
+    def sync(self, descriptor: int) -> None:
+        """See Disk."""
+        os.fsync(descriptor)
+
+
+class Journal:
+    """An open record of one run."""
+
+    def __init__(self, run: Path, disk: Disk | None = None) -> None:
+        """Begin the record in the folder `run`; LinkError if the disk refuses, InvalidInput if there is one already."""
+        self.path = run / FILE_NAME
+        self._disk = disk or SystemDisk()
+        self._sequence = 0
+        self._end = 0
+        self._broken = ""
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+        try:
+            self._descriptor = os.open(self.path, flags, 0o644)
+        except FileExistsError:
+            raise InvalidInput(f"{self.path} holds the record of another run") from None
+        except OSError as error:
+            raise _refused(self.path, error) from error
+        try:
+            self._disk.reserve(self._descriptor, RESERVE_BYTES)
+            sync_folder(run)
+        except OSError as error:
+            os.close(self._descriptor)
+            raise _refused(self.path, error) from error
+
+    def append(self, record: Record) -> None:
+        """Put one more record on disk; LinkError if that fails, and from then on always."""
+        if self._broken:
+            raise LinkError(self._broken)
+        line = encode_record(self._sequence, record)
+        try:
+            self._write(line)
+            self._disk.sync(self._descriptor)
+        except OSError as error:
+            failure = _refused(self.path, error)
+            self._broken = failure.message
+            raise failure from error
+        self._sequence += 1
+        self._end += len(line)
+
+    def close(self) -> None:
+        """Give unused reserved space back; a second call does nothing."""
+        if self._descriptor >= 0:
+            try:
+                os.ftruncate(self._descriptor, self._end)
+            finally:
+                os.close(self._descriptor)
+                self._descriptor = -1
+
+    def _write(self, line: bytes) -> None:
+        done = 0
+        while done < len(line):
+            taken = self._disk.write(self._descriptor, line[done:])
+            if taken <= 0:
+                raise OSError(errno.EIO, "the disk took nothing")
+            done += taken
+
+
+def encode_record(sequence: int, record: Record) -> bytes:
+    """One line of a journal."""
+    body = json.dumps(record, separators=(",", ":"), ensure_ascii=True).encode()
+    if len(body) > BODY_LIMIT:
+        raise InvalidInput("a record of the run is too long to be kept: the plan has too many steps")
+    number = b"%08d" % sequence
+    return b"%06d %s %08x %s\n" % (len(body), number, crc32(number + body), body)
+
+
+def read_journal(path: Path) -> list[Mapping[str, Any]]:
+    """All whole records of a journal; InvalidInput if one is damaged that others follow."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InvalidInput(f"cannot read {path}: {error.strerror or error}") from error
+    records, offset = _whole_records(data)
+    if _holds_record(data, offset + 1):
+        raise InvalidInput(
+            f"{path} is damaged: record {len(records) + 1} cannot be read, but later ones can",
+            hint="this run cannot be trusted any more; send the shape again from where the display stands",
+        )
+    return records
+
+
+def runs_folder() -> Path:
+    """Where runs are kept: CURVELINE_RUNS, or curveline in XDG_STATE_HOME, or ~/.local/state/curveline."""
+    if chosen := os.environ.get("CURVELINE_RUNS"):
+        return Path(chosen)
+    state = os.environ.get("XDG_STATE_HOME")
+    return (Path(state) if state else Path.home() / ".local" / "state") / "curveline"
+
+
+def new_run(folder: Path, name: str) -> Path:
+    """A new folder for one run, named by local time and `name`; LinkError if it cannot be made."""
+    label = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:60] or "run"
+    stamp = time.strftime("%Y%m%d-%H%M%S")
+    attempt = 1
+    while True:
+        run = folder / (f"{stamp}-{label}" if attempt == 1 else f"{stamp}-{label}-{attempt}")
+        try:
+            run.mkdir(parents=True)
+        except FileExistsError:
+            attempt += 1
+        except OSError as error:
+            raise _refused(run, error) from error
+        else:
+            return run
+
+
+def sync_folder(folder: Path) -> None:
+    """Force the entries of a folder to the medium, so that a new file in it survives a loss of power."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _refused(path: Path, error: OSError) -> LinkError:
+    return LinkError(
+        f"cannot write {path}: {error.strerror or error}",
+        hint="free space on that disk, or set CURVELINE_RUNS to another folder",
+    )
+
+
+def _whole_records(data: bytes) -> tuple[list[Mapping[str, Any]], int]:
+    """Records from the start on, up to the first that is not whole, and where that one begins."""
+    records: list[Mapping[str, Any]] = []
+    offset = 0
+    while (found := _record_at(data, offset)) is not None and found[0] == len(records):
+        records.append(found[1])
+        offset = found[2]
+    return records, offset
+
+
+def _record_at(data: bytes, offset: int) -> tuple[int, Mapping[str, Any], int] | None:
+    """(sequence, record, where the next one begins), or None if there is no whole record."""
+    head = HEAD.match(data, offset)
+    if head is None:
+        return None
+    end = offset + HEAD_BYTES + int(head[1])
+    body = data[offset + HEAD_BYTES : end]
+    if data[end : end + 1] != b"\n" or crc32(head[2] + body) != int(head[3], 16):
+        return None
+    record = json.loads(body)
+    return (int(head[2]), record, end + 1) if isinstance(record, dict) else None
+
+
+def _holds_record(data: bytes, offset: int) -> bool:
+    """Whether a whole record begins anywhere from `offset` on."""
+    candidates: Sequence[int] = [match.start() for match in HEAD.finditer(data, offset)]
+    return any(_record_at(data, start) is not None for start in candidates)

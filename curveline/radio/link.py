@@ -1,0 +1,319 @@
+"""Runs the conductor over a radio: sends plans, reads what the nodes say, shows what would be sent."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+
+from curveline.errors import LinkError
+from curveline.plan import AXES, DriveTable, Plan
+from curveline.radio import Radio
+from curveline.radio.actions import Finished, Phase, Policy, Send, Sleep, Write
+from curveline.radio.conductor import Conductor
+from curveline.radio.frames import (
+    ATTEMPT_MASK,
+    FLAG_QUERY,
+    Counts,
+    Drive,
+    Fault,
+    Hello,
+    Reject,
+    Status,
+    decode_drive,
+    decode_status,
+    encode_drive,
+)
+from curveline.radio.journal import Journal
+from curveline.radio.keys import KEY_BYTES
+from curveline.radio.peer import LinkTally, Peer
+from curveline.radio.preflight import loads_of
+
+SILENT = "silent"
+NONCE_BITS = 64
+QUERIES = 40
+"""Questions to a node before it counts as silent: at half of all packets lost one in 10^20 is missed."""
+QUERY_GAP_US = 2000
+
+
+class Request(IntEnum):
+    """What an operator can ask of a running send, in order of urgency."""
+
+    NONE = 0
+    PAUSE = 1
+    HOLD = 2
+    ESTOP = 3
+
+
+class Control:
+    """The operator's hand on a run; safe to use from a signal handler.
+
+    With `waits` a paused run goes on polling until `resume`, `hold` or an emergency stop; without, it ends there.
+    """
+
+    def __init__(self, policy: Policy | None = None, *, waits: bool = False) -> None:
+        self.policy = policy or Policy()
+        self.waits = waits
+        self.request = Request.NONE
+        self.resumes = False
+
+    def ask(self, request: Request) -> None:
+        """Pause at the barrier, hold now, or emergency stop; a lesser wish than the present one is ignored."""
+        self.request = max(self.request, request)
+
+    def escalate(self) -> Request:
+        """The next more urgent request, as on every further Ctrl-C; returns it."""
+        self.ask(Request(min(self.request + 1, Request.ESTOP)))
+        return self.request
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        self.request, self.resumes = Request.NONE, True
+
+
+@dataclass(frozen=True)
+class NodeStatus:
+    """What one node says; `state` is "silent" and the rest unknown (zeros, None) if it did not answer."""
+
+    node: int
+    address: str
+    state: str
+    boot: int = 0
+    started: int = 0
+    finished: int = 0
+    staged: int = 0
+    fault: str = ""
+    counts: Counts | None = None
+    link: LinkTally = field(default_factory=LinkTally)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """News of one node during a send; `fraction` is how much of its present step it has done."""
+
+    seconds: float
+    phase: Phase
+    step: int
+    steps: int
+    status: NodeStatus
+    fraction: float
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """How a send went; `outcome` is "done" or "paused", `steps_done` counts barriers passed by all nodes."""
+
+    outcome: str
+    steps_done: int
+    steps: int
+    seconds: float
+    nodes: tuple[NodeStatus, ...]
+
+
+@dataclass(frozen=True)
+class FrameRecord:
+    """One frame of a dry run as the node would decode it."""
+
+    step: int
+    node: int
+    address: str
+    action: str
+    release: int
+    target: Counts
+    move_ms: int
+    payload: bytes
+
+
+Observer = Callable[[Progress], None]
+
+
+def ignore(progress: Progress) -> None:
+    """An observer that looks away."""
+
+
+def send_plan(
+    plan: Plan, radio: Radio, journal: Journal, observer: Observer = ignore, control: Control | None = None
+) -> RunReport:
+    """Take the nodes through `plan`; LinkError, with node and hint, once all that can be held are held."""
+    control = control or Control()
+    nonce = secrets.randbits(NONCE_BITS) & ~ATTEMPT_MASK
+    conductor = Conductor(plan, radio.site, nonce, control.policy)
+    reporter = _Reporter(conductor, radio, observer)
+    _Run(conductor, radio, journal, reporter).conduct(control)
+    if conductor.halt is not None:
+        raise LinkError(conductor.halt.message, conductor.halt.hint, conductor.halt.node)
+    return RunReport(
+        outcome="done" if conductor.phase is Phase.DONE else "paused",
+        steps_done=conductor.barrier,
+        steps=len(plan.steps),
+        seconds=reporter.seconds,
+        nodes=tuple(_peer_status(peer) for peer in conductor.peers),
+    )
+
+
+def read_status(radio: Radio, drive: DriveTable) -> list[NodeStatus]:
+    """What every node says now; read-only, so that it disturbs no run. A silent node is in the list, too."""
+    return [_query(radio, number, address) for number, address in enumerate(drive.addresses, start=1)]
+
+
+def describe_plan_frames(plan: Plan) -> list[FrameRecord]:
+    """The staging frames of a plan, through the real encoder and decoder, under a key that no node has."""
+    key = bytes(KEY_BYTES)
+    records = []
+    for step, loads in zip(plan.steps, loads_of(plan), strict=True):
+        for node, (number, target, move_ms) in enumerate(loads, start=1):
+            frame = Drive(node, 0, number, number - 1, number, target, move_ms)
+            payload = encode_drive(frame, key)
+            decoded = decode_drive(payload, key)
+            assert not isinstance(decoded, Reject)
+            fields = (decoded.release, decoded.target, decoded.move_ms, payload)
+            records.append(FrameRecord(number, node, plan.drive.addresses[node - 1], step.action, *fields))
+    return records
+
+
+class _Run:
+    """One run in progress: asks the conductor what to do and does it."""
+
+    def __init__(self, conductor: Conductor, radio: Radio, journal: Journal, report: _Reporter) -> None:
+        self._conductor = conductor
+        self._radio = radio
+        self._journal = journal
+        self._report = report
+
+    def conduct(self, control: Control) -> None:
+        """Go on until the run has ended, or is paused with nobody to wait for."""
+        applied = Request.NONE
+        while True:
+            try:
+                applied = self._obey(control, applied)
+                if not self._turn():
+                    return
+                if self._conductor.phase is Phase.PAUSED and not (control.waits and control.request < Request.HOLD):
+                    return
+            except KeyboardInterrupt:
+                control.ask(Request.HOLD)
+
+    def _obey(self, control: Control, applied: Request) -> Request:
+        now_ms = self._now_ms()
+        if control.resumes:
+            control.resumes = False
+            self._conductor.resume(now_ms)
+            return Request.NONE
+        if control.request > applied:
+            if control.request is Request.PAUSE:
+                self._conductor.pause()
+            elif control.request is Request.HOLD:
+                self._conductor.hold(now_ms)
+            else:
+                self._conductor.estop(now_ms)
+        return control.request
+
+    def _turn(self) -> bool:
+        """Do one thing; False when there is nothing left to do."""
+        action = self._conductor.next(self._now_ms())
+        if isinstance(action, Send):
+            payload = self._radio.exchange(action.address, action.payload)
+            if self._conductor.heard(self._now_ms(), action.node, payload, self._radio.retries) is not None:
+                self._report.tell(action.node)
+        elif isinstance(action, Sleep):
+            self._radio.sleep_until(action.until_ms * 1000)
+        elif isinstance(action, Write):
+            self._store(action)
+        return not isinstance(action, Finished)
+
+    def _store(self, action: Write) -> None:
+        try:
+            self._journal.append({**action.record, "at": time.time()})
+        except LinkError as error:
+            self._conductor.unwritten(self._now_ms(), error.message)
+        else:
+            self._conductor.written(self._now_ms())
+
+    def _now_ms(self) -> int:
+        return self._radio.now_us() // 1000
+
+
+class _Reporter:
+    """Turns what the conductor knows of a node into news for an observer."""
+
+    def __init__(self, conductor: Conductor, radio: Radio, observer: Observer) -> None:
+        self._conductor = conductor
+        self._radio = radio
+        self._observer = observer
+        self._begin_us = radio.now_us()
+
+    @property
+    def seconds(self) -> float:
+        """Time since the run began."""
+        return (self._radio.now_us() - self._begin_us) / 1e6
+
+    def tell(self, node: int) -> None:
+        """News of `node`."""
+        conductor = self._conductor
+        peer, steps = conductor.peers[node - 1], len(conductor.plan.steps)
+        step = min(conductor.step, steps)
+        status, fraction = _peer_status(peer), self._fraction(peer, step)
+        self._observer(Progress(self.seconds, conductor.phase, step, steps, status, fraction))
+
+    def _fraction(self, peer: Peer, step: int) -> float:
+        """How much of the way of `step` the axis with the longest one has behind it."""
+        if peer.finished >= step:
+            return 1.0
+        if peer.started < step or peer.status is None:
+            return 0.0
+        plan = self._conductor.plan
+        goal = plan.steps[step - 1].targets[peer.number - 1].counts
+        origin = (plan.steps[step - 2].targets if step > 1 else plan.start)[peer.number - 1].counts
+        axis = max(range(len(AXES)), key=lambda each: abs(goal[each] - origin[each]))
+        way = goal[axis] - origin[axis]
+        return min(1.0, max(0.0, (peer.status.position[axis] - origin[axis]) / way)) if way else 0.0
+
+
+def _query(radio: Radio, number: int, address: str) -> NodeStatus:
+    """Ask one node how it is; its answer arrives with the question after."""
+    nonce = secrets.randbits(NONCE_BITS) & ~ATTEMPT_MASK
+    peer = Peer(number, address, radio.site.node_key(number), nonce)
+    question = Hello(number, nonce, 0, 0, 0, FLAG_QUERY)
+    for _ in range(QUERIES):
+        payload = radio.exchange(address, peer.hello(question))
+        peer.tally.polls += 1
+        peer.tally.retries += radio.retries
+        if payload is None:
+            peer.tally.lost += 1
+            radio.sleep_until(radio.now_us() + QUERY_GAP_US)
+            continue
+        peer.tally.answered += 1
+        status = decode_status(payload, peer.node_key, nonce)
+        if isinstance(status, Status) and status.node == number:
+            return replace(_node_status(status, address), link=peer.tally)
+    return NodeStatus(number, address, SILENT, link=peer.tally)
+
+
+def _peer_status(peer: Peer) -> NodeStatus:
+    if peer.status is None:
+        return NodeStatus(peer.number, peer.address, SILENT, link=peer.tally)
+    status = replace(peer.status, started=peer.started, finished=peer.finished, staged=peer.staged)
+    return replace(_node_status(status, peer.address), link=replace(peer.tally))
+
+
+def _node_status(status: Status, address: str) -> NodeStatus:
+    fault = "" if status.fault is Fault.NONE else _plain(status.fault.name)
+    if status.fault_axis:
+        fault += f" ({AXES[status.fault_axis - 1]})"
+    return NodeStatus(
+        node=status.node,
+        address=address,
+        state=_plain(status.state.name),
+        boot=status.boot,
+        started=status.started,
+        finished=status.finished,
+        staged=status.staged,
+        fault=fault,
+        counts=status.position,
+    )
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace("_", "-")

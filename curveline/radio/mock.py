@@ -1,0 +1,203 @@
+"""A model of the display behind a radio: nodes that move, motors, air that loses packets, and a clock.
+
+It runs the node's own state machine. Its time is virtual unless `realtime` is asked for: an exchange takes the time it
+would take in the air, and sleeping costs nothing. Nothing is computed between the frames; where an axis was at any
+moment is known from the moves it made.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from hashlib import blake2s
+from pathlib import Path
+from random import Random
+
+from curveline.errors import InvalidInput
+from curveline.plan import DriveTable
+from curveline.radio.air import RATES_KBPS, Air, Antenna
+from curveline.radio.frames import Counts
+from curveline.radio.keys import ZERO_MASTER, Site
+from curveline.radio.mockspec import Mishap, MockSpec, parse_spec
+from curveline.radio.motion import axes_of
+from curveline.radio.node import Node
+from curveline.radio.nodestate import Identity, Memory
+from curveline.radio.plant import PER_MILLE, MotorPlant
+from curveline.radio.store import Display, Standing, Store, fresh_display
+
+SAMPLE_MS = 20
+REST_STEP_MS = 100
+REST_LIMIT_MS = 600_000
+"""No move of any display takes longer than this to end or to be broken off by a dead-man."""
+
+Motion = list[tuple[float, tuple[Counts, ...]]]
+"""(seconds since the radio was opened, counts of every node), in order of time."""
+
+
+def open_radio(settings: str, drive: DriveTable, runs: Path) -> MockRadio:
+    """The mock display of `drive`, locked for this process; `settings` is what follows `mock:`."""
+    spec = parse_spec(settings)
+    count = drive.node_count
+    if spec.nodes not in (None, count):
+        raise InvalidInput(
+            f"the mock radio was asked for {spec.nodes} nodes, but the display {drive.display!r} has {count}",
+            hint="leave `nodes=` out, or name a display file with that many nodes",
+        )
+    for mishap in (spec.stall, spec.reboot):
+        if mishap is not None and mishap.node > count:
+            raise InvalidInput(f"there is no node {mishap.node} to fail: the display has {count}")
+    if drive.data_rate not in RATES_KBPS:
+        raise InvalidInput(f"data rate {drive.data_rate!r} is unknown; there are {', '.join(RATES_KBPS)}")
+    store = Store(runs, drive)
+    store.open()
+    try:
+        display = fresh_display(count) if spec.fresh else store.load()
+        radio = MockRadio(spec, drive, display, store)
+        radio.save()
+    except BaseException:
+        store.close()
+        raise
+    return radio
+
+
+class MockRadio:
+    """A `Radio` whose nodes are modelled in this process; `rod` names the states the segments were last seen in."""
+
+    def __init__(self, spec: MockSpec, drive: DriveTable, display: Display, store: Store | None = None) -> None:
+        self.site = mock_site(drive)
+        self.retries = 0
+        self.rod = display.rod
+        self._random = Random(spec.seed)
+        self._air = Air(spec.weather, drive.data_rate, self._random)
+        self._realtime = spec.realtime
+        self._start_us = time.monotonic_ns() // 1000
+        self._virtual_us = 0
+        self._stall = spec.stall
+        self._reboot = spec.reboot
+        self._store = store
+        self._axes = axes_of(drive)
+        self._plants = [MotorPlant(node.counts, self._paces(spec.spread)) for node in display.nodes]
+        self.nodes = [self._new_node(index, node.memory) for index, node in enumerate(display.nodes)]
+        self._antennas = {
+            address: (index, Antenna(node))
+            for index, (address, node) in enumerate(zip(drive.addresses, self.nodes, strict=True))
+        }
+        self._saved = self._progress()
+
+    # Radio
+
+    def exchange(self, address: str, payload: bytes) -> bytes | None:
+        """See Radio; an address that nobody listens on costs as much time as a node that is off."""
+        index, antenna = self._antennas[address]
+        self._strike(index, antenna)
+        heard = self._air.exchange(antenna, payload, self.now_us)
+        self.retries = heard.retries
+        self.sleep_until(self.now_us() + heard.took_us)
+        if self._progress() != self._saved:
+            self.save()
+        return heard.payload
+
+    def close(self) -> None:
+        """Let every node come to rest as it would without a host, remember all, and unlock the display."""
+        if self._store is not None:
+            self._settle()
+            self.save()
+            self._store.close()
+            self._store = None
+
+    def now_us(self) -> int:
+        """See Radio."""
+        return time.monotonic_ns() // 1000 - self._start_us if self._realtime else self._virtual_us
+
+    def sleep_until(self, moment_us: int) -> None:
+        """See Radio."""
+        if self._realtime:
+            time.sleep(max(0, moment_us - self.now_us()) / 1e6)
+        else:
+            self._virtual_us = max(self._virtual_us, moment_us)
+
+    # The display
+
+    def positions(self) -> tuple[Counts, ...]:
+        """Counts of every node now."""
+        return self._positions_at(self._now_ms())
+
+    def motion(self) -> Motion:
+        """Where all nodes were while anything moved: every 20 ms, and whenever a node set off or came to rest."""
+        spans = sorted(span for plant in self._plants for span in plant.spans())
+        moments = {0, self._now_ms()}
+        for begin, end in spans:
+            moments.update(range(begin + -begin % SAMPLE_MS, end, SAMPLE_MS))
+            moments.update((begin, end))
+        return [(moment / 1000.0, self._positions_at(moment)) for moment in sorted(moments)]
+
+    def save(self) -> None:
+        """Remember how the display stands now."""
+        self._saved = self._progress()
+        if self._store is not None:
+            now_ms = self._now_ms()
+            for node in self.nodes:
+                node.advance(now_ms)
+            pairs = zip(self.nodes, self._positions_at(now_ms), strict=True)
+            self._store.save(Display([Standing(counts, node.memory) for node, counts in pairs], self.rod))
+
+    def _positions_at(self, now_ms: int) -> tuple[Counts, ...]:
+        return tuple(plant.positions(now_ms) for plant in self._plants)
+
+    def _now_ms(self) -> int:
+        return self.now_us() // 1000
+
+    def _progress(self) -> Sequence[tuple[int, int]]:
+        return [(node.memory.started, node.memory.finished) for node in self.nodes]
+
+    def _paces(self, spread: float) -> tuple[int, int, int]:
+        x, y, z = (PER_MILLE - round(PER_MILLE * spread * self._random.random()) for _ in range(3))
+        return x, y, z
+
+    def _new_node(self, index: int, memory: Memory) -> Node:
+        memory.noise = self._random.getrandbits(32)
+        return Node(Identity(index + 1, self.site), self._axes, self._plants[index], memory)
+
+    def _strike(self, index: int, antenna: Antenna) -> None:
+        """Let the mishaps that were asked for happen when their moment has come."""
+        node = self.nodes[index]
+        if self._stall is not None and self._stall.node == index + 1:
+            self._plants[index].sticks = node.memory.staged == self._stall.step
+        if self._reboot is not None and self._is_due(self._reboot, index):
+            self._reboot = None
+            self._restart(index, antenna)
+
+    def _is_due(self, mishap: Mishap, index: int) -> bool:
+        node = self.nodes[index]
+        if mishap.node != index + 1 or node.memory.started != mishap.step or node.move is None:
+            return False
+        return 2 * (self._now_ms() - node.move_start_ms) >= node.move.duration_ms
+
+    def _restart(self, index: int, antenna: Antenna) -> None:
+        """Power fails and comes back: motors stop, and a node that was moving cannot trust its counts any more."""
+        old, now_ms = self.nodes[index], self._now_ms()
+        if old.move is not None:
+            self._plants[index].follow(now_ms, old.move_start_ms, old.move.braked(now_ms - old.move_start_ms))
+        memory = Memory(boot=old.memory.boot % 0xFFFF + 1, homed=old.memory.homed and old.move is None)
+        self.nodes[index] = self._new_node(index, memory)
+        antenna.node = self.nodes[index]
+        antenna.past.clear()
+
+    def _settle(self) -> None:
+        now_ms = self._now_ms()
+        for later_ms in range(now_ms, now_ms + REST_LIMIT_MS, REST_STEP_MS):
+            for node in self.nodes:
+                node.advance(later_ms)
+            if all(node.move is None for node in self.nodes):
+                break
+        self._realtime = False
+        self._virtual_us = later_ms * 1000
+
+
+def mock_site(drive: DriveTable) -> Site:
+    """Keys and chip ids of a mock display: no secret, the same in every process."""
+    chips = (
+        int.from_bytes(blake2s(f"{drive.display}/{address}".encode(), digest_size=4).digest(), "little")
+        for address in drive.addresses
+    )
+    return Site(ZERO_MASTER, tuple(chips))

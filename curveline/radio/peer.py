@@ -1,0 +1,127 @@
+"""The host's view of one node: what it was told, what it said last, and how well it is heard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from curveline.radio.frames import (
+    ATTEMPT_MASK,
+    Counts,
+    Drive,
+    Estop,
+    Hello,
+    Ident,
+    Kind,
+    Reject,
+    Status,
+    decode_ident,
+    decode_status,
+    encode_drive,
+    encode_estop,
+    encode_hello,
+    kind_of,
+)
+from curveline.radio.keys import session_key
+
+
+@dataclass
+class LinkTally:
+    """Link statistics of one node: polls sent, answered with an acknowledgement, lost, repeated by the radio chip."""
+
+    polls: int = 0
+    answered: int = 0
+    lost: int = 0
+    retries: int = 0
+    bad_tags: int = 0
+
+
+@dataclass
+class Peer:
+    """One node as the host knows it; facts only ever grow (`started`, `finished`, `staged`) or are the newest."""
+
+    number: int
+    address: str
+    node_key: bytes = field(repr=False)
+    nonce: int
+    """Host nonce of the present handshake, attempts included."""
+    key: bytes = field(default=b"", repr=False)
+    session: int = 0
+    counter: int = 0
+    ident: Ident | None = None
+    status: Status | None = None
+    started: int = 0
+    finished: int = 0
+    staged: int = 0
+    due_ms: int = 0
+    heard_ms: int = 0
+    ident_ms: int = -(2**31)
+    mark: int = 0
+    """First counter of the present phase: an echo of it or later answers this phase."""
+    unheard: int = 0
+    """Polls since the last STATUS of this session."""
+    strange: int = 0
+    """Answers in a row that were no STATUS of this session."""
+    busy: bool = False
+    tally: LinkTally = field(default_factory=LinkTally)
+
+    @property
+    def boot(self) -> int:
+        """Boot number the session began with, 0 before."""
+        return self.ident.boot if self.ident is not None else 0
+
+    def hello(self, template: Hello) -> bytes:
+        """The next attempt of the handshake; each differs from the one before, or the radio might drop it."""
+        self.nonce = (self.nonce & ~ATTEMPT_MASK) | (self.nonce + 1 & ATTEMPT_MASK)
+        return encode_hello(replace(template, node=self.number, nonce=self.nonce), self.node_key)
+
+    def drive(self, release: int, hold_gen: int, load: tuple[int, Counts, int]) -> bytes:
+        """The next DRIVE: release and hold as levels, `load` = (step, target, move_ms)."""
+        self.counter += 1
+        step, target, move_ms = load
+        frame = Drive(self.number, self.session, self.counter, release, step, target, move_ms, hold_gen)
+        return encode_drive(frame, self.key)
+
+    def estop(self) -> bytes:
+        """The next ESTOP."""
+        self.counter += 1
+        return encode_estop(Estop(self.number, self.session, self.counter), self.key)
+
+    def take(self, payload: bytes) -> Ident | Status | None:
+        """What a payload proves about this node; what proves nothing is counted and dropped."""
+        kind = kind_of(payload)
+        if kind is Kind.IDENT:
+            return self._take_ident(payload)
+        if kind is not Kind.STATUS or not self.key:
+            return None
+        if int.from_bytes(payload[2:4], "little") != self.session:
+            return None
+        status = decode_status(payload, self.key)
+        if isinstance(status, Reject):
+            self.tally.bad_tags += status is Reject.TAG
+            return None
+        if status.node != self.number or status.echo > self.counter:
+            return None
+        return self._merge(status)
+
+    def accept(self, ident: Ident, run_tag: int) -> None:
+        """Enter the session that the node offered."""
+        self.ident = ident
+        self.session = ident.session
+        self.key = session_key(self.node_key, self.nonce & ~ATTEMPT_MASK, ident.nonce, run_tag)
+        self.counter = 0
+
+    def _take_ident(self, payload: bytes) -> Ident | None:
+        ident = decode_ident(payload, self.node_key, self.nonce & ~ATTEMPT_MASK)
+        if isinstance(ident, Reject):
+            self.tally.bad_tags += ident is Reject.TAG
+            return None
+        return ident if ident.node == self.number else None
+
+    def _merge(self, status: Status) -> Status:
+        """Take over the facts of a STATUS; an older one than the newest seen adds what it knows and no more."""
+        self.started = max(self.started, status.started)
+        self.finished = max(self.finished, status.finished)
+        self.staged = max(self.staged, status.staged)
+        if self.status is None or status.echo >= self.status.echo:
+            self.status = status
+        return status

@@ -1,0 +1,119 @@
+"""Checks before anything moves: the plan against the limits, and every node against the plan."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from hashlib import blake2s
+
+from curveline.errors import InvalidInput
+from curveline.plan import AXES, Plan
+from curveline.radio.actions import Record
+from curveline.radio.frames import MOVE_MS_LIMIT, VERSION, Counts, Fault, Ident, State
+from curveline.radio.halts import Cause, Halt, fault_halt
+from curveline.radio.motion import Axes, outside
+from curveline.radio.peer import Peer
+
+START_TOLERANCE = 16
+"""How far [counts] a node may stand from the start of a plan; STATUS itself rounds to 8."""
+
+
+def move_ms(seconds: float) -> int:
+    """A step's time as a DRIVE frame carries it: a lower bound, so what exceeds the field is cut to it."""
+    return min(MOVE_MS_LIMIT, max(0, round(seconds * 1000.0)))
+
+
+def loads_of(plan: Plan) -> tuple[tuple[tuple[int, Counts, int], ...], ...]:
+    """For every step and node (number of the step, target counts, move time [ms])."""
+    return tuple(
+        tuple((number, target.counts, move_ms(step.seconds)) for target in step.targets)
+        for number, step in enumerate(plan.steps, start=1)
+    )
+
+
+def run_tag(plan: Plan) -> int:
+    """64 bits that stand for what a plan makes the nodes do."""
+    content = [plan.drive.digest, [target.counts for target in plan.start], loads_of(plan)]
+    return int.from_bytes(blake2s(json.dumps(content).encode(), digest_size=8).digest(), "little")
+
+
+def check_targets(plan: Plan, axes: Axes) -> None:
+    """Refuse a plan that leaves the limits or whose steps are not for all nodes, before the radio speaks."""
+    count = plan.drive.node_count
+    if len(plan.start) != count or any(len(step.targets) != count for step in plan.steps):
+        raise InvalidInput(f"the plan does not give every one of the {count} nodes a start and a target in each step")
+    for number, step in enumerate(plan.steps, start=1):
+        for node, target in enumerate(step.targets, start=1):
+            if axis := outside(axes, target.counts):
+                drive = plan.drive.axes[axis - 1]
+                value = drive.value(target.counts[axis - 1])
+                raise InvalidInput(
+                    f"step {number} takes node {node} out of its limits: {AXES[axis - 1]} {value:.6g}, "
+                    f"allowed {drive.value(axes[axis - 1].low):.6g} to {drive.value(axes[axis - 1].high):.6g}",
+                    hint="make the plan again for this display",
+                )
+
+
+def check_ident(ident: Ident, peer: Peer, chip: int, config: int) -> Halt | None:
+    """Whether the right device with the right firmware and settings has answered."""
+    if ident.version != VERSION:
+        return Halt(Cause.VERSION, peer.number, detail=f"it has {ident.version}, this release needs {VERSION}")
+    if ident.chip != chip:
+        return Halt(Cause.CHIP, peer.number, detail=f"chip {ident.chip:08x} instead of {chip:08x}")
+    if ident.config_hash != config:
+        detail = f"fingerprint {ident.config_hash:04x} instead of {config:04x}"
+        return Halt(Cause.CONFIG, peer.number, detail=detail)
+    return None
+
+
+def check_start(plan: Plan, peers: Sequence[Peer]) -> Halt | None:
+    """Whether every node is fit to move and stands where the plan starts; call it once all have a status."""
+    for peer, start in zip(peers, plan.start, strict=True):
+        if (halt := check_fit(peer, 0)) is not None:
+            return halt
+        assert peer.status is not None
+        for axis, (wanted, found) in enumerate(zip(start.counts, peer.status.position, strict=True)):
+            if abs(found - wanted) > START_TOLERANCE:
+                drive = plan.drive.axes[axis]
+                detail = f"{AXES[axis]} {drive.value(found):.2f} instead of {drive.value(wanted):.2f}"
+                return Halt(Cause.ELSEWHERE, peer.number, detail=detail)
+    return None
+
+
+def check_fit(peer: Peer, step: int) -> Halt | None:
+    """Whether the newest status of a node says that it can move or be held."""
+    status = peer.status
+    if status is None:
+        return None
+    if status.state is State.ESTOP:
+        return Halt(Cause.LATCHED, peer.number, step)
+    if status.fault is not Fault.NONE:
+        return fault_halt(status.fault, status.fault_axis, peer.number, step)
+    if status.state in (State.BOOT, State.UNHOMED, State.HOMING):
+        return Halt(Cause.NOT_HOMED, peer.number, step)
+    return None
+
+
+def start_record(plan: Plan, peers: Sequence[Peer], tag: int) -> Record:
+    """The first record of a run: all that a resume needs to know of plan and nodes."""
+    return {
+        "type": "start",
+        "run": f"{tag:016x}",
+        "plan": plan.name,
+        "display": plan.drive.display,
+        "digest": plan.drive.digest,
+        "start": [target.counts for target in plan.start],
+        "steps": loads_of(plan),
+        "sessions": [peer.session for peer in peers],
+        **node_facts(peers),
+    }
+
+
+def node_facts(peers: Sequence[Peer]) -> Record:
+    """What every record says of the nodes: boot numbers, steps started and finished, positions."""
+    return {
+        "boots": [peer.boot for peer in peers],
+        "started": [peer.started for peer in peers],
+        "finished": [peer.finished for peer in peers],
+        "positions": [peer.status.position if peer.status else None for peer in peers],
+    }

@@ -1,0 +1,176 @@
+"""What a mock display remembers between invocations: a small file, read with suspicion, and a lock on it."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import re
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from curveline.errors import LinkError
+from curveline.plan import DriveTable
+from curveline.radio.frames import TARGET_LIMIT, Counts, Fault
+from curveline.radio.nodestate import Memory
+
+FORMAT = 1
+LOCK_WAIT_S = 10.0
+LOCK_RETRY_S = 0.05
+SIZE_LIMIT = 1_000_000
+BITS = {"run_tag": 64, "noise": 32, "move_ms": 32}
+"""Width of the numbers in a node's memory that are not 16 bits wide."""
+FRESH_HINT = "`--radio mock:fresh` puts a new display there, standing at home"
+
+
+@dataclass
+class Standing:
+    """One node as it stands: encoder counts, and what the node remembers."""
+
+    counts: Counts = (0, 0, 0)
+    memory: Memory = field(default_factory=Memory)
+
+
+@dataclass
+class Display:
+    """The whole mock display; `rod` names the state each segment was last seen in, empty when unknown."""
+
+    nodes: list[Standing]
+    rod: list[str] = field(default_factory=list)
+
+
+def fresh_display(count: int) -> Display:
+    """A display at home."""
+    return Display([Standing() for _ in range(count)])
+
+
+class Store:
+    """The file of one mock display in the runs folder."""
+
+    def __init__(self, runs: Path, drive: DriveTable) -> None:
+        name = re.sub(r"[^A-Za-z0-9._-]", "_", drive.display) or "_"
+        self.path = runs / f"mock-{name}.json"
+        self._lock_path = runs / f"mock-{name}.lock"
+        self._drive = drive
+        self._lock: int | None = None
+
+    def open(self) -> None:
+        """Lock the display for this process; LinkError if another one keeps it for 10 s."""
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            descriptor = os.open(self._lock_path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        except OSError as error:
+            raise _unusable(self.path.parent, error) from error
+        deadline = time.monotonic() + LOCK_WAIT_S
+        while not _try_lock(descriptor):
+            if time.monotonic() > deadline:
+                owner = os.pread(descriptor, 200, 0).decode(errors="replace").strip() or "another process"
+                os.close(descriptor)
+                raise LinkError(
+                    f"the mock display {self._drive.display!r} is in use by {owner}",
+                    hint="wait until it is done, or use another runs folder (CURVELINE_RUNS)",
+                )
+            time.sleep(LOCK_RETRY_S)
+        self._lock = descriptor
+        os.ftruncate(descriptor, 0)
+        os.pwrite(descriptor, f"process {os.getpid()} ({Path(sys.argv[0]).name or 'python'})".encode(), 0)
+
+    def close(self) -> None:
+        """Give the lock back."""
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+    def load(self) -> Display:
+        """The display as it was left, at home if it has never been used; LinkError if the file cannot be trusted."""
+        try:
+            if self.path.stat().st_size > SIZE_LIMIT:
+                raise _damaged(self.path, "it is far too large")
+            text = self.path.read_bytes().decode("utf-8")
+            return _checked(json.loads(text), self._drive)
+        except FileNotFoundError:
+            return fresh_display(self._drive.node_count)
+        except OSError as error:
+            raise _unusable(self.path, error) from error
+        except RecursionError:
+            raise _damaged(self.path, "it is nested without end") from None
+        except (ValueError, TypeError, KeyError) as error:
+            raise _damaged(self.path, str(error)) from error
+
+    def save(self, display: Display) -> None:
+        """Replace the file in one go."""
+        content = {
+            "format": FORMAT,
+            "display": self._drive.display,
+            "counts_per_unit": [axis.counts_per_unit for axis in self._drive.axes],
+            "nodes": [{"counts": node.counts, **asdict(node.memory)} for node in display.nodes],
+            "rod": display.rod,
+        }
+        partial = self.path.with_suffix(".part")
+        try:
+            partial.write_text(json.dumps(content) + "\n", encoding="utf-8")
+            os.replace(partial, self.path)
+        except OSError as error:
+            raise _unusable(self.path, error) from error
+
+
+def _try_lock(descriptor: int) -> bool:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _unusable(path: Path, error: OSError) -> LinkError:
+    reason = error.strerror or str(error)
+    return LinkError(f"cannot use {path}: {reason}", hint="set CURVELINE_RUNS to a folder that can be written")
+
+
+def _damaged(path: Path, why: str) -> LinkError:
+    return LinkError(f"the state of the mock display in {path} is damaged: {why}", hint=FRESH_HINT)
+
+
+def _checked(content: Any, drive: DriveTable) -> Display:
+    """A display out of parsed JSON; ValueError, TypeError or KeyError say what is wrong with it."""
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise ValueError("it is not of this version")
+    if content["counts_per_unit"] != [axis.counts_per_unit for axis in drive.axes]:
+        raise ValueError("its motors differ from those of the display file")
+    nodes, rod = content["nodes"], content["rod"]
+    if not isinstance(nodes, list) or len(nodes) != drive.node_count:
+        raise ValueError(f"it does not have {drive.node_count} nodes")
+    if not isinstance(rod, list) or not all(isinstance(name, str) for name in rod):
+        raise ValueError("the states of its rod are not names")
+    return Display([_standing(node) for node in nodes], rod)
+
+
+def _standing(content: Mapping[str, Any]) -> Standing:
+    values = dict(content)
+    counts = _counts(values.pop("counts"))
+    known = {each.name for each in fields(Memory)}
+    if values.keys() != known:
+        raise ValueError("a node has missing or unknown entries")
+    for name in ("target", "next_target"):
+        values[name] = _counts(values[name])
+    for name in ("homed", "homing", "estop"):
+        if not isinstance(values[name], bool):
+            raise ValueError(f"{name} is neither true nor false")
+    for name in known - {"target", "next_target", "homed", "homing", "estop"}:
+        if type(values[name]) is not int or not 0 <= values[name] < 2 ** BITS.get(name, 16):
+            raise ValueError(f"{name} is not a whole number in its range")
+    values["fault"] = Fault(values["fault"])
+    return Standing(counts, Memory(**values))
+
+
+def _counts(value: Any) -> Counts:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError("a position is not three numbers")
+    for each in value:
+        if type(each) is not int or abs(each) > TARGET_LIMIT:
+            raise ValueError("a position is not in whole counts within reach")
+    return value[0], value[1], value[2]
