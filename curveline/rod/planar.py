@@ -1,15 +1,8 @@
-"""Kernels of the planar inextensible rod: discrete energy, Newton on the bordered system, inertia, eigenvalue.
+"""Kernels of the planar inextensible rod: Newton on the bordered system, descent, inertia, lowest eigenvalue.
 
-The rod has n straight edges with tangent angles phi_j; it is scaled so that its free length and EI are 1. The discrete
-energy is the planar case of Bergou et al. 2008, eq. 2 and 5 (bending over Voronoi cells), with half cells at the
-clamps, plus loads that are linear in the vertex positions and hence in cos(phi_j), sin(phi_j):
-
-    E = sum_i (phi_i - phi_{i-1})^2 / (2 cell_i) + sum_j (loads_0j cos phi_j + loads_1j sin phi_j)
-
-with phi_{-1}, phi_n the clamp angles. Each constraint k reads sum_j (rows_k0j cos phi_j + rows_k1j sin phi_j) =
-targets_k; the first two close the chord. The Hessian of the Lagrangian is tridiagonal, bordered by the constraints, so
-that a Newton step costs O(n): L D L^T by a forward sweep, a small Schur complement, a backward sweep. The signs of the
-pivots and of the Schur complement give the inertia (Sylvester), hence the number of unstable directions.
+The Hessian of the Lagrangian is tridiagonal, bordered by the k constraints, so that a Newton step costs O(n): L D L^T
+by a forward sweep, a k x k Schur complement, a backward sweep. The signs of the pivots and of the Schur complement give
+the inertia (Sylvester), hence the number of directions in which the rod is unstable.
 """
 
 from __future__ import annotations
@@ -17,29 +10,21 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curveline.rod._jit import njit
-
-Array = NDArray[np.float64]
 
 TINY = 1e-290
 
 
-class Problem(NamedTuple):
-    """A discrete rod between two clamps, in units of its free length and EI.
+class Effort(NamedTuple):
+    """How hard to try: the most an edge may turn per step [rad], the last step's size that ends it, iterations.
 
-    `edges (n,)` edge lengths, summing to 1; `stiffness (n+1,)` one over the cell length of each vertex; `loads (2, n)`
-    and `rows (k, 2, n)` coefficients of cos(phi), sin(phi) in the load potential and the constraints; `targets (k,)`;
-    `ends (2,)` clamp angles [rad].
+    The error after a full Newton step is of the order of its square, so `close` = 1e-7 leaves rounding only.
     """
 
-    edges: Array
-    stiffness: Array
-    loads: Array
-    rows: Array
-    targets: Array
-    ends: Array
+    turn: float
+    close: float
+    iterations: int
 
 
 @njit
@@ -173,10 +158,10 @@ def sweep_backward(problem, pivots, forward, schur, residual, step, change):
 
 
 @njit
-def newton(problem, phi, multipliers, largest_turn, iterations):
+def newton(problem, phi, multipliers, effort):
     """Find an equilibrium, stable or not, from `phi (n,)`, `multipliers (k,)`, both overwritten.
 
-    Full Newton steps, shortened where an edge would turn by more than `largest_turn` [rad]. Returns the iterations
+    Full Newton steps, shortened where an edge would turn by more than the effort allows. Returns the iterations
     used (negative if they ran out) and the number of unstable directions at the equilibrium.
     """
     n = phi.size
@@ -187,7 +172,7 @@ def newton(problem, phi, multipliers, largest_turn, iterations):
     schur = np.empty((k, k + 1))
     residual = np.empty(k)
     change = np.empty(k)
-    for iteration in range(1, iterations + 1):
+    for iteration in range(1, effort.iterations + 1):
         negative, _ = sweep_forward(problem, phi, multipliers, 0.0, pivots, forward, schur, residual)
         positive = sweep_backward(problem, pivots, forward, schur, residual, step, change)
         turn = 0.0
@@ -195,15 +180,14 @@ def newton(problem, phi, multipliers, largest_turn, iterations):
             turn = max(turn, abs(step[j]))
         if not np.isfinite(turn):
             return -iteration, -1
-        scale = 1.0 if turn <= largest_turn else largest_turn / turn
+        scale = 1.0 if turn <= effort.turn else effort.turn / turn
         for j in range(n):
             phi[j] += scale * step[j]
         for a in range(k):
             multipliers[a] += scale * change[a]
-        # The error after a full step is of the order of its square: 1e-7 leaves rounding only.
-        if turn < 1e-7:
+        if turn < effort.close:
             return iteration, negative + positive - k
-    return -iterations, -1
+    return -effort.iterations, -1
 
 
 @njit
@@ -234,7 +218,7 @@ def merit(problem, phi, penalty):
 
 
 @njit
-def descend(problem, phi, multipliers, largest_turn, iterations):
+def descend(problem, phi, multipliers, effort):
     """Go downhill from `phi (n,)` to a stable equilibrium; `phi` and `multipliers (k,)` are overwritten.
 
     Newton on the bordered system with the Hessian shifted until it is positive definite on the constraints, a bound on
@@ -251,7 +235,7 @@ def descend(problem, phi, multipliers, largest_turn, iterations):
     residual = np.empty(k)
     change = np.empty(k)
     shift = 0.0
-    for iteration in range(1, iterations + 1):
+    for iteration in range(1, effort.iterations + 1):
         shift = 0.0 if shift < 4.0 else 0.25 * shift
         for _ in range(40):
             negative, _ = sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, residual)
@@ -263,7 +247,7 @@ def descend(problem, phi, multipliers, largest_turn, iterations):
             turn = max(turn, abs(step[j]))
         if not np.isfinite(turn):
             return -iteration
-        scale = 1.0 if turn <= largest_turn else largest_turn / turn
+        scale = 1.0 if turn <= effort.turn else effort.turn / turn
         if turn > 0.05 or shift > 0.0:
             penalty = 1.0
             for a in range(k):
@@ -279,6 +263,81 @@ def descend(problem, phi, multipliers, largest_turn, iterations):
             phi[j] += scale * step[j]
         for a in range(k):
             multipliers[a] += change[a] if scale == 1.0 else scale * change[a]
-        if turn < 1e-7 and shift == 0.0:
+        if turn < effort.close and shift == 0.0:
             return iteration
-    return -iterations
+    return -effort.iterations
+
+
+@njit
+def second_variation(problem, phi, multipliers):
+    """Hessian of the Lagrangian at an equilibrium: its `diagonal (n,)` and the constraints' `border (k, n)`."""
+    n = phi.size
+    k = multipliers.size
+    diagonal = np.empty(n)
+    border = np.empty((k, n))
+    for j in range(n):
+        cosine = np.cos(phi[j])
+        sine = np.sin(phi[j])
+        along = problem.loads[0, j]
+        across = problem.loads[1, j]
+        for a in range(k):
+            along += multipliers[a] * problem.rows[a, 0, j]
+            across += multipliers[a] * problem.rows[a, 1, j]
+            border[a, j] = problem.rows[a, 1, j] * cosine - problem.rows[a, 0, j] * sine
+        diagonal[j] = problem.stiffness[j] + problem.stiffness[j + 1] - along * cosine - across * sine
+    return diagonal, border
+
+
+@njit
+def modes_below(problem, diagonal, border, value):
+    """Number of eigenvalues of the constrained second variation that are smaller than `value`."""
+    k = border.shape[0]
+    schur = np.zeros((k, k))
+    forward = np.zeros(k)
+    below = 0
+    pivot = 1.0
+    for j in range(diagonal.size):
+        ratio = -problem.stiffness[j] / pivot if j > 0 else 0.0
+        pivot = diagonal[j] - value * problem.edges[j] + ratio * problem.stiffness[j]
+        if abs(pivot) < TINY:
+            pivot = TINY
+        if pivot < 0.0:
+            below += 1
+        for a in range(k):
+            forward[a] = border[a, j] - ratio * forward[a]
+        for a in range(k):
+            for b in range(k):
+                schur[a, b] += forward[a] * forward[b] / pivot
+    return below + count_positive(schur) - k
+
+
+@njit
+def lowest_eigenvalue(problem, phi, multipliers, precision):
+    """Smallest eigenvalue of the second variation under the constraints, to a relative `precision`.
+
+    Normalised by the L2 norm of the angles' change, in units of EI / L^2 with L the free length, by bisection on the
+    inertia (Sylvester).
+    """
+    diagonal, border = second_variation(problem, phi, multipliers)
+    low = 0.0
+    high = 0.0
+    width = 40.0
+    if modes_below(problem, diagonal, border, 0.0) > 0:
+        low = -width
+        while modes_below(problem, diagonal, border, low) > 0:
+            high = low
+            width *= 2.0
+            low -= width
+    else:
+        high = width
+        while modes_below(problem, diagonal, border, high) == 0 and high < 1e15:
+            low = high
+            width *= 2.0
+            high += width
+    while high - low > precision * max(abs(high), abs(low), 1e-3):
+        middle = 0.5 * (low + high)
+        if modes_below(problem, diagonal, border, middle) > 0:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (low + high)

@@ -268,18 +268,20 @@ def tangent_angles(points, phi):
 
 
 @njit
-def guess(x, y, start, end, side, phi):
+def guess(chord, ends, side, phi):
     """Lay a rod of unit length between clamps as the paper does: `phi (n,)` is overwritten.
 
-    The chord's midpoint, moved to the left of the chord by `side` times half the excess of length, starts the
-    optimisation. Returns its iterations, negative if they ran out.
+    `chord (2,)` leads from clamp to clamp, `ends (2,)` are their angles [rad]. The chord's midpoint, moved to its left
+    by `side` times half the reach of the excess length, starts the optimisation. Returns the iterations used, negative
+    if they ran out.
     """
-    chord = complex(x, y)
-    unit = CHORD / max(abs(chord), 1e-3)
-    guide = Guide(unit * x, unit * y, start, end, unit)
+    across = complex(chord[0], chord[1])
+    span = max(abs(across), 1e-3)
+    unit = CHORD / span
+    guide = Guide(unit * chord[0], unit * chord[1], ends[0], ends[1], unit)
     points = np.empty((6, SAMPLES + 1), dtype=np.complex128)
-    reach = 0.5 * np.sqrt(max(1.0 - abs(chord) ** 2, 1e-6))
-    p = unit * (0.5 * chord + side * reach * 1j * chord / max(abs(chord), 1e-3))
+    reach = 0.5 * np.sqrt(max(1.0 - span * span, 1e-6))
+    p = unit * (0.5 * across + side * reach * 1j * across / span)
     p, iterations = place_middle(guide, p, points, 40)
     sample(guide, p, points)
     tangent_angles(points, phi)

@@ -1,0 +1,160 @@
+"""Kernels that turn a coarse equilibrium into a curve of known accuracy: levels of halved edges and extrapolation.
+
+The discrete rod converges with the square of the edge length, so (4 fine - coarse) / 3 of two levels is an order better
+(Richardson). Two such extrapolations, from three levels, differ by nearly the whole error of the coarser one; the error
+of the finer one is a fifteenth of that difference in the limit; `HONESTY` times it is reported.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from curveline.rod._jit import njit
+from curveline.rod.planar import Effort, energy, lowest_eigenvalue, newton
+from curveline.rod.problem import halved, make_problem, refine_angles, released
+
+POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
+
+SCALARS = 8
+"""Per level: both multipliers, both end moments, bending energy, load potential, largest curvature, eigenvalue."""
+
+EIGENVALUE = 7
+HONESTY = 0.15
+ROUNDING = 1e-12
+
+
+@njit
+def vertex_table(problem, phi):
+    """Position x, y, tangent angle and curvature at every vertex: (n+1, 4)."""
+    n = phi.size
+    table = np.zeros((n + 1, 4))
+    for j in range(n):
+        table[j + 1, 0] = table[j, 0] + problem.edges[j] * np.cos(phi[j])
+        table[j + 1, 1] = table[j, 1] + problem.edges[j] * np.sin(phi[j])
+        if j > 0:
+            turn = phi[j] - phi[j - 1]
+            share = problem.edges[j - 1] / (problem.edges[j - 1] + problem.edges[j])
+            table[j, 2] = phi[j - 1] + share * turn
+            table[j, 3] = turn * problem.stiffness[j]
+    table[0, 2] = problem.ends[0]
+    table[n, 2] = problem.ends[1]
+    # The derivative of the discrete energy by the clamp angle: the end moment, second order accurate.
+    table[0, 3] = (phi[0] - problem.ends[0]) * problem.stiffness[0]
+    table[n, 3] = (problem.ends[1] - phi[n - 1]) * problem.stiffness[n]
+    return table
+
+
+@njit
+def level_scalars(problem, phi, multipliers, table):
+    """The numbers of a level that are extrapolated beside its vertices: see `SCALARS`."""
+    out = np.empty(SCALARS)
+    n = phi.size
+    out[0] = multipliers[0]
+    out[1] = multipliers[1]
+    out[2] = table[0, 3]
+    out[3] = table[n, 3]
+    potential = 0.0
+    for j in range(n):
+        potential += problem.loads[0, j] * np.cos(phi[j]) + problem.loads[1, j] * np.sin(phi[j])
+    out[4] = energy(problem, phi) - potential
+    out[5] = potential
+    out[6] = np.max(np.abs(table[:, 3]))
+    out[EIGENVALUE] = 0.0
+    return out
+
+
+@njit
+def largest_gap(fine, coarse):
+    """Largest distance between the vertices of `coarse (m+1, 4)` and the same ones of `fine (2m+1, 4)`."""
+    worst = 0.0
+    for i in range(coarse.shape[0]):
+        worst = max(worst, np.hypot(fine[2 * i, 0] - coarse[i, 0], fine[2 * i, 1] - coarse[i, 1]))
+    return worst
+
+
+@njit
+def climb(rod, edges, phi, multipliers, tolerance, most_edges):
+    """Refine the equilibrium `phi (n,)`, `multipliers (2,)` on `edges (n,)` until its error is below `tolerance`.
+
+    Returns (table, scalars, edges, estimate, unstable, iterations, level): the extrapolated vertices (m+1, 4), the
+    extrapolated scalars, the edges (m,) between these vertices, the error estimate in units of the length, the number
+    of unstable directions on the finest level (-1 if the equilibrium was lost there), Newton iterations in all, and
+    the finest level's number of edges. Stops at `most_edges` with the estimate reached by then.
+    """
+    free = released(make_problem(rod, edges))
+    spent, unstable = newton(free, phi, multipliers, POLISH)
+    fine_table = vertex_table(free, phi)
+    fine_scalars = level_scalars(free, phi, multipliers, fine_table)
+    table = fine_table
+    scalars = fine_scalars
+    estimate = np.inf
+    if spent < 0:
+        return table, scalars, edges, estimate, -1, -spent, edges.size
+    rungs = 1
+    previous_change = np.inf
+    lowest = 0.0
+    while 2 * edges.size <= most_edges or rungs < 3:
+        lowest_before = lowest
+        lowest = lowest_eigenvalue(free, phi, multipliers, 1e-6)
+        phi = refine_angles(free, phi, 2)
+        start = phi.copy()
+        free = released(make_problem(rod, halved(edges)))
+        iterations, unstable = newton(free, phi, multipliers, POLISH)
+        spent += abs(iterations)
+        moved = np.max(np.abs(phi - start))
+        if iterations < 0 or moved > 0.5:
+            return table, scalars, edges, np.inf, -1, spent, 2 * edges.size
+        coarse_table = fine_table
+        coarse_scalars = fine_scalars
+        fine_table = vertex_table(free, phi)
+        fine_scalars = level_scalars(free, phi, multipliers, fine_table)
+        before = table
+        table = coarse_table + (fine_table[::2] - coarse_table) * (4.0 / 3.0)
+        scalars = coarse_scalars + (fine_scalars - coarse_scalars) * (4.0 / 3.0)
+        # The finest level would cost most and add little: its stability is known from its inertia.
+        scalars[EIGENVALUE] = lowest + (lowest - lowest_before) / 3.0 if rungs > 1 else lowest
+        rungs += 1
+        change = largest_gap(fine_table, coarse_table)
+        if rungs > 2:
+            estimate = HONESTY * largest_gap(table, before) + ROUNDING
+            # Where halving the edges does not quarter the change, the extrapolation is not to be trusted.
+            if change > 0.4 * previous_change:
+                estimate = max(estimate, change)
+            if estimate <= tolerance:
+                return table, scalars, edges, estimate, unstable, spent, 2 * edges.size
+        previous_change = change
+        edges = halved(edges)
+    return table, scalars, edges[::2] + edges[1::2], estimate, unstable, spent, edges.size
+
+
+@njit
+def interpolate(table, edges, places, out):
+    """Positions `out (k, 2)` at the sorted arc lengths `places (k,)`, by quintic Hermite interpolation.
+
+    Position, tangent and curvature at the vertices `table (m+1, 4)` are met: error of sixth order in the edges.
+    """
+    j = 0
+    begin = 0.0
+    for i in range(places.size):
+        while j < edges.size - 1 and places[i] > begin + edges[j]:
+            begin += edges[j]
+            j += 1
+        h = edges[j]
+        t = min(max((places[i] - begin) / h, 0.0), 1.0)
+        t3 = t * t * t
+        late = t3 * (10.0 - 15.0 * t + 6.0 * t * t)
+        slope0 = t - t3 * (6.0 - 8.0 * t + 3.0 * t * t)
+        slope1 = -t3 * (4.0 - 7.0 * t + 3.0 * t * t)
+        bend0 = 0.5 * t * t - t3 * (1.5 - 1.5 * t + 0.5 * t * t)
+        bend1 = t3 * (0.5 - t + 0.5 * t * t)
+        c0, s0 = np.cos(table[j, 2]), np.sin(table[j, 2])
+        c1, s1 = np.cos(table[j + 1, 2]), np.sin(table[j + 1, 2])
+        k0, k1 = h * h * table[j, 3], h * h * table[j + 1, 3]
+        out[i, 0] = (
+            table[j, 0] + late * (table[j + 1, 0] - table[j, 0]) + h * (slope0 * c0 + slope1 * c1)
+            - bend0 * k0 * s0 - bend1 * k1 * s1
+        )
+        out[i, 1] = (
+            table[j, 1] + late * (table[j + 1, 1] - table[j, 1]) + h * (slope0 * s0 + slope1 * s1)
+            + bend0 * k0 * c0 + bend1 * k1 * c1
+        )

@@ -1,0 +1,157 @@
+"""The discrete planar rod between two clamps, in units of its free length and its bending stiffness EI.
+
+The rod has n straight edges with tangent angles phi_j. Its energy is the planar case of Bergou et al. 2008, bending
+over Voronoi cells, with half cells at the clamps, plus loads that are linear in the vertex positions and hence in
+cos(phi_j), sin(phi_j):
+
+    E = sum_i (phi_i - phi_{i-1})^2 / (2 cell_i) + sum_j (loads_0j cos phi_j + loads_1j sin phi_j)
+
+with phi_{-1}, phi_n the clamp angles. Each constraint k reads sum_j (rows_k0j cos phi_j + rows_k1j sin phi_j) =
+targets_k; the first two close the chord, a third may hold the mean height. A uniform natural curvature adds a constant
+to the energy of a clamped planar rod, so it does not appear here.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curveline.rod._jit import njit
+
+Array = NDArray[np.float64]
+
+
+class ScaledRod(NamedTuple):
+    """A rod between two clamps in units of its free length L and EI, before it is cut into edges.
+
+    `weight` is w L^3 / EI (downwards); `at (m,)` sorted fractions of the free length at which dead loads
+    `forces (m, 2)`, F L^2 / EI, act; `chord (2,)` leads from clamp to clamp; `ends (2,)` are the clamp angles [rad].
+    """
+
+    weight: float
+    at: Array
+    forces: Array
+    chord: Array
+    ends: Array
+
+
+class Problem(NamedTuple):
+    """A discrete rod between two clamps, in units of its free length and EI.
+
+    `edges (n,)` edge lengths, summing to 1; `stiffness (n+1,)` one over the cell length of each vertex; `loads (2, n)`
+    and `rows (k, 2, n)` coefficients of cos(phi), sin(phi) in the load potential and the constraints; `targets (k,)`;
+    `ends (2,)` clamp angles [rad].
+    """
+
+    edges: Array
+    stiffness: Array
+    loads: Array
+    rows: Array
+    targets: Array
+    ends: Array
+
+
+@njit
+def make_problem(rod, edges):
+    """Cut a `ScaledRod` into `edges (n,)`, with a third constraint on the mean height whose target is 0.
+
+    Dead loads must act at vertices, as they do for the edges that `mesh` gives.
+    """
+    n = edges.size
+    stiffness = np.empty(n + 1)
+    stiffness[0] = 2.0 / edges[0]
+    stiffness[n] = 2.0 / edges[n - 1]
+    for i in range(1, n):
+        stiffness[i] = 2.0 / (edges[i - 1] + edges[i])
+    loads = np.zeros((2, n))
+    rows = np.zeros((3, 2, n))
+    span = max(np.hypot(rod.chord[0], rod.chord[1]), 1e-12)
+    beyond = 1.0
+    for j in range(n):
+        # What the turning of an edge lifts: half of itself and all of the rod beyond it.
+        lifted = edges[j] * (beyond - 0.5 * edges[j])
+        loads[1, j] = rod.weight * lifted
+        for p in range(rod.at.size):
+            if 1.0 - rod.at[p] < beyond - 0.5 * edges[j]:
+                loads[0, j] -= rod.forces[p, 0] * edges[j]
+                loads[1, j] -= rod.forces[p, 1] * edges[j]
+        beyond -= edges[j]
+        rows[0, 0, j] = edges[j]
+        rows[1, 1, j] = edges[j]
+        rows[2, 0, j] = -rod.chord[1] / span * lifted
+        rows[2, 1, j] = rod.chord[0] / span * lifted
+    return Problem(edges, stiffness, loads, rows, np.array([rod.chord[0], rod.chord[1], 0.0]), rod.ends)
+
+
+@njit
+def mesh(at, n):
+    """Edges of a rod of unit length, about n of them, with a vertex at each of the sorted fractions `at (m,)`."""
+    m = at.size
+    counts = np.empty(m + 1, dtype=np.int64)
+    pieces = np.empty(m + 1)
+    for i in range(m + 1):
+        pieces[i] = (at[i] if i < m else 1.0) - (at[i - 1] if i > 0 else 0.0)
+        counts[i] = max(2, round(n * pieces[i])) if pieces[i] > 1e-9 else 0
+    edges = np.empty(counts.sum())
+    j = 0
+    for i in range(m + 1):
+        for _ in range(counts[i]):
+            edges[j] = pieces[i] / counts[i]
+            j += 1
+    return edges
+
+
+@njit
+def halved(edges):
+    """Every edge cut in two."""
+    fine = np.empty(2 * edges.size)
+    for j in range(edges.size):
+        fine[2 * j] = 0.5 * edges[j]
+        fine[2 * j + 1] = 0.5 * edges[j]
+    return fine
+
+
+@njit
+def released(problem):
+    """The same rod without the constraint on its mean height."""
+    return Problem(
+        problem.edges, problem.stiffness, problem.loads, problem.rows[:2], problem.targets[:2], problem.ends
+    )
+
+
+@njit
+def mean_height(problem, phi):
+    """Mean height of the curve over its chord, in units of the length."""
+    total = 0.0
+    for j in range(phi.size):
+        total += problem.rows[2, 0, j] * np.cos(phi[j]) + problem.rows[2, 1, j] * np.sin(phi[j])
+    return total
+
+
+@njit
+def sharpest_turn(problem, phi):
+    """Largest turn between neighbouring edges [rad]: near pi it is an artefact of the discrete rod, not a curve."""
+    sharpest = 2.0 * abs(phi[0] - problem.ends[0])
+    for j in range(1, phi.size):
+        sharpest = max(sharpest, abs(phi[j] - phi[j - 1]))
+    return max(sharpest, 2.0 * abs(problem.ends[1] - phi[phi.size - 1]))
+
+
+@njit
+def refine_angles(problem, phi, parts):
+    """Angles of the same curve on edges cut into `parts` (even) each, by linear interpolation in arc length."""
+    n = phi.size
+    fine = np.empty(n * parts)
+    for j in range(n):
+        for i in range(parts):
+            at = (i + 0.5) / parts - 0.5
+            if at < 0.0:
+                fraction = -at if j > 0 else -2.0 * at
+                other = phi[j - 1] if j > 0 else problem.ends[0]
+            else:
+                fraction = at if j < n - 1 else 2.0 * at
+                other = phi[j + 1] if j < n - 1 else problem.ends[1]
+            fine[j * parts + i] = phi[j] + fraction * (other - phi[j])
+    return fine

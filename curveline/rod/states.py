@@ -1,0 +1,234 @@
+"""Every stable state of a segment: two spline guesses, then a sweep over the curve's mean height.
+
+Energy descent from any set of guesses misses states whose basin is tiny near a fold. The sweep does not rely on
+basins: it holds the mean height m of the curve over its chord by one more constraint and follows the constrained
+minimum from every state found, upwards and downwards. The constraint's multiplier is the slope of the energy along the
+sweep, so each of its zeros is an equilibrium; where it only comes near zero, between two samples or because the coarse
+rod just misses a fold, the neighbourhood is looked at again with a finer rod.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.rod import spline
+from curveline.rod._jit import njit
+from curveline.rod.planar import Effort, descend, newton
+from curveline.rod.problem import (
+    Array,
+    mean_height,
+    refine_angles,
+    released,
+    sharpest_turn,
+)
+
+SEARCH_EDGES = 24
+FINE = 4
+CAPACITY = 24
+
+STRIDE = 0.025
+FAR = 300.0
+NEAR = 4.0
+SHARPEST = 1.0
+SAME = 1e-3
+
+FOLLOW = Effort(turn=0.5, close=1e-3, iterations=12)
+SETTLE = Effort(turn=0.5, close=1e-3, iterations=60)
+CERTIFY = Effort(turn=0.3, close=1e-7, iterations=40)
+RELAX = Effort(turn=0.5, close=1e-7, iterations=150)
+
+
+class Found(NamedTuple):
+    """Equilibria met so far: `shapes (c, n)`, `multipliers (c, 2)`, `unstable (c,)`, `count (1,)`."""
+
+    shapes: Array
+    multipliers: Array
+    unstable: Array
+    count: Array
+
+
+@njit
+def nothing_found(n):
+    """An empty `Found` for rods of n edges."""
+    return Found(np.empty((CAPACITY, n)), np.empty((CAPACITY, 2)), np.empty(CAPACITY), np.zeros(1))
+
+
+@njit
+def keep(problem, found, phi, multipliers, unstable):
+    """Add an equilibrium to `found` unless it is an artefact, already there, or there is no room."""
+    if unstable < 0 or sharpest_turn(problem, phi) > SHARPEST:
+        return False
+    count = int(found.count[0])
+    for i in range(count):
+        distance = 0.0
+        for j in range(phi.size):
+            distance = max(distance, abs(found.shapes[i, j] - phi[j]))
+        if distance < SAME:
+            return False
+    if count == found.shapes.shape[0]:
+        return False
+    found.shapes[count] = phi
+    found.multipliers[count] = multipliers[:2]
+    found.unstable[count] = unstable
+    found.count[0] += 1
+    return True
+
+
+@njit
+def settle_at(problem, height, phi, multipliers, backup):
+    """Solve with the mean height held at `height`: Newton, or downhill from `backup (n,)` where that is unstable.
+
+    `phi (n,)` and `multipliers (3,)` are overwritten; returns False if there is no such constrained minimum.
+    """
+    problem.targets[2] = height
+    kept = multipliers.copy()
+    iterations, unstable = newton(problem, phi, multipliers, FOLLOW)
+    if iterations < 0 or unstable != 0:
+        phi[:] = backup
+        multipliers[:] = kept
+        # A hair off the symmetric path, or the descent could sit on it.
+        phi[0] += 1e-6
+        iterations = descend(problem, phi, multipliers, SETTLE)
+    return iterations > 0 and sharpest_turn(problem, phi) < SHARPEST
+
+
+@njit
+def parabola_vertex(at, values):
+    """Abscissa of the vertex of the parabola through three points; NaN if they lie on a line."""
+    first = (values[1] - values[0]) / (at[1] - at[0])
+    second = (values[2] - values[1]) / (at[2] - at[1])
+    bend = (second - first) / (at[2] - at[0])
+    return 0.5 * (at[0] + at[1] - first / bend) if bend != 0.0 else np.nan
+
+
+@njit
+def look_closer(problem, heights, phi, multipliers, found):
+    """Look for a pair of states near a fold on a finer rod: the energy's slope came near zero between three `heights`.
+
+    Successive parabolic interpolation seeks the extremum of the slope. Once the slope changes sign, a pair of states
+    exists, and the rod is released from every height that was tried. `phi (n,)`, `multipliers (3,)` are overwritten.
+    """
+    tries = 7
+    at = np.empty(tries)
+    slopes = np.empty(tries)
+    shapes = np.empty((tries, phi.size))
+    forces = np.empty((tries, 3))
+    tried = 0
+    crossed = False
+    while tried < tries and not (crossed and tried > 3):
+        height = heights[tried] if tried < 3 else parabola_vertex(at[tried - 3 : tried], slopes[tried - 3 : tried])
+        if not abs(height - heights[1]) <= abs(heights[2] - heights[1]) + 1e-12:
+            break
+        backup = phi.copy()
+        if not settle_at(problem, height, phi, multipliers, backup):
+            break
+        at[tried] = height
+        slopes[tried] = multipliers[2]
+        shapes[tried] = phi
+        forces[tried] = multipliers
+        crossed = crossed or slopes[tried] * slopes[0] < 0.0
+        tried += 1
+    if not crossed:
+        return
+    free = released(problem)
+    for i in range(tried):
+        force = forces[i, :2].copy()
+        iterations, unstable = newton(free, shapes[i], force, CERTIFY)
+        if iterations > 0:
+            keep(problem, found, shapes[i], force, unstable)
+
+
+@njit
+def nearly_zero(before, here, after):
+    """True if the slope of the energy came near zero and turned round: the parabola's vertex is below `NEAR`."""
+    if before * here <= 0.0 or here * after <= 0.0 or abs(here) > abs(before) or abs(here) > abs(after):
+        return False
+    bend = before - 2.0 * here + after
+    return abs(here) - 0.125 * (after - before) ** 2 / abs(bend) < NEAR
+
+
+@njit
+def sweep_heights(problem, fine_problem, start, direction, found, found_fine):
+    """Follow the constrained minimum from state `start` of `found` in steps of the mean height, up (+1) or down (-1)."""
+    n = problem.edges.size
+    phi = found.shapes[start].copy()
+    multipliers = np.zeros(3)
+    multipliers[:2] = found.multipliers[start]
+    free = released(problem)
+    height = mean_height(problem, phi)
+    before = phi.copy()
+    before_forces = multipliers.copy()
+    slopes = np.zeros(2)
+    for count in range(60):
+        height += direction * STRIDE
+        guess = phi + (phi - before) if count > 0 else phi.copy()
+        forces = multipliers + (multipliers - before_forces) if count > 0 else multipliers.copy()
+        before[:] = phi
+        before_forces[:] = multipliers
+        if not settle_at(problem, height, guess, forces, before):
+            return
+        phi[:] = guess
+        multipliers[:] = forces
+        slope = multipliers[2]
+        if count > 0 and slope * slopes[1] <= 0.0:
+            trial = phi.copy() if abs(slope) < abs(slopes[1]) else before.copy()
+            force = multipliers[:2].copy() if abs(slope) < abs(slopes[1]) else before_forces[:2].copy()
+            iterations, unstable = newton(free, trial, force, CERTIFY)
+            if iterations > 0:
+                keep(problem, found, trial, force, unstable)
+        elif count > 1 and nearly_zero(slopes[0], slopes[1], slope):
+            heights = np.array([height - 2.0 * direction * STRIDE, height - direction * STRIDE, height])
+            fine = refine_angles(problem, before, FINE)
+            look_closer(fine_problem, heights, fine, before_forces.copy(), found_fine)
+        if abs(slope) > FAR:
+            return
+        slopes[0] = slopes[1]
+        slopes[1] = slope
+
+
+@njit
+def search(problem, fine_problem, found, found_fine):
+    """Fill `found` and `found_fine` with the equilibria of a rod without extra turns, stable and unstable.
+
+    The rod is relaxed from both splines; every stable state, also those found on the way, is swept in both directions,
+    since a sweep that jumps does not pass the same states upwards and downwards.
+    """
+    free = released(problem)
+    n = problem.edges.size
+    for side in (1.0, -1.0):
+        phi = np.empty(n)
+        spline.guess(problem.targets, problem.ends, side, phi)
+        relax_from(free, phi, found)
+    swept = 0
+    while swept < int(found.count[0]):
+        if found.unstable[swept] == 0.0:
+            sweep_heights(problem, fine_problem, swept, 1.0, found, found_fine)
+            sweep_heights(problem, fine_problem, swept, -1.0, found, found_fine)
+        swept += 1
+
+
+@njit
+def relax_from(free, phi, found):
+    """Go downhill from the guess `phi (n,)` and keep the state it leads to."""
+    force = np.zeros(2)
+    if descend(free, phi, force, RELAX) > 0:
+        keep(free, found, phi, force, 0)
+
+
+@njit
+def search_turned(problem, found):
+    """Fill `found` with stable states of a rod whose clamp angles differ by a further turn: loops on a taut rod.
+
+    The loop starts at either end and in the middle; there is no sweep, so this is a sample, not a complete list.
+    """
+    free = released(problem)
+    n = problem.edges.size
+    turn = problem.ends[1] - problem.ends[0]
+    for part in range(3):
+        phi = np.empty(n)
+        for j in range(n):
+            at = (j + 0.5) / n
+            phi[j] = problem.ends[0] + turn * min(max(2.0 * at - 0.5 * part, 0.0), 1.0)
+        relax_from(free, phi, found)
