@@ -377,6 +377,8 @@ def _due(peer: Peer) -> int:
 def _why_missing(missing: Sequence[Peer]) -> Halt:
     """The best explanation of why nodes could not be taken over, for the first of them."""
     peer = missing[0]
-    if peer.busy:
+    if peer.busy or peer.status is not None:
         return Halt(Cause.BUSY, peer.number)
-    return Halt(Cause.UNTRUSTED if peer.tally.answered else Cause.SILENT, peer.number)
+    if not peer.tally.answered:
+        return Halt(Cause.SILENT, peer.number)
+    return Halt(Cause.UNTRUSTED if peer.ident is None else Cause.TAKEN, peer.number)

@@ -10,7 +10,7 @@ from curveline.radio.frames import Fault
 
 
 class Cause(Enum):
-    """What stopped a run: a message, in which `{node}`, `{step}` and `{detail}` are filled in, and a hint."""
+    """What stopped a run: a message, in which `{node}`, `{when}` and `{detail}` are filled in, and a hint."""
 
     def __init__(self, text: str, hint: str) -> None:
         self.text = text
@@ -44,9 +44,9 @@ class Cause(Enum):
         "node {node} no longer obeys this session; another host may have taken it over",
         "only one host may send at a time; find the other one before sending again",
     )
-    NOT_HOMED = ("node {node} does not know where it is: it has not been homed", "home the node, then send again")
+    NOT_HOMED = ("node {node} does not know where it is{when}: it has not been homed", "home the node, then send again")
     LOST = (
-        "node {node} has lost its position ({detail})",
+        "node {node} has lost its position{when} ({detail})",
         "home the node; nothing else can tell where it stands",
     )
     LATCHED = (
@@ -58,39 +58,39 @@ class Cause(Enum):
         "send the shape instead of the plan: that plans from where the display stands",
     )
     REBOOT = (
-        "node {node} has restarted during the run, in step {step}: {detail}",
+        "node {node} has restarted{when}: {detail}",
         "check its supply; home the node before sending again",
     )
     DEADLINE = (
-        "node {node} has not finished step {step} in time: {detail}",
+        "node {node} is late{when}: {detail}",
         "look for something in its way, or a motor that is too slow for the plan",
     )
     CONFLICT = (
-        "node {node} was given two different targets for step {step}",
+        "node {node} was given two different targets for one step{when}",
         "this is a fault in a host program; restart the node and report it",
     )
     LIMIT = (
-        "node {node} refused step {step}: its {detail} target lies outside its limits",
+        "node {node} refused a target{when}: its {detail} axis would leave its limits",
         "the node's limits and the display file disagree; write the settings to the node again",
     )
     STALL = (
-        "node {node} has stalled in step {step}: its {detail} motor does not follow",
+        "node {node} has stalled{when}: its {detail} motor does not follow",
         "free what blocks it, then clear the fault by restarting the node",
     )
     RUNAWAY = (
-        "node {node} moved against its command in step {step} ({detail})",
+        "node {node} moved against its command{when} ({detail})",
         "motor or encoder is wired the wrong way round",
     )
     DRIVER = (
-        "node {node} reports a fault of its motor driver in step {step} ({detail})",
+        "node {node} reports a fault of its motor driver{when} ({detail})",
         "check the motor's wiring and supply for a short circuit",
     )
     HELD = (
-        "node {node} heard nothing for longer than its dead-man time and holds in step {step}",
+        "node {node} heard nothing for longer than its dead-man time and holds{when}",
         "improve the radio link; then send the shape again from where the display stands",
     )
     STOPPED = (
-        "node {node} was stopped in step {step} by a stop broadcast that this run did not send",
+        "node {node} was stopped{when} by a stop broadcast that this run did not send",
         "find out who stopped the display before sending again",
     )
     AHEAD = (
@@ -105,13 +105,12 @@ class Cause(Enum):
         "this run has been paused and resumed as often as one session allows",
         "send the shape again from where the display stands",
     )
-    ESTOP = ("emergency stop was asked for in step {step}", "switch every node off and on, and home it")
-    RADIO = ("the radio failed: {detail}", "check that the radio is plugged in and not used by another program")
+    ESTOP = ("emergency stop was asked for{when}", "switch every node off and on, and home it")
 
 
 @dataclass(frozen=True)
 class Halt:
-    """A cause with its particulars; `node` is 0 when it concerns all."""
+    """A cause with its particulars; `node` is 0 when it concerns all, `step` 0 before the first."""
 
     cause: Cause
     node: int = 0
@@ -121,7 +120,8 @@ class Halt:
     @property
     def message(self) -> str:
         """What happened, in one sentence."""
-        return self.cause.text.format(node=self.node, step=self.step, detail=self.detail)
+        when = f" in step {self.step}" if self.step else ""
+        return self.cause.text.format(node=self.node, when=when, detail=self.detail)
 
     @property
     def hint(self) -> str:

@@ -23,7 +23,6 @@ FILE_NAME = "journal"
 HEAD = re.compile(rb"([0-9]{6}) ([0-9]{8}) ([0-9a-f]{8}) ")
 HEAD_BYTES = 25
 BODY_LIMIT = 999_999
-RESERVE_BYTES = 65_536
 NO_RESERVE = frozenset({errno.EOPNOTSUPP, errno.EINVAL, errno.ENOSYS})
 """What file systems answer that cannot reserve space."""
 
@@ -35,8 +34,8 @@ class Disk(Protocol):
         """Make sure that `size` bytes can be written."""
         ...
 
-    def write(self, descriptor: int, data: bytes) -> int:
-        """Append; how many bytes were taken."""
+    def write(self, descriptor: int, data: bytes, offset: int) -> int:
+        """Write at `offset`; how many bytes were taken."""
         ...
 
     def sync(self, descriptor: int) -> None:
@@ -55,9 +54,9 @@ class SystemDisk:
             if error.errno not in NO_RESERVE:
                 raise
 
-    def write(self, descriptor: int, data: bytes) -> int:
+    def write(self, descriptor: int, data: bytes, offset: int) -> int:
         """See Disk."""
-        return os.write(descriptor, data)
+        return os.pwrite(descriptor, data, offset)
 
     def sync(self, descriptor: int) -> None:
         """See Disk."""
@@ -82,10 +81,17 @@ class Journal:
         except OSError as error:
             raise _refused(self.path, error) from error
         try:
-            self._disk.reserve(self._descriptor, RESERVE_BYTES)
+            self._disk.sync(self._descriptor)
             sync_folder(run)
         except OSError as error:
             os.close(self._descriptor)
+            raise _refused(self.path, error) from error
+
+    def reserve(self, size: int) -> None:
+        """Make sure now that `size` bytes of records will find room; LinkError if they would not."""
+        try:
+            self._disk.reserve(self._descriptor, size)
+        except OSError as error:
             raise _refused(self.path, error) from error
 
     def append(self, record: Record) -> None:
@@ -115,7 +121,7 @@ class Journal:
     def _write(self, line: bytes) -> None:
         done = 0
         while done < len(line):
-            taken = self._disk.write(self._descriptor, line[done:])
+            taken = self._disk.write(self._descriptor, line[done:], self._end + done)
             if taken <= 0:
                 raise OSError(errno.EIO, "the disk took nothing")
             done += taken

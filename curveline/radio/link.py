@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
@@ -29,7 +30,7 @@ from curveline.radio.frames import (
 from curveline.radio.journal import Journal
 from curveline.radio.keys import KEY_BYTES
 from curveline.radio.peer import LinkTally, Peer
-from curveline.radio.preflight import loads_of
+from curveline.radio.preflight import journal_bytes, loads_of
 
 SILENT = "silent"
 NONCE_BITS = 64
@@ -141,7 +142,13 @@ def send_plan(
     nonce = secrets.randbits(NONCE_BITS) & ~ATTEMPT_MASK
     conductor = Conductor(plan, radio.site, nonce, control.policy)
     reporter = _Reporter(conductor, radio, observer)
-    _Run(conductor, radio, journal, reporter).conduct(control)
+    journal.reserve(journal_bytes(plan))
+    try:
+        _Run(conductor, radio, journal, reporter).conduct(control)
+    except LinkError as error:
+        with suppress(LinkError):  # the record may be what failed
+            journal.append({"type": "halt", "cause": "radio", "node": error.node, "message": error.message})
+        raise
     if conductor.halt is not None:
         raise LinkError(conductor.halt.message, conductor.halt.hint, conductor.halt.node)
     return RunReport(
@@ -287,18 +294,17 @@ def _query(radio: Radio, number: int, address: str) -> NodeStatus:
         peer.tally.answered += 1
         status = decode_status(payload, peer.node_key, nonce)
         if isinstance(status, Status) and status.node == number:
-            return replace(_node_status(status, address), link=peer.tally)
+            return _node_status(status, address, peer.tally)
     return NodeStatus(number, address, SILENT, link=peer.tally)
 
 
 def _peer_status(peer: Peer) -> NodeStatus:
     if peer.status is None:
         return NodeStatus(peer.number, peer.address, SILENT, link=peer.tally)
-    status = replace(peer.status, started=peer.started, finished=peer.finished, staged=peer.staged)
-    return replace(_node_status(status, peer.address), link=replace(peer.tally))
+    return _node_status(peer.status, peer.address, replace(peer.tally))
 
 
-def _node_status(status: Status, address: str) -> NodeStatus:
+def _node_status(status: Status, address: str, link: LinkTally) -> NodeStatus:
     fault = "" if status.fault is Fault.NONE else _plain(status.fault.name)
     if status.fault_axis:
         fault += f" ({AXES[status.fault_axis - 1]})"
@@ -312,6 +318,7 @@ def _node_status(status: Status, address: str) -> NodeStatus:
         staged=status.staged,
         fault=fault,
         counts=status.position,
+        link=link,
     )
 
 

@@ -23,7 +23,7 @@ from curveline.radio.motion import axes_of
 from curveline.radio.node import Node
 from curveline.radio.nodestate import Identity, Memory
 from curveline.radio.plant import PER_MILLE, MotorPlant
-from curveline.radio.store import Display, Standing, Store, fresh_display
+from curveline.radio.store import MockState, Standing, Store, state_at_home
 
 SAMPLE_MS = 20
 REST_STEP_MS = 100
@@ -51,8 +51,8 @@ def open_radio(settings: str, drive: DriveTable, runs: Path) -> MockRadio:
     store = Store(runs, drive)
     store.open()
     try:
-        display = fresh_display(count) if spec.fresh else store.load()
-        radio = MockRadio(spec, drive, display, store)
+        state = state_at_home(count) if spec.fresh else store.load()
+        radio = MockRadio(spec, drive, state, store)
         radio.save()
     except BaseException:
         store.close()
@@ -63,10 +63,10 @@ def open_radio(settings: str, drive: DriveTable, runs: Path) -> MockRadio:
 class MockRadio:
     """A `Radio` whose nodes are modelled in this process; `rod` names the states the segments were last seen in."""
 
-    def __init__(self, spec: MockSpec, drive: DriveTable, display: Display, store: Store | None = None) -> None:
+    def __init__(self, spec: MockSpec, drive: DriveTable, state: MockState, store: Store | None = None) -> None:
         self.site = mock_site(drive)
         self.retries = 0
-        self.rod = display.rod
+        self.rod = state.rod
         self._random = Random(spec.seed)
         self._air = Air(spec.weather, drive.data_rate, self._random)
         self._realtime = spec.realtime
@@ -76,8 +76,8 @@ class MockRadio:
         self._reboot = spec.reboot
         self._store = store
         self._axes = axes_of(drive)
-        self._plants = [MotorPlant(node.counts, self._paces(spec.spread)) for node in display.nodes]
-        self.nodes = [self._new_node(index, node.memory) for index, node in enumerate(display.nodes)]
+        self._plants = [MotorPlant(node.counts, self._paces(spec.spread)) for node in state.nodes]
+        self.nodes = [self._new_node(index, node.memory) for index, node in enumerate(state.nodes)]
         self._antennas = {
             address: (index, Antenna(node))
             for index, (address, node) in enumerate(zip(drive.addresses, self.nodes, strict=True))
@@ -139,7 +139,7 @@ class MockRadio:
             for node in self.nodes:
                 node.advance(now_ms)
             pairs = zip(self.nodes, self._positions_at(now_ms), strict=True)
-            self._store.save(Display([Standing(counts, node.memory) for node, counts in pairs], self.rod))
+            self._store.save(MockState([Standing(counts, node.memory) for node, counts in pairs], self.rod))
 
     def _positions_at(self, now_ms: int) -> tuple[Counts, ...]:
         return tuple(plant.positions(now_ms) for plant in self._plants)

@@ -12,8 +12,13 @@ from dataclasses import dataclass, replace
 from hashlib import blake2s
 from math import isqrt
 
-from curveline.plan import DriveTable
+from curveline.errors import InvalidInput
+from curveline.plan import AXES, AxisDrive, DriveTable
 from curveline.radio.frames import POSITION_LIMIT, Counts
+
+LEAST_RATE = 100
+MOST_RATE = 1_000_000
+"""Speeds and accelerations [counts/s, counts/s^2] between which all products fit 64 bits."""
 
 
 @dataclass(frozen=True)
@@ -30,17 +35,24 @@ Axes = tuple[AxisLimits, AxisLimits, AxisLimits]
 
 
 def axes_of(drive: DriveTable) -> Axes:
-    """Limits that nodes of a display hold; travel ends where a STATUS frame could no longer report the position."""
-    extrude, bias, translate = (
-        AxisLimits(
-            low=max(axis.counts(axis.low), -POSITION_LIMIT),
-            high=min(axis.counts(axis.high), POSITION_LIMIT),
-            speed=max(1, int(axis.speed * axis.counts_per_unit)),
-            acceleration=max(1, int(axis.acceleration * axis.counts_per_unit)),
-        )
-        for axis in drive.axes
-    )
+    """Limits that nodes of a display hold; travel ends where a STATUS frame could no longer report the position.
+
+    InvalidInput for an axis too slow or too gentle for the 64 bits of the arithmetic.
+    """
+    extrude, bias, translate = (_axis_limits(name, axis) for name, axis in zip(AXES, drive.axes, strict=True))
     return extrude, bias, translate
+
+
+def _axis_limits(name: str, axis: AxisDrive) -> AxisLimits:
+    speed, acceleration = (int(rate * axis.counts_per_unit) for rate in (axis.speed, axis.acceleration))
+    if not (LEAST_RATE <= speed <= MOST_RATE and LEAST_RATE <= acceleration <= MOST_RATE):
+        raise InvalidInput(
+            f"the {name} axis would move at {speed} counts/s and {acceleration} counts/s^2; "
+            f"nodes can be told {LEAST_RATE} to {MOST_RATE}",
+            hint="correct the [drive] section of the display file",
+        )
+    low, high = max(axis.counts(axis.low), -POSITION_LIMIT), min(axis.counts(axis.high), POSITION_LIMIT)
+    return AxisLimits(low, high, speed, acceleration)
 
 
 def config_hash(axes: Axes) -> int:
@@ -96,12 +108,13 @@ class Move:
 
     def at(self, at_ms: int) -> Counts:
         """Set-points `at_ms` after the start [counts]."""
-        done = self.travelled(at_ms)
-        return self._axis(0, done), self._axis(1, done), self._axis(2, done)
+        return self.axis_at(0, at_ms), self.axis_at(1, at_ms), self.axis_at(2, at_ms)
 
-    def _axis(self, index: int, done: int) -> int:
+    def axis_at(self, index: int, at_ms: int) -> int:
+        """Set-point of one axis (from 0) `at_ms` after the start [counts], rounded half away from the start."""
+        length = self.length
         distance = self.target[index] - self.start[index]
-        part = (2 * abs(distance) * done + self.length) // (2 * self.length)
+        part = (2 * abs(distance) * self.travelled(at_ms) + length) // (2 * length)
         return self.start[index] + (part if distance > 0 else -part)
 
     def _speed(self, at_ms: int) -> int:

@@ -109,6 +109,8 @@ class Node:
 
     def finish_homing(self, now_ms: int) -> None:
         """The zero is found: the position is known again, which also ends a fault that had put it in doubt."""
+        if not self.memory.homing:
+            return
         self.memory.homed, self.memory.homing = True, False
         if self.memory.fault in LOST_POSITION:
             self.memory.fault, self.memory.fault_axis = Fault.NONE, 0
@@ -182,7 +184,7 @@ class Node:
             self.plant.follow(now_ms, now_ms, self.move)
 
     def _brake(self, now_ms: int) -> None:
-        if self.move is not None:
+        if self.move is not None and self.move.brake_ms is None:
             self.move = self.move.braked(now_ms - self.move_start_ms)
             self.plant.follow(now_ms, self.move_start_ms, self.move)
 

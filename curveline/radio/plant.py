@@ -81,7 +81,7 @@ class _Stretch:
 
     def at(self, now_ms: int) -> Counts:
         elapsed = now_ms - self.start_ms
-        x, y, z = (run.move.at(run.progress(elapsed))[index] for index, run in enumerate(self.axes))
+        x, y, z = (run.move.axis_at(index, run.progress(elapsed)) for index, run in enumerate(self.axes))
         return x, y, z
 
     def end_ms(self) -> int | None:
@@ -138,12 +138,13 @@ class MotorPlant:
 
     def spans(self) -> list[tuple[int, int]]:
         """When anything moved: begin and end of every stretch [ms], in order."""
-        ends = [*self._begins[1:], None]
         spans = []
-        for stretch, cut in zip(self._past, ends, strict=True):
-            settled = stretch.end_ms()
-            known = [each for each in (cut, settled) if each is not None]
+        cut: int | None = None
+        for stretch in reversed(self._past):
+            known = [each for each in (cut, stretch.end_ms()) if each is not None]
             spans.append((stretch.begin_ms, min(known, default=stretch.begin_ms)))
+            cut = stretch.begin_ms
+        spans.reverse()
         return spans
 
     @staticmethod

@@ -117,3 +117,10 @@ def node_facts(peers: Sequence[Peer]) -> Record:
         "finished": [peer.finished for peer in peers],
         "positions": [peer.status.position if peer.status else None for peer in peers],
     }
+
+
+def journal_bytes(plan: Plan) -> int:
+    """An upper bound on the size of a run's records: one for the start, two per step, and how it ended."""
+    steps, nodes = len(plan.steps), plan.drive.node_count
+    per_node = 48
+    return 4096 + (steps + 4) * nodes * per_node + (steps + 4) * (512 + 2 * nodes * per_node)

@@ -36,16 +36,16 @@ class Standing:
 
 
 @dataclass
-class Display:
+class MockState:
     """The whole mock display; `rod` names the state each segment was last seen in, empty when unknown."""
 
     nodes: list[Standing]
     rod: list[str] = field(default_factory=list)
 
 
-def fresh_display(count: int) -> Display:
+def state_at_home(count: int) -> MockState:
     """A display at home."""
-    return Display([Standing() for _ in range(count)])
+    return MockState([Standing() for _ in range(count)])
 
 
 class Store:
@@ -85,7 +85,7 @@ class Store:
             os.close(self._lock)
             self._lock = None
 
-    def load(self) -> Display:
+    def load(self) -> MockState:
         """The display as it was left, at home if it has never been used; LinkError if the file cannot be trusted."""
         try:
             if self.path.stat().st_size > SIZE_LIMIT:
@@ -93,7 +93,7 @@ class Store:
             text = self.path.read_bytes().decode("utf-8")
             return _checked(json.loads(text), self._drive)
         except FileNotFoundError:
-            return fresh_display(self._drive.node_count)
+            return state_at_home(self._drive.node_count)
         except OSError as error:
             raise _unusable(self.path, error) from error
         except RecursionError:
@@ -101,14 +101,14 @@ class Store:
         except (ValueError, TypeError, KeyError) as error:
             raise _damaged(self.path, str(error)) from error
 
-    def save(self, display: Display) -> None:
+    def save(self, state: MockState) -> None:
         """Replace the file in one go."""
         content = {
             "format": FORMAT,
             "display": self._drive.display,
             "counts_per_unit": [axis.counts_per_unit for axis in self._drive.axes],
-            "nodes": [{"counts": node.counts, **asdict(node.memory)} for node in display.nodes],
-            "rod": display.rod,
+            "nodes": [{"counts": node.counts, **asdict(node.memory)} for node in state.nodes],
+            "rod": state.rod,
         }
         partial = self.path.with_suffix(".part")
         try:
@@ -135,7 +135,7 @@ def _damaged(path: Path, why: str) -> LinkError:
     return LinkError(f"the state of the mock display in {path} is damaged: {why}", hint=FRESH_HINT)
 
 
-def _checked(content: Any, drive: DriveTable) -> Display:
+def _checked(content: Any, drive: DriveTable) -> MockState:
     """A display out of parsed JSON; ValueError, TypeError or KeyError say what is wrong with it."""
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise ValueError("it is not of this version")
@@ -146,7 +146,7 @@ def _checked(content: Any, drive: DriveTable) -> Display:
         raise ValueError(f"it does not have {drive.node_count} nodes")
     if not isinstance(rod, list) or not all(isinstance(name, str) for name in rod):
         raise ValueError("the states of its rod are not names")
-    return Display([_standing(node) for node in nodes], rod)
+    return MockState([_standing(node) for node in nodes], rod)
 
 
 def _standing(content: Mapping[str, Any]) -> Standing:

@@ -1,0 +1,239 @@
+"""Frames: layouts byte by byte, round trips, and nothing but the right bytes accepted."""
+
+from __future__ import annotations
+
+from hashlib import blake2s
+from itertools import combinations
+from random import Random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from curveline.errors import InvalidInput
+from curveline.radio import frames
+from curveline.radio.frames import (
+    Drive,
+    Estop,
+    Fault,
+    Hello,
+    Ident,
+    Kind,
+    Reject,
+    State,
+    Status,
+    Stop,
+)
+from curveline.radio.keys import Site, derive, session_key
+
+KEY = bytes(range(16))
+NONCE = 0x0123456789ABCD00
+
+DRIVE = Drive(2, 0x1234, 0x01020304, 7, 8, (-1, 0x123456, -0x7FFFFF), 0x2211, 5)
+ESTOP = Estop(3, 0x1234, 0x01020304)
+STATUS = Status(2, 0x1234, 0x01020304, 9, 6, 7, 8, State.MOVING, 5, Fault.STALL, 2, (8, -16, 262136))
+HELLO = Hello(4, NONCE + 1, 0x1111111122222222, 0xBEEF, 1000, 3, 1, 1)
+IDENT = Ident(4, 0x4321, 0x0009000A0B0C0D0E, 0xCAFEF00D, 0x00010203, 0xBEEF, 1, State.READY, True, True)
+STOP = Stop(1)
+
+GOLDEN = {
+    # head node session counter / release load / three 24-bit targets / move_ms hold
+    "drive": "11 02 3412 04030201 0700 0800 ffffff 563412 010080 1122 05",
+    "estop": "17 03 3412 04030201 0000 0000 000000 000000 000000 0000 00",
+    # head node session echo / boot finished started staged / state|hold axis|fault / three positions in 8 counts
+    "status": "12 02 3412 04030201 0900 0600 0700 0800 45 23 0100 feff ff7f",
+    # head node min max / host nonce / run tag / config hash, dead-man in 50 ms, flags
+    "hello": "13 04 01 01 01cdab8967452301 2222222211111111 efbe 14 03",
+    # head node session / node nonce / chip / firmware / config hash, version, state|busy|same run
+    "ident": "14 04 2143 0e0d0c0b0a000900 0df0feca 03020100 efbe 01 33",
+    "stop": "16 ff 01" + "00" * 21,
+}
+
+ENCODED = {
+    "drive": frames.encode_drive(DRIVE, KEY),
+    "estop": frames.encode_estop(ESTOP, KEY),
+    "status": frames.encode_status(STATUS, KEY),
+    "hello": frames.encode_hello(HELLO, KEY),
+    "ident": frames.encode_ident(IDENT, KEY, NONCE),
+    "stop": frames.encode_stop(STOP, KEY),
+}
+DECODE = {
+    "drive": lambda payload: frames.decode_drive(payload, KEY),
+    "estop": lambda payload: frames.decode_estop(payload, KEY),
+    "status": lambda payload: frames.decode_status(payload, KEY),
+    "hello": lambda payload: frames.decode_hello(payload, KEY),
+    "ident": lambda payload: frames.decode_ident(payload, KEY, NONCE),
+    "stop": lambda payload: frames.decode_stop(payload, KEY),
+}
+MESSAGES = {"drive": DRIVE, "estop": ESTOP, "status": STATUS, "hello": HELLO, "ident": IDENT, "stop": STOP}
+TRAILERS = {"drive": b"H", "estop": b"H", "hello": b"H", "stop": b"H", "status": b"N"}
+TRAILERS["ident"] = NONCE.to_bytes(8, "little") + b"N"
+NAMES = sorted(GOLDEN)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_layout_is_the_documented_one(name: str) -> None:
+    body = bytes.fromhex(GOLDEN[name])
+    assert len(body) == 24
+    tag = blake2s(body + TRAILERS[name], key=KEY, digest_size=8).digest()
+    assert ENCODED[name].hex(" ") == (body + tag).hex(" ")
+    assert DECODE[name](body + tag) == MESSAGES[name]
+
+
+def test_tags_do_not_change_between_releases() -> None:
+    """Literal values for the firmware's tests: they came from hashlib once and must stay."""
+    assert derive(bytes(16), b"node", b"\x01\x02\x03\x04").hex() == NODE_KEY
+    assert session_key(KEY, 1, 2, 3).hex() == SESSION_KEY
+    assert ENCODED["drive"][24:].hex() == DRIVE_TAG
+
+
+NODE_KEY = "7d2122b728af71b41f44622b6f27928b"
+SESSION_KEY = "7a0eb75454d28b37030b11ab3e1d13a7"
+DRIVE_TAG = "838bd2a35ac69068"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_single_and_double_bit_flip_is_rejected(name: str) -> None:
+    whole = int.from_bytes(ENCODED[name], "little")
+    decode = DECODE[name]
+    masks = [1 << bit for bit in range(256)]
+    for mask in masks:
+        assert isinstance(decode((whole ^ mask).to_bytes(32, "little")), Reject)
+    for first, second in combinations(masks, 2):
+        assert isinstance(decode((whole ^ first ^ second).to_bytes(32, "little")), Reject)
+
+
+def test_random_payloads_are_never_accepted() -> None:
+    random = Random(1)
+    for _ in range(4000):
+        length = random.choice((32, 32, 32, random.randrange(40)))
+        payload = bytearray(random.randbytes(length))
+        if payload:
+            payload[0] = 0x10 | random.randrange(16)
+        for decode in DECODE.values():
+            assert isinstance(decode(bytes(payload)), Reject)
+
+
+@given(st.binary(max_size=64))
+def test_no_payload_crashes_a_decoder(payload: bytes) -> None:
+    for decode in DECODE.values():
+        assert isinstance(decode(payload), Reject)
+
+
+def test_a_frame_is_taken_for_no_other_kind() -> None:
+    for name, payload in ENCODED.items():
+        for other, decode in DECODE.items():
+            assert isinstance(decode(payload), Reject) == (name != other)
+
+
+def test_rejects_say_why() -> None:
+    drive = ENCODED["drive"]
+    assert frames.decode_drive(drive[:31], KEY) is Reject.LENGTH
+    assert frames.decode_drive(b"\x21" + drive[1:], KEY) is Reject.VERSION
+    assert frames.decode_drive(ENCODED["status"], KEY) is Reject.KIND
+    assert frames.decode_drive(drive, bytes(16)) is Reject.TAG
+    assert frames.kind_of(b"\x15" + drive[1:]) is Reject.KIND
+    assert frames.kind_of(drive) is Kind.DRIVE
+
+
+def test_an_ident_is_worth_nothing_under_another_nonce() -> None:
+    assert frames.decode_ident(ENCODED["ident"], KEY, NONCE + 0x100) is Reject.TAG
+    assert frames.decode_ident(ENCODED["ident"], KEY, 0) is Reject.TAG
+
+
+def test_a_query_answer_is_bound_to_its_question() -> None:
+    answer = frames.encode_status(STATUS, KEY, NONCE)
+    assert frames.decode_status(answer, KEY, NONCE) == STATUS
+    assert frames.decode_status(answer, KEY) is Reject.TAG
+    assert frames.decode_status(answer, KEY, NONCE + 0x100) is Reject.TAG
+
+
+def sealed(body: str, trailer: bytes) -> bytes:
+    raw = bytes.fromhex(body)
+    return raw + blake2s(raw + trailer, key=KEY, digest_size=8).digest()
+
+
+@pytest.mark.parametrize(
+    ("name", "body"),
+    [
+        ("drive", "11 02 3412 04030201 0700 0800 000080 563412 010080 1122 05"),
+        ("estop", "17 03 3412 04030201 0000 0100 000000 000000 000000 0000 00"),
+        ("status", "12 02 3412 04030201 0900 0600 0700 0800 a5 23 0100 feff ff7f"),
+        ("status", "12 02 3412 04030201 0900 0600 0700 0800 45 28 0100 feff ff7f"),
+        ("status", "12 02 3412 04030201 0900 0600 0700 0800 45 43 0100 feff ff7f"),
+        ("status", "12 02 3412 04030201 0900 0600 0700 0800 45 23 0100 0080 ff7f"),
+        ("ident", "14 04 2143 0e0d0c0b0a000900 0df0feca 03020100 efbe 01 a3"),
+        ("ident", "14 04 2143 0e0d0c0b0a000900 0df0feca 03020100 efbe 01 37"),
+        ("stop", "16 fe 01" + "00" * 21),
+        ("stop", "16 ff 01" + "00" * 20 + "01"),
+    ],
+)
+def test_fields_with_no_meaning_are_rejected_behind_a_good_tag(name: str, body: str) -> None:
+    assert DECODE[name](sealed(body, TRAILERS[name])) is Reject.FIELD
+
+
+u8, u16, u32, u64 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 32, 64))
+i24 = st.integers(-frames.TARGET_LIMIT, frames.TARGET_LIMIT)
+units = st.integers(-32767, 32767).map(lambda value: value * 8)
+bool_ = st.booleans()
+drives = st.builds(Drive, u8, u16, u32, u16, u16, st.tuples(i24, i24, i24), u16, u8)
+statuses = st.builds(
+    Status,
+    *(u8, u16, u32, u16, u16, u16, u16),
+    *(st.sampled_from(State), st.integers(0, 15), st.sampled_from(Fault), st.integers(0, 3)),
+    st.tuples(units, units, units),
+)
+hellos = st.builds(Hello, u8, u64, u64, u16, u8.map(lambda value: value * 50), u8, u8, u8)
+idents = st.builds(Ident, u8, u16, u64, u32, u32, u16, u8, st.sampled_from(State), bool_, bool_)
+
+
+@settings(max_examples=200)
+@given(drives, statuses, hellos, idents, st.builds(Estop, u8, u16, u32), st.builds(Stop, u8))
+def test_decoding_gives_back_what_was_encoded(
+    drive: Drive, status: Status, hello: Hello, ident: Ident, estop: Estop, stop: Stop
+) -> None:
+    assert frames.decode_drive(frames.encode_drive(drive, KEY), KEY) == drive
+    assert frames.decode_status(frames.encode_status(status, KEY), KEY) == status
+    assert frames.decode_hello(frames.encode_hello(hello, KEY), KEY) == hello
+    assert frames.decode_ident(frames.encode_ident(ident, KEY, NONCE), KEY, NONCE) == ident
+    assert frames.decode_estop(frames.encode_estop(estop, KEY), KEY) == estop
+    assert frames.decode_stop(frames.encode_stop(stop, KEY), KEY) == stop
+
+
+@given(st.integers(-(10**9), 10**9))
+def test_positions_are_rounded_to_eight_counts_and_saturate(counts: int) -> None:
+    status = Status(1, 1, 1, 1, 0, 0, 0, State.READY, 0, Fault.NONE, 0, (counts, 0, 0))
+    decoded = frames.decode_status(frames.encode_status(status, KEY), KEY)
+    assert isinstance(decoded, Status)
+    nearest = max(-frames.POSITION_LIMIT, min(frames.POSITION_LIMIT, counts))
+    assert abs(decoded.position[0] - nearest) <= 4
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        Drive(1, 1, 1, target=(2**23, 0, 0)),
+        Drive(1, 1, 1, target=(0, -(2**23), 0)),
+        Drive(1, 1, 2**32),
+        Drive(1, 1, 1, release=2**16),
+        Drive(1, 1, 1, load_step=-1),
+        Drive(1, 1, 1, move_ms=2**16),
+        Drive(256, 1, 1),
+    ],
+)
+def test_what_does_not_fit_a_frame_is_refused(frame: Drive) -> None:
+    with pytest.raises(InvalidInput):
+        frames.encode_drive(frame, KEY)
+
+
+def test_attempts_share_a_handshake_but_no_bytes() -> None:
+    one, two = (Hello(1, NONCE + attempt, 5, 6, 1000) for attempt in (1, 2))
+    assert one.handshake == two.handshake == NONCE
+    assert frames.encode_hello(one, KEY) != frames.encode_hello(two, KEY)
+
+
+def test_keys_differ_by_chip_and_do_not_show() -> None:
+    site = Site(KEY, (1, 2))
+    assert len({site.node_key(1), site.node_key(2), site.stop_key, KEY}) == 4
+    assert KEY.hex() not in repr(site)
+    assert repr(KEY) not in repr(site)

@@ -1,0 +1,523 @@
+"""The node's rules, one by one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from curveline.radio import frames
+from curveline.radio.frames import Counts, Drive, Estop, Fault, Hello, Ident, State, Status, Stop
+from curveline.radio.keys import ZERO_MASTER, Site, session_key
+from curveline.radio.motion import Move, axes_of, config_hash
+from curveline.radio.node import Node
+from curveline.radio.nodestate import FIRMWARE, Identity, Memory
+from curveline.radio.plant import MotorPlant, PlantFault
+
+from .bench import drive_table
+
+AXES = axes_of(drive_table())
+SITE = Site(ZERO_MASTER, (0xC0FFEE, 0xBADCAB1E))
+NODE_KEY = SITE.node_key(1)
+DEADMAN = 1000
+TARGET = (2000, 500, 100)
+FAR = (20000, 0, 0)
+RUN = 77
+
+
+class FaultyPlant(MotorPlant):
+    """A plant that can be told to fail."""
+
+    coming: PlantFault | None = None
+
+    def fault(self) -> PlantFault | None:
+        return self.coming
+
+
+class Host:
+    """One host talking to one node, without any air between them."""
+
+    def __init__(self, node: Node, nonce: int = 0x5500, run: int = RUN, flags: int = 0) -> None:
+        self.node = node
+        self.hello = Hello(1, nonce, run, config_hash(AXES), DEADMAN, flags)
+        self.counter = 0
+        self.session = 0
+        self.key = b""
+
+    def offer(self, now: int) -> Ident:
+        self.hello = replace(self.hello, nonce=self.hello.nonce + 1)
+        self.node.receive(now, frames.encode_hello(self.hello, NODE_KEY))
+        ident = frames.decode_ident(self.node.ack, NODE_KEY, self.hello.handshake)
+        assert isinstance(ident, Ident)
+        self.session = ident.session
+        self.key = session_key(NODE_KEY, self.hello.handshake, ident.nonce, self.hello.run_tag)
+        self.counter = 0
+        return ident
+
+    def drive(self, now: int, **fields: object) -> Status:
+        self.counter += 1
+        frame = Drive(1, self.session, self.counter, **fields)  # type: ignore[arg-type]
+        self.node.receive(now, frames.encode_drive(frame, self.key))
+        return self.status()
+
+    def status(self) -> Status:
+        status = frames.decode_status(self.node.ack, self.key)
+        assert isinstance(status, Status), status
+        return status
+
+    def start(self, now: int, step: int = 1, target: Counts = TARGET, hold_gen: int = 0) -> Status:
+        self.drive(now, release=step - 1, load_step=step, target=target, hold_gen=hold_gen)
+        return self.drive(now, release=step, hold_gen=hold_gen)
+
+
+def make_node(memory: Memory | None = None, counts: Counts = (0, 0, 0)) -> Node:
+    return Node(Identity(1, SITE), AXES, FaultyPlant(counts), memory or Memory())
+
+
+@pytest.fixture
+def host() -> Host:
+    host = Host(make_node())
+    host.offer(0)
+    host.drive(0)
+    return host
+
+
+def keep_alive(host: Host, start: int, end: int, **fields: object) -> Status:
+    """Poll often enough for the dead-man from `start` to `end`."""
+    status = host.status()
+    for now in range(start, end + 1, 100):
+        status = host.drive(now, **fields)
+    return status
+
+
+# Sessions
+
+
+def test_a_node_boots_with_nothing_loaded_and_says_who_it_is() -> None:
+    node = make_node(Memory(boot=7, noise=0xABC))
+    assert node.state is State.BOOT
+    node.advance(0)
+    assert (node.state, node.ack) == (State.READY, b"")
+    ident = Host(node).offer(0)
+    assert (ident.node, ident.boot, ident.chip, ident.firmware) == (1, 7, 0xC0FFEE, FIRMWARE)
+    assert ident.config_hash == config_hash(AXES)
+    assert (ident.state, ident.same_run, ident.busy, ident.version) == (State.READY, False, False, 1)
+
+
+def test_attempts_of_one_handshake_get_the_same_offer_and_another_handshake_another() -> None:
+    host = Host(make_node())
+    first, again = host.offer(0), host.offer(1)
+    assert first == again
+    other = Host(host.node, nonce=0x7700).offer(2)
+    assert (other.session, other.nonce) != (first.session, first.nonce)
+
+
+def test_an_offer_alone_changes_nothing(host: Host) -> None:
+    other = Host(host.node, nonce=0x9900)
+    other.offer(10)
+    assert host.drive(20).echo == host.counter
+    assert host.start(30).state is State.MOVING
+
+
+def test_a_new_host_takes_an_idle_node_over_and_the_old_one_is_fenced_off(host: Host) -> None:
+    other = Host(host.node, nonce=0x9900, run=RUN + 1)
+    assert other.offer(10).busy
+    assert other.drive(20).echo == 1
+    before = host.node.ack
+    stale = Drive(1, host.session, 1000, release=1, load_step=1, target=TARGET)
+    host.node.receive(30, frames.encode_drive(stale, host.key))
+    assert host.node.ack == before
+    assert host.node.memory.staged == 0
+
+
+def test_a_moving_node_is_not_taken_over_before_its_owner_has_been_silent(host: Host) -> None:
+    host.start(0, target=FAR)
+    other = Host(host.node, nonce=0x9900, run=RUN + 1)
+    other.offer(500)
+    other.node.receive(600, frames.encode_drive(Drive(1, other.session, 1), other.key))
+    assert host.node.state is State.MOVING
+    assert host.drive(700, release=1).echo == host.counter
+    other.offer(1699)
+    other.node.receive(1700, frames.encode_drive(Drive(1, other.session, 1), other.key))
+    assert other.status().echo == 1
+
+
+def test_nobody_is_obeyed_who_speaks_for_another_node(host: Host) -> None:
+    before = host.node.ack
+    host.node.receive(5, frames.encode_drive(Drive(2, host.session, 99, load_step=1), host.key))
+    host.node.receive(5, frames.encode_hello(replace(host.hello, node=2), NODE_KEY))
+    assert host.node.ack == before
+
+
+def test_old_counters_and_wrong_tags_have_no_effect(host: Host) -> None:
+    host.drive(0)
+    host.drive(0)
+    before, memory = host.node.ack, replace(host.node.memory)
+    for counter in (1, 2, host.counter):
+        old = Drive(1, host.session, counter, release=5, load_step=1, target=TARGET, hold_gen=3)
+        host.node.receive(5, frames.encode_drive(old, host.key))
+        host.node.receive(5, frames.encode_estop(Estop(1, host.session, counter), host.key))
+    forged = Drive(1, host.session, 99, release=5, load_step=1, target=TARGET, hold_gen=3)
+    host.node.receive(5, frames.encode_drive(forged, bytes(16)))
+    host.node.receive(5, frames.encode_estop(Estop(1, host.session, 99), bytes(16)))
+    host.node.receive(5, frames.encode_hello(host.hello, bytes(16)))
+    host.node.receive(5, frames.encode_stop(Stop(0), bytes(16)))
+    assert (host.node.ack, host.node.memory, host.node.state) == (before, memory, State.READY)
+    assert (host.node.tally.old_counters, host.node.tally.bad_tags) == (6, 4)
+
+
+def test_what_is_no_frame_for_a_node_is_ignored(host: Host) -> None:
+    before = host.node.ack
+    for payload in (b"", bytes(32), host.node.ack, b"\x15" + bytes(31)):
+        host.node.receive(5, payload)
+    foreign = Drive(1, host.session + 1, 99)
+    host.node.receive(5, frames.encode_drive(foreign, host.key))
+    host.node.receive(5, frames.encode_estop(Estop(1, host.session + 1, 99), host.key))
+    assert host.node.ack == before
+
+
+def test_a_session_ends_with_its_counter(host: Host) -> None:
+    host.start(0, target=FAR)
+    host.counter = frames.COUNTER_END - 2
+    assert host.drive(100, release=1).state is State.MOVING
+    host.node.receive(200, frames.encode_drive(Drive(1, host.session, frames.COUNTER_END), host.key))
+    host.node.advance(1000)
+    assert host.node.state is State.HOLD_LINK
+    assert host.node.memory.finished == 0
+
+
+def test_giving_a_session_back_leaves_the_node_ready_and_its_last_answer_loaded(host: Host) -> None:
+    status = host.drive(10, hold_gen=frames.HOLD_END)
+    assert (status.state, status.echo) == (State.READY, host.counter)
+    before = host.node.ack
+    host.counter += 1
+    host.node.receive(20, frames.encode_drive(Drive(1, host.session, host.counter, load_step=1), host.key))
+    host.node.advance(10**6)
+    assert (host.node.ack, host.node.state) == (before, State.READY)
+    assert not Host(host.node, nonce=0x9900).offer(20).busy
+
+
+def test_giving_a_session_back_stops_a_moving_node_and_lifts_no_hold(host: Host) -> None:
+    host.start(0, target=FAR)
+    host.drive(500, release=1, hold_gen=frames.HOLD_END)
+    host.node.advance(5000)
+    assert host.node.state is State.HOLD_LINK
+    assert host.node.memory.finished == 0
+
+
+def test_a_query_tells_everything_and_changes_nothing(host: Host) -> None:
+    host.start(0, target=FAR)
+    session = host.node._session
+    question = Hello(1, 0xABCDEF00, 0, 0, 0, frames.FLAG_QUERY)
+    host.node.receive(500, frames.encode_hello(question, NODE_KEY))
+    answer = frames.decode_status(host.node.ack, NODE_KEY, question.handshake)
+    assert isinstance(answer, Status)
+    assert (answer.session, answer.state, answer.started) == (0, State.MOVING, 1)
+    assert answer.position[0] == pytest.approx(host.node.plant.positions(500)[0], abs=4)
+    assert (host.node._session, host.node._pending) == (session, None)
+    assert host.drive(510, release=1).echo == host.counter
+
+
+# Staging, release, motion
+
+
+def test_a_step_is_staged_released_and_done_in_order(host: Host) -> None:
+    staged = host.drive(0, load_step=1, target=TARGET, move_ms=900)
+    assert (staged.staged, staged.started, staged.state) == (1, 0, State.READY)
+    moving = host.drive(10, release=1)
+    assert (moving.started, moving.finished, moving.state) == (1, 0, State.MOVING)
+    host.node.advance(909)
+    assert host.status().finished == 0
+    host.node.advance(910)
+    assert (host.status().finished, host.status().state) == (1, State.READY)
+    assert host.node.plant.positions(910) == TARGET
+
+
+def test_release_is_a_level(host: Host) -> None:
+    host.drive(0, release=3)
+    host.drive(0, release=0, load_step=1, target=TARGET)
+    assert host.status().started == 1
+
+
+def test_the_next_step_can_be_staged_while_one_is_done_and_starts_only_when_released(host: Host) -> None:
+    host.start(0)
+    status = host.drive(10, release=1, load_step=2, target=FAR)
+    assert (status.staged, status.started) == (2, 1)
+    keep_alive(host, 20, 2000, release=1)
+    assert host.status().started == 1
+    assert host.drive(2001, release=2).started == 2
+
+
+def test_a_step_released_early_starts_when_the_one_before_is_done(host: Host) -> None:
+    host.start(0)
+    host.drive(10, release=2, load_step=2, target=FAR)
+    assert host.node.memory.started == 1
+    status = keep_alive(host, 20, 1500, release=2)
+    assert (status.finished, status.started, status.state) == (1, 2, State.MOVING)
+
+
+def test_steps_already_started_are_not_staged_again(host: Host) -> None:
+    host.start(0)
+    assert host.drive(10, release=1, load_step=1, target=FAR).fault is Fault.NONE
+    assert host.node.memory.target == TARGET
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [{"load_step": 1, "target": FAR}, {"load_step": 1, "target": TARGET, "move_ms": 5}, {"load_step": 2}],
+)
+def test_contradicting_targets_are_a_conflict(host: Host, fields: dict[str, object]) -> None:
+    host.drive(0, load_step=1, target=TARGET)
+    status = host.drive(1, **fields)
+    assert (status.state, status.fault) == (State.FAULT, Fault.CONFLICT)
+    assert host.drive(2, release=1).started == 0
+
+
+def test_skipping_a_step_is_a_conflict(host: Host) -> None:
+    assert host.drive(0, load_step=2, target=TARGET).fault is Fault.CONFLICT
+
+
+def test_staging_the_same_twice_is_no_conflict(host: Host) -> None:
+    for now in range(3):
+        assert host.drive(now, load_step=1, target=TARGET).fault is Fault.NONE
+
+
+@pytest.mark.parametrize(("target", "axis"), [((10**6, 0, 0), 1), ((0, 6000, 0), 2), ((0, 0, -50000), 3)])
+def test_targets_out_of_limits_are_refused(host: Host, target: Counts, axis: int) -> None:
+    status = host.drive(0, load_step=1, target=target)
+    assert (status.fault, status.fault_axis, status.staged) == (Fault.LIMIT, axis, 0)
+    assert host.drive(1, release=1).started == 0
+
+
+def test_an_unhomed_node_does_not_move() -> None:
+    host = Host(make_node(Memory(homed=False)))
+    host.offer(0)
+    assert host.start(0).state is State.UNHOMED
+    assert host.status().started == 0
+
+
+# Holding
+
+
+def test_a_hold_slows_down_within_the_limits_and_goes_on_when_lifted(host: Host) -> None:
+    host.start(0, target=FAR)
+    status = host.drive(900, release=1, hold_gen=1)
+    assert (status.state, status.hold_low) == (State.MOVING, 1)
+    host.node.advance(1099)
+    assert host.node.state is State.MOVING
+    host.node.advance(1100)
+    stopped = host.node.plant.positions(1100)
+    assert host.node.state is State.HOLD
+    assert host.drive(1500, release=1, hold_gen=1).position[0] == pytest.approx(stopped[0], abs=4)
+    assert host.drive(1600, release=1, hold_gen=2).state is State.MOVING
+    keep_alive(host, 1700, 8000, release=1, hold_gen=2)
+    assert (host.status().finished, host.node.plant.positions(8000)) == (1, FAR)
+
+
+def test_a_hold_lifted_while_braking_first_comes_to_rest(host: Host) -> None:
+    host.start(0, target=FAR)
+    host.drive(900, release=1, hold_gen=1)
+    assert host.drive(950, release=1, hold_gen=2).state is State.MOVING
+    assert isinstance(host.node.move, Move)
+    assert host.node.move.brake_ms is not None
+    keep_alive(host, 1000, 8000, release=1, hold_gen=2)
+    assert host.node.plant.positions(8000) == FAR
+
+
+def test_a_held_node_starts_nothing(host: Host) -> None:
+    host.drive(0, hold_gen=1)
+    assert host.start(10, hold_gen=1).state is State.HOLD
+    assert host.status().started == 0
+    assert host.drive(20, release=1, hold_gen=0).started == 0, "an old generation must not lift a hold"
+    assert host.drive(30, release=1, hold_gen=2).started == 1
+
+
+def test_a_hold_in_the_last_ramp_lets_the_step_end(host: Host) -> None:
+    host.start(0)
+    end = host.node.plant.settles_ms()
+    host.drive(end - 1, release=1, hold_gen=1)
+    host.node.advance(end)
+    assert (host.status().finished, host.node.state) == (1, State.HOLD)
+
+
+def test_silence_holds_exactly_at_the_dead_man_time(host: Host) -> None:
+    host.start(0, target=FAR)
+    host.node.advance(DEADMAN - 1)
+    assert host.node.move.brake_ms is None
+    host.node.advance(DEADMAN)
+    assert host.node.move.brake_ms == DEADMAN
+    host.node.advance(DEADMAN + 200)
+    assert host.node.state is State.HOLD_LINK
+    here = host.node.plant.positions(DEADMAN + 200)
+    assert keep_alive(host, 2000, 5000, release=1).state is State.HOLD_LINK, "hearing the host again is not enough"
+    assert host.node.plant.positions(5000) == here
+    assert host.drive(5001, release=1, hold_gen=1).state is State.HOLD
+    assert host.drive(5002, release=1, hold_gen=2).state is State.MOVING
+
+
+def test_an_idle_node_falls_silent_too(host: Host) -> None:
+    host.node.advance(DEADMAN)
+    assert host.node.state is State.HOLD_LINK
+    assert host.start(DEADMAN + 1).started == 0
+
+
+def test_a_stop_broadcast_holds_and_the_owner_lifts_it(host: Host) -> None:
+    host.start(0, target=FAR)
+    host.node.receive(500, frames.encode_stop(Stop(0), SITE.stop_key))
+    status = keep_alive(host, 600, 1500, release=1)
+    assert (status.state, status.hold_low) == (State.HOLD, 0)
+    assert host.drive(1600, release=1, hold_gen=2).state is State.MOVING
+
+
+def test_a_recorded_stop_cannot_be_worse_than_a_hold() -> None:
+    node = make_node()
+    node.receive(0, frames.encode_stop(Stop(0), SITE.stop_key))
+    assert node.state is State.HOLD
+    host = Host(node)
+    host.offer(1)
+    assert host.start(2).started == 1
+
+
+def test_an_emergency_stop_is_final(host: Host) -> None:
+    host.start(0, target=FAR)
+    host.counter += 1
+    host.node.receive(500, frames.encode_estop(Estop(1, host.session, host.counter), host.key))
+    assert host.status().state is State.ESTOP
+    assert host.drive(600, release=1, hold_gen=2).state is State.ESTOP
+    end = host.node.plant.settles_ms()
+    assert end <= 700
+    other = Host(host.node, nonce=0x9900, run=RUN + 1, flags=frames.FLAG_CLEAR)
+    other.offer(3000)
+    assert other.start(3000).started == 0
+    host.node.start_homing(4000)
+    assert host.node.state is State.ESTOP
+    assert host.node.plant.positions(9000) == host.node.plant.positions(end)
+
+
+# Faults
+
+
+def test_a_fault_of_the_plant_stops_the_node_at_its_own_moment(host: Host) -> None:
+    host.node.plant.coming = PlantFault(450, Fault.STALL, 1)
+    host.start(0, target=FAR)
+    host.node.advance(449)
+    assert host.node.state is State.MOVING
+    host.node.advance(3000)
+    assert host.node.move is None
+    status = host.status()
+    assert (status.state, status.fault, status.fault_axis, status.finished) == (State.FAULT, Fault.STALL, 1, 0)
+    assert host.drive(3001, release=1, hold_gen=2).state is State.FAULT
+
+
+def test_a_fault_is_cleared_by_a_session_that_says_so(host: Host) -> None:
+    host.node.plant.coming = PlantFault(450, Fault.STALL, 1)
+    host.start(0, target=FAR)
+    host.node.advance(3000)
+    host.node.plant.coming = None
+    plain = Host(host.node, nonce=0x9900, run=1)
+    plain.offer(4000)
+    assert plain.drive(4000).state is State.FAULT
+    clearing = Host(host.node, nonce=0xAA00, run=1, flags=frames.FLAG_CLEAR)
+    clearing.offer(4001)
+    assert clearing.drive(4001).state is State.READY
+
+
+def test_a_lost_position_is_cleared_by_homing_only(host: Host) -> None:
+    host.node.plant.coming = PlantFault(450, Fault.ENCODER, 2)
+    host.start(0, target=FAR)
+    host.node.advance(3000)
+    host.node.plant.coming = None
+    clearing = Host(host.node, nonce=0xAA00, run=1, flags=frames.FLAG_CLEAR)
+    clearing.offer(4001)
+    assert clearing.drive(4001).state is State.POSITION_LOST
+    host.node.finish_homing(4500)
+    assert host.node.state is State.POSITION_LOST
+    host.node.start_homing(5000)
+    host.node.finish_homing(6000)
+    assert host.node.state in (State.READY, State.HOLD_LINK)
+    assert host.node.memory.homed
+
+
+def test_homing_is_a_state_in_which_nothing_else_moves(host: Host) -> None:
+    host.node.start_homing(10)
+    assert host.status().state is State.HOMING
+    assert host.start(20).started == 0
+    host.node.finish_homing(30)
+    assert host.status().state is State.READY
+    host.start(40, target=FAR)
+    host.node.start_homing(50)
+    assert host.status().state is State.MOVING, "a moving node cannot be homed"
+
+
+# Runs
+
+
+def interrupted(flags: int, run: int) -> Host:
+    """A node whose host died in step 1, claimed again."""
+    first = Host(make_node())
+    first.offer(0)
+    first.start(0, target=FAR)
+    first.node.advance(5000)
+    again = Host(first.node, nonce=0x9900, run=run, flags=flags)
+    again.offer(5000)
+    again.drive(5001)
+    return again
+
+
+def test_a_new_run_starts_from_nothing() -> None:
+    host = interrupted(0, RUN)
+    assert (host.status().started, host.status().staged, host.status().state) == (0, 0, State.READY)
+    assert host.start(5002).state is State.MOVING
+
+
+def test_a_resumed_run_stays_held_until_it_is_lifted_and_then_goes_on() -> None:
+    host = interrupted(frames.FLAG_RESUME, RUN)
+    assert (host.status().started, host.status().finished, host.status().state) == (1, 0, State.HOLD_LINK)
+    assert host.drive(5003, release=1).state is State.HOLD_LINK
+    assert host.drive(5004, release=1, hold_gen=2).state is State.MOVING
+    keep_alive(host, 5100, 12000, release=1, hold_gen=2)
+    assert host.status().finished == 1
+
+
+def test_resuming_another_run_is_a_new_one() -> None:
+    assert interrupted(frames.FLAG_RESUME, RUN + 1).status().started == 0
+
+
+def test_an_offer_says_whether_the_run_is_known() -> None:
+    host = interrupted(0, RUN)
+    assert Host(host.node, nonce=0xAA00, run=RUN).offer(5002).same_run
+    assert not Host(host.node, nonce=0xBB00, run=RUN + 1).offer(5003).same_run
+
+
+def test_a_new_run_may_be_released_while_the_node_still_brakes_from_the_old_one() -> None:
+    first = Host(make_node())
+    first.offer(0)
+    first.start(0, target=FAR)
+    again = Host(first.node, nonce=0x9900, run=RUN + 1)
+    again.offer(DEADMAN)
+    again.start(DEADMAN + 1, target=TARGET)
+    keep_alive(again, DEADMAN + 10, 9000, release=1)
+    assert again.status().finished == 1
+    assert again.node.plant.positions(9000) == TARGET
+
+
+def test_a_node_restored_in_the_middle_of_a_step_holds() -> None:
+    node = make_node(Memory(started=2, finished=1, staged=2, target=FAR, run_tag=RUN), counts=(5000, 0, 0))
+    node.advance(0)
+    assert node.state is State.HOLD_LINK
+    host = Host(node, flags=frames.FLAG_RESUME)
+    host.offer(1)
+    assert host.drive(2, release=2).state is State.HOLD_LINK
+    assert host.drive(3, release=2, hold_gen=2).state is State.MOVING
+
+
+def test_the_set_point_is_the_move_and_then_the_position(host: Host) -> None:
+    assert host.node.setpoint(0) == (0, 0, 0)
+    host.start(0, target=FAR)
+    assert host.node.setpoint(700) == host.node.plant.positions(700)
+    assert host.node.setpoint(700)[0] > 0
+
+
+def test_sequence_numbers_of_offers_wrap_without_zero() -> None:
+    host = Host(make_node(Memory(offers=0xFFFF)))
+    assert host.offer(0).session == 1
