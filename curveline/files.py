@@ -42,14 +42,18 @@ def read_file(path: AnyPath, limit: int) -> bytes:
 
 def decode_text(data: bytes, name: str) -> str:
     """UTF-8 text with lines that end in a bare newline; InvalidInput at the first byte that is not text."""
+    fault = len(data)
+    text = ""
     try:
         # A byte order mark is what some editors on Windows put before UTF-8; it carries no meaning.
         text = data.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
-        start = error.start + (3 if data.startswith(b"\xef\xbb\xbf") else 0)
-        _refuse_byte(data, name, start, f"byte 0x{data[start]:02x} is not UTF-8 text")
-    if "\0" in text:
-        _refuse_byte(data, name, data.index(b"\0"), "a zero byte: this is not a text file")
+        fault = error.start + (3 if data.startswith(b"\xef\xbb\xbf") else 0)
+    zero = data.find(b"\0", 0, fault)
+    if zero >= 0:
+        _refuse_byte(data, name, zero, "a zero byte: this is not a text file")
+    if fault < len(data):
+        _refuse_byte(data, name, fault, f"byte 0x{data[fault]:02x} is not UTF-8 text")
     return text
 
 

@@ -49,7 +49,7 @@ class SegmentTable(Table):
 class LoadTable(Table):
     """One item of `loads`."""
 
-    segment: int = Field(description="number of the segment, the leftmost being 1")
+    segment: int = Field(ge=1, le=MAX_NODES, description="number of the segment, the leftmost being 1")
     at: float = Field(gt=0.0, lt=1.0, description="where the load acts, as a fraction of the segment's length")
     force_N: list[Force] = Field(min_length=PAIR, max_length=PAIR, description="[horizontal, vertical] force")
 

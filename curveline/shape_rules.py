@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 
 from curveline.scene import Display, Range
-from curveline.toml_document import Document, shown, unit_of
+from curveline.toml_document import Document, counted, shown, unit_of
 from curveline.toml_location import KeyPath
 from curveline.units import deg, to_deg, to_mm
 
@@ -90,11 +90,11 @@ def _check_addresses(document: Document) -> None:
 def _check_counts(document: Document, display: Display | None) -> None:
     nodes, segments = document.get("nodes"), document.get("segments")
     if nodes is not None and display is not None and len(nodes) != display.node_count:
-        message = f"{len(nodes)} nodes, but display {display.name} has {display.node_count}"
+        message = f"{counted(len(nodes), 'node')}, but display {display.name} has {display.node_count}"
         hint = f"list {display.node_count} nodes, or choose another display"
         document.problem(("nodes",), "node-count", message, hint)
     if nodes is not None and segments is not None and len(segments) != max(0, len(nodes) - 1):
-        message = f"{len(segments)} segments between {len(nodes)} nodes"
+        message = f"{counted(len(segments), 'segment')} between {counted(len(nodes), 'node')}"
         hint = f"list {max(0, len(nodes) - 1)}: one segment between neighbouring nodes"
         document.problem(("segments",), "segment-count", message, hint)
 
@@ -128,7 +128,9 @@ def _check_reach(document: Document, segment: int, display: Display) -> None:
         return
     # The hint is a length that passes, with one decimal: rounded up, and never onto the bound itself.
     enough = math.floor(shortest * 10.0 + 1.0) / 10.0
-    message = f"segment {segment + 1}: {length:g} mm of rod do not reach between its nodes, {shortest:.6g} mm apart"
+    message = (
+        f"segment {segment + 1}: {length:g} mm of rod are too short: {shortest:.6g} mm go straight from node to node"
+    )
     hint = f"make length_mm at least {enough:g}, or bring heights and angles closer together"
     document.problem(path, "too-short", message, hint)
 
@@ -155,9 +157,11 @@ def _check_loads(document: Document, display: Display | None) -> None:
     segments = document.get("segments")
     for index in range(_count(document, "loads")):
         segment, at = document.number("loads", index, "segment"), document.number("loads", index, "at")
-        if segments is not None and segment is not None and not 1 <= segment <= len(segments):
-            message = f"load {index + 1} is on segment {segment:g}, but there are {len(segments)}"
-            hint = f"segments count from 1 to {len(segments)}, from the left"
+        if segments is not None and segment is not None and segment > len(segments):
+            message = (
+                f"load {index + 1} is on segment {segment:g}, but the shape has {counted(len(segments), 'segment')}"
+            )
+            hint = "segments are numbered from 1, from the left"
             document.problem(("loads", index, "segment"), "out-of-range", message, hint)
         elif display is not None and segment is not None and at is not None and int(segment) - 1 in lengths:
             _check_load_is_free(document, index, lengths[int(segment) - 1], display)

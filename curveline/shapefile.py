@@ -43,9 +43,8 @@ def read_shape(path: AnyPath) -> Scene:
     model = document.validate(ShapeTable)
     display, elsewhere = _display_of(document)
     check_shape(document, display)
-    found = (*document.diagnostics(), *elsewhere)
-    if found or model is None or display is None:
-        raise InvalidInput(document.error().message if document.diagnostics() else _summary(found), diagnostics=found)
+    if model is None or display is None or document.diagnostics():
+        raise document.error(elsewhere)
     return _scene(model, display, name, hashlib.sha256(data).hexdigest())
 
 
@@ -123,10 +122,6 @@ def _refuse_empty(document: Document, hint: str) -> None:
 def _hint_for_display(name: str) -> str:
     known = list(builtin_displays())
     return f"{nearest(name, known)}built in: {', '.join(known)}; a display of your own is a path that ends in .toml"
-
-
-def _summary(found: tuple[Diagnostic, ...]) -> str:
-    return f"{found[0].path}: {len(found)} problem{'' if len(found) == 1 else 's'}" if found else "invalid shape"
 
 
 def _scene(model: ShapeTable, display: Display, path: str, digest: str) -> Scene:

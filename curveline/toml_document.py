@@ -17,6 +17,12 @@ from curveline.toml_location import MAX_DEPTH, KeyPath, TomlMap
 MAX_DIAGNOSTICS = 100
 """More problems than anybody reads; a hostile file can hold a hundred thousand."""
 
+MAX_EXPLAINED = 1000
+"""Explaining one costs a search for similar keys; the rest only keeps its values from being used."""
+
+ENORMOUS = 1 << 64
+"""Whole numbers from here on are not TOML's any more, though tomllib reads them."""
+
 _Model = TypeVar("_Model", bound=BaseModel)
 
 _UNITS = {
@@ -47,7 +53,7 @@ _WRONG_TYPE = {
 _TYPE_NAMES = {
     bool: "a truth value",
     int: "a whole number",
-    float: "a number",
+    float: "a decimal number",
     str: "text",
     list: "an array",
     dict: "a table",
@@ -83,20 +89,22 @@ class Document:
             digits = re.search(r"[0-9_]{4000}", text)
             position = self._map.position(digits.start() if digits else 0)
             self._fail(position, "out-of-range", "a number of thousands of digits", "write fewer digits")
-        except RecursionError:
-            self._fail((1, 1), "too-deep", "tables or arrays nested too deep", "remove the nesting")
 
     def _fail_syntax(self, reason: str) -> NoReturn:
         text, _, where = reason.rpartition(" (at ")
         numbers = re.findall(r"\d+", where)
-        position = (int(numbers[0]), int(numbers[1])) if numbers else (len(self._lines), len(self._lines[-1]) + 1)
+        hint = "each line reads key = value or [table]; text stands in quotes"
+        if numbers:
+            position = (int(numbers[0]), int(numbers[1]))
+        else:
+            position = (len(self._lines), len(self._lines[-1]) + 1)
+            hint = "the file ends too early: close the quote or bracket that is open"
         repeated = self._map.repeated
-        if repeated is not None and text.startswith("Cannot"):
+        if repeated is not None and text.startswith(("Cannot", "Duplicate")):
             path, offset = repeated
             first = self._map.key_position(path)[0]
             message = f"{key_text(path)} stands here for the second time, after line {first}"
             self._fail(self._map.position(offset), "duplicate-key", message, "keep one of the two")
-        hint = "each line reads key = value or [table]; text stands in quotes"
         self._fail(position, "toml-syntax", f"this is not TOML: {text[:1].lower()}{text[1:]}", hint)
 
     def _fail(self, position: tuple[int, int], code: str, message: str, hint: str) -> NoReturn:
@@ -114,17 +122,17 @@ class Document:
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """What was found, in file order, at most `MAX_DIAGNOSTICS`."""
         found = []
-        for line, column, code, message, hint in sorted(set(self._problems))[:MAX_DIAGNOSTICS]:
+        for line, column, code, message, hint in sorted(self._problems)[:MAX_DIAGNOSTICS]:
             source, caret = excerpt(self._lines[line - 1], column)
             found.append(Diagnostic(self.path, line, column, code, message, hint, source, caret))
         return tuple(found)
 
-    def error(self) -> InvalidInput:
-        """The exception that carries everything found."""
-        count = len(set(self._problems))
-        shown = f", the first {MAX_DIAGNOSTICS} of them shown" if count > MAX_DIAGNOSTICS else ""
-        message = f"{self.path}: {count} problem{'' if count == 1 else 's'}{shown}"
-        return InvalidInput(message, diagnostics=self.diagnostics())
+    def error(self, elsewhere: tuple[Diagnostic, ...] = ()) -> InvalidInput:
+        """The exception that carries everything found here, and `elsewhere` in a file that this one names."""
+        count = len(self._problems) + len(elsewhere)
+        found = (*self.diagnostics(), *elsewhere)
+        rest = f", {len(found)} of them shown" if len(found) < count else ""
+        return InvalidInput(f"{self.path}: {counted(count, 'problem')}{rest}", diagnostics=found)
 
     def get(self, *path: str | int) -> Any:
         """The raw value at `path`; None if it is absent or was found faulty."""
@@ -148,21 +156,20 @@ class Document:
         try:
             return model.model_validate(self.data)
         except ValidationError as error:
-            for details in error.errors(include_url=False):
+            found = error.errors(include_url=False)
+            self._unusable.update(tuple(details["loc"]) for details in found)
+            for details in found[:MAX_EXPLAINED]:
                 self._record(model, details)
             return None
 
     def _record(self, model: type[BaseModel], details: Mapping[str, Any]) -> None:
         path: KeyPath = tuple(details["loc"])
-        self._unusable.add(path)
         if details["type"] == "extra_forbidden":
             hint = _hint_for_unknown(model, path)
             self.problem_at_key(path, "unknown-key", f"there is no key {_quoted(path[-1])} here", hint)
             return
-        code, message = _explain(path, details)
-        about = _description(model, path)
-        hint = f"{_last_name(path)} is {about}"
-        self.problem(path, code, message, f"add it: {hint}" if code == "missing-key" else hint)
+        code, message, advice = _explain(path, details)
+        self.problem(path, code, message, f"{advice}: {_description(model, path)}")
 
 
 def key_text(path: KeyPath) -> str:
@@ -175,8 +182,8 @@ def key_text(path: KeyPath) -> str:
 
 def shown(value: Any) -> str:
     """A value as it may stand in a message: short, on one line."""
-    if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 1 << 64:
-        return "an enormous number"
+    if isinstance(value, int) and abs(value) >= ENORMOUS:
+        return "an enormous number"  # Python refuses to write out the largest ones
     text = repr(value)
     return text if len(text) <= 40 else f"{text[:37]}..."
 
@@ -195,24 +202,39 @@ def unit_of(key: str) -> str:
     return ""
 
 
-def _explain(path: KeyPath, details: Mapping[str, Any]) -> tuple[str, str]:
-    """Code and message of one finding of pydantic's."""
+def counted(number: int, noun: str) -> str:
+    """A number of things: `1 item`, `2 items`."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _explain(path: KeyPath, details: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Code, message and advice for one finding of pydantic's."""
     kind, context, value = details["type"], details.get("ctx", {}), details["input"]
     name, unit = key_text(path), unit_of(_last_name(path))
+    enormous = isinstance(value, int) and abs(value) >= ENORMOUS
     if kind == "missing":
-        return "missing-key", f"{name} is missing"
-    if kind in _WRONG_TYPE:
-        given = _TYPE_NAMES.get(type(value), "a date or time")
-        return "wrong-type", f"{name} must be {_WRONG_TYPE[kind]}, not {given}"
+        return "missing-key", f"{name} is missing", "add it"
+    if kind in _WRONG_TYPE and not enormous:
+        wanted, given = _WRONG_TYPE[kind], _TYPE_NAMES.get(type(value), "a date or time")
+        return "wrong-type", f"{name} must be {wanted}, not {given}", f"write {wanted}"
     if kind == "finite_number":
-        return "not-finite", f"{name} is {shown(value)}, which is not a finite number"
-    if kind in _BOUNDS:
-        bound, words = _BOUNDS[kind]
-        return "out-of-range", f"{name} is {shown(value)}{unit}, but must be {words} {context[bound]:g}{unit}"
+        return "not-finite", f"{name} is {shown(value)}, which is not a finite number", "write a finite number"
+    if kind in _BOUNDS or enormous:
+        bound, words = _BOUNDS.get(kind, ("", ""))
+        limit = f"{words} {context[bound]:g}{unit}" if bound else "an ordinary number"
+        return (
+            "out-of-range",
+            f"{name} is {shown(value)}{'' if enormous else unit}, but must be {limit}",
+            f"make it {limit}",
+        )
     if kind in ("too_short", "too_long"):
-        wanted = context.get("max_length", context.get("min_length"))
-        return "item-count", f"{name} has {context['actual_length']} items, but must have {wanted}"
-    return "bad-value", f"{name} is {shown(value)}"
+        limit = f"at most {context['max_length']}" if kind == "too_long" else f"at least {context['min_length']}"
+        message = f"{name} has {counted(context['actual_length'], 'item')}, but must have {limit}"
+        return "item-count", message, f"list {limit}"
+    if kind == "string_too_long":
+        limit = f"at most {context['max_length']} characters"
+        return "bad-value", f"{name} has {len(value)} characters, but must have {limit}", f"use {limit}"
+    return "bad-value", f"{name} is {shown(value)}, which is not one of the values it can have", "write"
 
 
 def _hint_for_unknown(model: type[BaseModel], path: KeyPath) -> str:

@@ -106,9 +106,10 @@ class _Scanner:
         names = self.names()
         path: KeyPath = ()
         for name, offset in names[:-1]:
-            path = self.latest((*path, name))
+            path = (*path, name)
             self.found.keys.setdefault(path, offset)
             self.found.values.setdefault(path, start)
+            path = self.latest(path)
         name, offset = names[-1]
         path = (*path, name)
         self.found.keys.setdefault(path, offset)
