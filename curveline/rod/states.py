@@ -9,16 +9,21 @@ rod just misses a fold, the neighbourhood is looked at again with a finer rod.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from curveline.rod import spline
 from curveline.rod._jit import njit
+from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.planar import Effort, descend, newton
 from curveline.rod.problem import (
     Array,
+    ScaledRod,
+    make_problem,
     mean_height,
+    mesh,
     refine_angles,
     released,
     sharpest_turn,
@@ -27,7 +32,12 @@ from curveline.rod.problem import (
 SEARCH_EDGES = 24
 FINE = 4
 CAPACITY = 24
+TURNED_EDGES = 48
 
+PEAK = "peak"
+VALLEY = "valley"
+
+NUDGE = 0.03
 STRIDE = 0.025
 FAR = 300.0
 NEAR = 4.0
@@ -35,7 +45,7 @@ SHARPEST = 1.0
 SAME = 1e-3
 
 FOLLOW = Effort(turn=0.5, close=1e-3, iterations=12)
-SETTLE = Effort(turn=0.5, close=1e-3, iterations=60)
+SETTLE = Effort(turn=0.5, close=1e-3, iterations=15)
 CERTIFY = Effort(turn=0.3, close=1e-7, iterations=40)
 RELAX = Effort(turn=0.5, close=1e-7, iterations=150)
 
@@ -88,8 +98,10 @@ def settle_at(problem, height, phi, multipliers, backup):
     if iterations < 0 or unstable != 0:
         phi[:] = backup
         multipliers[:] = kept
-        # A hair off the symmetric path, or the descent could sit on it.
-        phi[0] += 1e-6
+        # Off the symmetric path by a small S, or the descent could sit on it.
+        n = phi.size
+        for j in range(n):
+            phi[j] += NUDGE * np.sin(2.0 * np.pi * (j + 0.5) / n)
         iterations = descend(problem, phi, multipliers, SETTLE)
     return iterations > 0 and sharpest_turn(problem, phi) < SHARPEST
 
@@ -232,3 +244,73 @@ def search_turned(problem, found):
             at = (j + 0.5) / n
             phi[j] = problem.ends[0] + turn * min(max(2.0 * at - 0.5 * part, 0.0), 1.0)
         relax_from(free, phi, found)
+
+
+@njit
+def search_rod(rod, n):
+    """Search a `ScaledRod` cut into about n edges, and near folds into finer ones; two pairs (edges, `Found`)."""
+    edges = mesh(rod.at, n)
+    fine_edges = np.repeat(edges / FINE, FINE)
+    found = nothing_found(edges.size)
+    found_fine = nothing_found(fine_edges.size)
+    search(make_problem(rod, edges), make_problem(rod, fine_edges), found, found_fine)
+    return edges, found, fine_edges, found_fine
+
+
+@njit
+def search_turned_rod(rod, n):
+    """Search a `ScaledRod` whose ends are a further turn apart; its edges and what was `Found`."""
+    edges = mesh(rod.at, n)
+    found = nothing_found(edges.size)
+    search_turned(make_problem(rod, edges), found)
+    return edges, found
+
+
+def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (0,)) -> list[Equilibrium]:
+    """Every stable state of `rod`, each refined to `tolerance` [m], named, the highest over the chord first.
+
+    Complete for the states a planar display can show; of those with further turns of the tangent, `windings`, it lists
+    the ones it meets.
+    """
+    states: list[Equilibrium] = []
+    for winding in windings:
+        for edges, found in _raw(rod.scaled(winding), winding):
+            for i in range(int(found.count[0])):
+                if found.unstable[i] == 0.0:
+                    state = refine(rod, edges, found.shapes[i], found.multipliers[i], tolerance, winding)
+                    _add(states, state)
+    return named(states)
+
+
+def _raw(scaled: ScaledRod, winding: int) -> list[tuple[Array, Found]]:
+    """Edges and equilibria of the scaled rod; a finer rod is searched where the coarse one shows nothing."""
+    if winding:
+        return [search_turned_rod(scaled, TURNED_EDGES)]
+    for n in (SEARCH_EDGES, SEARCH_EDGES * FINE):
+        edges, found, fine_edges, found_fine = search_rod(scaled, n)
+        if np.any(found.unstable[: int(found.count[0])] == 0.0):
+            break
+    return [(edges, found), (fine_edges, found_fine)]
+
+
+def _add(states: list[Equilibrium], state: Equilibrium) -> None:
+    """Append a stable state unless it is there already; the coarse and the fine search may both have met it."""
+    if state.outcome in (Outcome.LOST, Outcome.UNSTABLE):
+        return
+    for other in states:
+        near = 0.01 * SAME * state.rod.length + state.error + other.error
+        if other.winding == state.winding and np.max(np.abs(other.curve(33) - state.curve(33))) < near:
+            return
+    states.append(state)
+
+
+def named(states: list[Equilibrium]) -> list[Equilibrium]:
+    """The states with their names: of two that can be shown the higher is the peak; a single one goes by its side."""
+    states = sorted(states, key=lambda state: (not state.simple, -state.mean_height))
+    shown = [state for state in states if state.simple]
+    names = [PEAK if shown[0].mean_height > 0.0 else VALLEY] if len(shown) == 1 else [PEAK, VALLEY][: len(shown)]
+    names += [f"middle-{i}" for i in range(1, len(shown) - 1)]
+    for state in states[len(shown) :]:
+        kind = "loop" if state.winding else "crossing" if state.crosses_itself else "wrapped"
+        names.append(f"{kind}-{1 + sum(name.startswith(kind) for name in names)}")
+    return [replace(state, name=name) for state, name in zip(states, names, strict=True)]

@@ -1,0 +1,202 @@
+"""Solve a clamped rod to equilibrium and refine it to a tolerance; what comes out is data, also when it fails."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from curveline.rod.crossings import clearance, crosses_itself, crosses_tails
+from curveline.rod.ladder import EIGENVALUE, climb, interpolate
+from curveline.rod.problem import Array, ScaledRod
+
+MOST_EDGES = 50_000
+TAIL = 0.2
+"""Length of the straight tails behind the clamps, as a fraction of the chord, that a curve must not cross."""
+
+
+class Outcome(Enum):
+    """How a solve ended; the value is the sentence shown to the user."""
+
+    CONVERGED = "converged to the tolerance"
+    COARSE = "the tolerance was not reached with the most vertices allowed: ask for a larger tolerance"
+    LOST = "the state exists only on a coarse rod: it lies at a fold; change length or angles a little"
+    UNSTABLE = "an equilibrium, but not a stable one: the rod leaves it"
+
+
+@dataclass(frozen=True)
+class ClampedRod:
+    """One segment as the physics sees it, in SI: a uniform rod from clamp to clamp.
+
+    `chord` leads from pivot to pivot; `length` is counted between pivots; the bearings hold `clamp` of rod straight,
+    centred on the pivots. `loads` are (fraction of `length`, force x, force y) in order of the fraction.
+    """
+
+    chord: tuple[float, float]  # [m]
+    start: float  # [rad]
+    end: float  # [rad]
+    length: float  # [m]
+    clamp: float  # [m]
+    stiffness: float  # EI [N m^2]
+    weight: float  # [N/m], downwards
+    natural_curvature: float = 0.0  # [1/m]
+    loads: tuple[tuple[float, float, float], ...] = ()
+
+    @property
+    def free_length(self) -> float:
+        """Length of the rod outside the bearings [m]."""
+        return self.length - self.clamp
+
+    @property
+    def free_start(self) -> tuple[float, float]:
+        """Where the free rod begins, seen from the left pivot [m]."""
+        return 0.5 * self.clamp * math.cos(self.start), 0.5 * self.clamp * math.sin(self.start)
+
+    @property
+    def free_chord(self) -> tuple[float, float]:
+        """From where the free rod begins to where it ends [m]."""
+        half = 0.5 * self.clamp
+        return (
+            self.chord[0] - half * (math.cos(self.start) + math.cos(self.end)),
+            self.chord[1] - half * (math.sin(self.start) + math.sin(self.end)),
+        )
+
+    def scaled(self, winding: int = 0) -> ScaledRod:
+        """The free rod in units of its length and EI; its tangent turns by `winding` further full turns."""
+        length = self.free_length
+        unit = length * length / self.stiffness
+        at = [(place * self.length - 0.5 * self.clamp) / length for place, _, _ in self.loads]
+        forces = [(x * unit, y * unit) for _, x, y in self.loads]
+        return ScaledRod(
+            self.weight * length * unit,
+            np.array(at, dtype=float),
+            np.array(forces, dtype=float).reshape(-1, 2),
+            np.array(self.free_chord) / length,
+            np.array([self.start, self.end + 2.0 * math.pi * winding]),
+        )
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A state of a segment, in SI, in the frame of its left pivot.
+
+    `vertices_table (m+1, 4)` holds position [m], tangent angle [rad] and curvature [1/m] at the ends of `edges (m,)`
+    [m] of the free rod; `vertices` counts those of the finest rod it was extrapolated from. Forces and moments are
+    those of the clamps on the rod, where the free rod begins and ends.
+    """
+
+    name: str
+    outcome: Outcome
+    stable: bool
+    wanted: bool
+    energy: float  # [J], bending, weight and loads; heights are counted from where the free rod begins
+    error: float  # [m], estimated largest error of the curve
+    vertices: int
+    iterations: int
+    lowest_eigenvalue: float  # of the second variation, in EI/L^2 of the free rod
+    winding: int
+    crosses_itself: bool
+    wraps_clamp: bool
+    clearance: float  # [m] between parts of the curve that are not neighbours
+    mean_height: float  # [m] over the chord
+    clamp_force: Array  # (2, 2) [N]
+    clamp_moment: Array  # (2,) [N m]
+    max_curvature: float  # [1/m], away from the natural one
+    vertices_table: Array
+    edges: Array
+    rod: ClampedRod
+
+    @property
+    def simple(self) -> bool:
+        """True if a planar display can show this state."""
+        return self.winding == 0 and not self.crosses_itself and not self.wraps_clamp
+
+    def curve(self, points: int) -> Array:
+        """`points` positions (points, 2) [m], equally spaced in arc length from pivot to pivot."""
+        rod = self.rod
+        half = 0.5 * rod.clamp
+        places = np.linspace(0.0, rod.length, points)
+        out = np.empty((points, 2))
+        interpolate(self.vertices_table, self.edges, places - half, out)
+        before = places < half
+        out[before] = places[before, None] * [math.cos(rod.start), math.sin(rod.start)]
+        after = places > rod.length - half
+        back = (rod.length - places[after, None]) * [math.cos(rod.end), math.sin(rod.end)]
+        out[after] = np.array(rod.chord) - back
+        return out
+
+
+def refine(
+    rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolerance: float, winding: int = 0
+) -> Equilibrium:
+    """Refine a coarse equilibrium, angles `phi (n,)` on `edges (n,)` and `multipliers (2,)`, to `tolerance` [m].
+
+    The tangent turns by `winding` further full turns. Never raises for numerical reasons: see `Outcome`.
+    """
+    length = rod.free_length
+    scaled = rod.scaled(winding)
+    table, scalars, places, estimate, unstable, iterations, finest = climb(
+        scaled, edges, phi, multipliers, tolerance / length, MOST_EDGES
+    )
+    table *= np.array([length, length, 1.0, 1.0 / length])
+    table[:, :2] += rod.free_start
+    error = estimate * length
+    stable = unstable == 0 and scalars[EIGENVALUE] > 0.0
+    if unstable < 0:
+        outcome = Outcome.LOST
+    elif not stable:
+        outcome = Outcome.UNSTABLE
+    else:
+        outcome = Outcome.CONVERGED if error <= tolerance else Outcome.COARSE
+    force, moment = _clamp_wrench(rod, scalars)
+    return Equilibrium(
+        name="",
+        outcome=outcome,
+        stable=stable,
+        wanted=False,
+        energy=_energy(rod, scalars, winding),
+        error=error,
+        vertices=finest + 1,
+        iterations=iterations,
+        lowest_eigenvalue=float(scalars[EIGENVALUE]),
+        winding=winding,
+        crosses_itself=bool(crosses_itself(table)),
+        wraps_clamp=bool(crosses_tails(table, rod.clamp + TAIL * math.hypot(*rod.chord))),
+        clearance=float(clearance(table)),
+        mean_height=_mean_height(rod, table, places * length),
+        clamp_force=force,
+        clamp_moment=moment,
+        max_curvature=float(np.max(np.abs(table[:, 3] - rod.natural_curvature))),
+        vertices_table=table,
+        edges=places * length,
+        rod=rod,
+    )
+
+
+def _clamp_wrench(rod: ClampedRod, scalars: Array) -> tuple[Array, Array]:
+    """Forces (2, 2) [N] and moments (2,) [N m] of the clamps on the rod; the multipliers are the end's, reversed."""
+    length = rod.free_length
+    at_end = -scalars[:2] * rod.stiffness / length**2
+    applied = np.array([sum(load[1] for load in rod.loads), sum(load[2] for load in rod.loads) - rod.weight * length])
+    curvature = scalars[2:4] / length - rod.natural_curvature
+    moment = rod.stiffness * curvature * np.array([-1.0, 1.0])
+    return np.array([-applied - at_end, at_end]), moment
+
+
+def _energy(rod: ClampedRod, scalars: Array, winding: int) -> float:
+    """Bending energy about the natural curvature plus the potential of weight and loads [J]."""
+    length = rod.free_length
+    natural = rod.natural_curvature
+    turned = rod.end + 2.0 * math.pi * winding - rod.start
+    energy = (scalars[4] + scalars[5]) * rod.stiffness / length
+    energy += rod.stiffness * natural * (0.5 * natural * length - turned)
+    return float(energy)
+
+
+def _mean_height(rod: ClampedRod, table: Array, edges: Array) -> float:
+    """Mean distance of the free rod from the chord between the pivots, positive to its left [m]."""
+    span = max(math.hypot(*rod.chord), 1e-300)
+    offset = (rod.chord[0] * table[:, 1] - rod.chord[1] * table[:, 0]) / span
+    return float(np.sum(0.5 * (offset[1:] + offset[:-1]) * edges) / rod.free_length)

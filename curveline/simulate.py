@@ -1,0 +1,91 @@
+"""From a scene to every stable state of each of its segments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from curveline.rod.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.fidelity import Bound, Section, left_out
+from curveline.rod.states import find_states
+from curveline.scene import Display, Node, Scene
+
+DEFAULT_TOLERANCE = 1e-4
+"""Default bound on a curve's error [m]."""
+
+
+@dataclass(frozen=True)
+class SegmentStates:
+    """The stable states of one segment, the highest over its chord first.
+
+    `wanted_name` is the state the shape asks for; `terms` are in the model and `left_out` bounds the others, over all
+    states. `origin` is the left pivot in the display's frame [m].
+    """
+
+    length: float  # [m]
+    wanted_name: str
+    origin: tuple[float, float]  # [m]
+    terms: tuple[str, ...]
+    left_out: dict[str, Bound]
+    states: tuple[Equilibrium, ...]
+
+    @property
+    def wanted(self) -> Equilibrium | None:
+        """The state the shape asks for, if it exists."""
+        return next((state for state in self.states if state.wanted), None)
+
+
+def clamped_rod(
+    display: Display,
+    nodes: tuple[Node, Node],
+    length: float,
+    loads: tuple[tuple[float, float, float], ...] = (),
+) -> ClampedRod:
+    """The rod between two neighbouring `nodes`; `loads` are (fraction of the length, force x, force y)."""
+    left, right = nodes
+    return ClampedRod(
+        chord=(display.span, right.height - left.height),
+        start=left.angle,
+        end=right.angle,
+        length=length,
+        clamp=display.clamp,
+        stiffness=display.rod.bending_stiffness,
+        weight=display.rod.weight_per_length if display.gravity else 0.0,
+        natural_curvature=display.rod.natural_curvature,
+        loads=loads,
+    )
+
+
+def section_of(display: Display) -> Section:
+    """What the terms left out depend on."""
+    rod = display.rod
+    return Section(rod.stretching_stiffness, rod.thickness, rod.width, rod.weight_per_length)
+
+
+def simulate(
+    scene: Scene, tolerance: float = DEFAULT_TOLERANCE, windings: tuple[int, ...] = (0,)
+) -> list[SegmentStates]:
+    """Every stable state of every segment of `scene`, each curve to `tolerance` [m].
+
+    Complete for what a planar display can show; `windings` names further full turns of the tangent to look at, whose
+    loops are then listed as far as they are met.
+    """
+    return [_segment_states(scene, index, tolerance, windings) for index in range(len(scene.segments))]
+
+
+def _segment_states(scene: Scene, index: int, tolerance: float, windings: tuple[int, ...]) -> SegmentStates:
+    """The states of the segment between nodes `index` and `index` + 1."""
+    segment = scene.segments[index]
+    nodes = (scene.nodes[index], scene.nodes[index + 1])
+    loads = sorted((load.at, *load.force) for load in scene.loads if load.segment == index)
+    rod = clamped_rod(scene.display, nodes, segment.length, tuple(loads))
+    found = find_states(rod, tolerance, windings)
+    states = tuple(replace(state, wanted=state.name == segment.state) for state in found)
+    terms = ("bend", *(["gravity"] if rod.weight else []), *(["loads"] if loads else []))
+    bounds: dict[str, Bound] = {}
+    section = section_of(scene.display)
+    for state in states:
+        for name, bound in left_out(state, section).items():
+            if name not in bounds or bound.bound > bounds[name].bound:
+                bounds[name] = bound
+    origin = (index * scene.display.span, nodes[0].height)
+    return SegmentStates(segment.length, segment.state, origin, terms, bounds, states)
