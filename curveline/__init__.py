@@ -11,9 +11,9 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from curveline.shapefile import read_shape as read_shape
-    from curveline.simulate import simulate as simulate
+    from curveline.simulation import simulate as simulate
 
-_HOMES = {"read_shape": "curveline.shapefile", "simulate": "curveline.simulate"}
+_HOMES = {"read_shape": "curveline.shapefile", "simulate": "curveline.simulation"}
 
 __all__ = ["__version__", "read_shape", "simulate"]
 

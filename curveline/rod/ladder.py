@@ -150,10 +150,16 @@ def interpolate(table, edges, places, out):
         c1, s1 = np.cos(table[j + 1, 2]), np.sin(table[j + 1, 2])
         k0, k1 = h * h * table[j, 3], h * h * table[j + 1, 3]
         out[i, 0] = (
-            table[j, 0] + late * (table[j + 1, 0] - table[j, 0]) + h * (slope0 * c0 + slope1 * c1)
-            - bend0 * k0 * s0 - bend1 * k1 * s1
+            table[j, 0]
+            + late * (table[j + 1, 0] - table[j, 0])
+            + h * (slope0 * c0 + slope1 * c1)
+            - bend0 * k0 * s0
+            - bend1 * k1 * s1
         )
         out[i, 1] = (
-            table[j, 1] + late * (table[j + 1, 1] - table[j, 1]) + h * (slope0 * s0 + slope1 * s1)
-            + bend0 * k0 * c0 + bend1 * k1 * c1
+            table[j, 1]
+            + late * (table[j + 1, 1] - table[j, 1])
+            + h * (slope0 * s0 + slope1 * s1)
+            + bend0 * k0 * c0
+            + bend1 * k1 * c1
         )

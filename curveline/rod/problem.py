@@ -116,9 +116,7 @@ def halved(edges):
 @njit
 def released(problem):
     """The same rod without the constraint on its mean height."""
-    return Problem(
-        problem.edges, problem.stiffness, problem.loads, problem.rows[:2], problem.targets[:2], problem.ends
-    )
+    return Problem(problem.edges, problem.stiffness, problem.loads, problem.rows[:2], problem.targets[:2], problem.ends)
 
 
 @njit

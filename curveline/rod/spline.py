@@ -227,9 +227,7 @@ def place_middle(guide, p, points, iterations):
         axis = complex(np.cos(angle), np.sin(angle))
         local = complex(jet[1], jet[2]) * np.conj(axis)
         floor = 1e-9 * (abs(mean) + radius)
-        step = -axis * complex(
-            local.real / max(abs(mean + radius), floor), local.imag / max(abs(mean - radius), floor)
-        )
+        step = -axis * complex(local.real / max(abs(mean + radius), floor), local.imag / max(abs(mean - radius), floor))
         slope = jet[1] * step.real + jet[2] * step.imag
         if abs(step) < 1e-6 * guide.length:
             return p, iteration
