@@ -177,7 +177,7 @@ def key_text(path: KeyPath) -> str:
     text = ""
     for part in path:
         text += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if text else part
-    return text if text.isprintable() else repr(text)
+    return text if text.isprintable() and len(text) <= 80 else shown(text)
 
 
 def shown(value: Any) -> str:
@@ -211,7 +211,8 @@ def _explain(path: KeyPath, details: Mapping[str, Any]) -> tuple[str, str, str]:
     """Code, message and advice for one finding of pydantic's."""
     kind, context, value = details["type"], details.get("ctx", {}), details["input"]
     name, unit = key_text(path), unit_of(_last_name(path))
-    enormous = isinstance(value, int) and abs(value) >= ENORMOUS
+    # Pydantic calls a whole number that no float can hold a wrong type; for a user it is out of range.
+    enormous = kind in ("float_type", *_BOUNDS) and isinstance(value, int) and abs(value) >= ENORMOUS
     if kind == "missing":
         return "missing-key", f"{name} is missing", "add it"
     if kind in _WRONG_TYPE and not enormous:
@@ -245,7 +246,7 @@ def _hint_for_unknown(model: type[BaseModel], path: KeyPath) -> str:
         return guess.strip()
     homes = [name for name, field in model.model_fields.items() if path[-1] in _fields_of(field.annotation)]
     if homes:
-        return f"it belongs into {homes[0]}"
+        return f"move it into {homes[0]}"
     return f"remove it; known here: {', '.join(here)}"
 
 
