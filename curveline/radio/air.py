@@ -75,7 +75,7 @@ class Air:
 
     def __init__(self, weather: Weather, data_rate: str, random: Random) -> None:
         rate = RATES_KBPS[data_rate]
-        self._weather = weather
+        self.weather = weather
         self._random = random
         self._way_us = PACKET_BITS * 1000 // rate + TURN_US
         self._delay_us = max(500, self._way_us + 250)
@@ -84,13 +84,13 @@ class Air:
     def exchange(self, antenna: Antenna, payload: bytes, now_us: Callable[[], int]) -> Heard:
         """Send `payload`; `now_us` tells when it starts."""
         heard = self._transmit(antenna, payload, now_us() + HOST_US)
-        if self._weather.duplicate and self._random.random() < self._weather.duplicate:
+        if self.weather.duplicate and self._random.random() < self.weather.duplicate:
             again = self._transmit(antenna, payload, now_us() + HOST_US + heard.took_us)
             heard = Heard(again.payload, heard.retries + again.retries, heard.took_us + again.took_us)
         return Heard(heard.payload, heard.retries, heard.took_us + HOST_US)
 
     def _transmit(self, antenna: Antenna, payload: bytes, start_us: int) -> Heard:
-        chance, weather = self._random.random, self._weather
+        chance, weather = self._random.random, self.weather
         self._packet_id = self._packet_id + 1 & 3
         took_us = 0
         for attempt in range(1 + RETRIES):
@@ -114,13 +114,13 @@ class Air:
 
     def _loaded(self, antenna: Antenna) -> bytes:
         fresh = antenna.node.ack
-        if self._weather.stale and antenna.past and self._random.random() < self._weather.stale:
+        if self.weather.stale and antenna.past and self._random.random() < self.weather.stale:
             return self._random.choice(antenna.past)
         antenna.past.append(fresh)
         return fresh
 
     def _spoilt(self, payload: bytes) -> bytes:
-        if not self._weather.corrupt or not payload or self._random.random() >= self._weather.corrupt:
+        if not self.weather.corrupt or not payload or self._random.random() >= self.weather.corrupt:
             return payload
         bit = self._random.randrange(8 * len(payload))
         spoilt = bytearray(payload)

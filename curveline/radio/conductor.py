@@ -33,6 +33,8 @@ ENDED = frozenset({Phase.DONE, Phase.HALTED})
 STOPPING = frozenset({Phase.PAUSING, Phase.HALTING})
 UNCLAIMED = frozenset({Phase.DISCOVER, Phase.PREFLIGHT})
 WATCHED = frozenset({Phase.STAGING, Phase.RELEASED, Phase.PAUSING, Phase.PAUSED})
+UNREACHABLE = frozenset({Cause.SILENT, Cause.REBOOT, Cause.TAKEN})
+"""Causes after which the node at fault will not answer under its session any more."""
 DEADMAN_LIMIT_MS = 5000
 CYCLES = 10
 """Poll cycles without a word after which a node counts as lost."""
@@ -108,6 +110,8 @@ class Conductor:
         """Hold all nodes and end the run with this reason, unless it is ending for another one already."""
         if self.halt is None and self.phase not in ENDED:
             self.halt = halt
+            if halt.cause in UNREACHABLE:
+                self.peers[halt.node - 1].gone = True
             self._writing = None
             self._hold_gen = HOLD_END if self.phase in UNCLAIMED else self._hold_gen | 1
             self._enter(Phase.HALTING, now_ms)
@@ -306,8 +310,10 @@ class Conductor:
             self._write({**record, "message": why.message, **node_facts(self.peers)}, self._halted)
 
     def _rests(self, peer: Peer) -> bool:
-        """Whether a node has answered this phase's frames and stands still."""
+        """Whether a node has answered this phase's frames and stands still, or cannot be asked any more."""
         status = peer.status
+        if peer.gone:
+            return True
         if status is None or status.echo < peer.mark:
             return False
         return status.state is State.ESTOP if self._estop else status.state is not State.MOVING

@@ -21,8 +21,8 @@ class Cause(Enum):
         "check its power and antenna, the channel and the address; `curveline status` shows who answers",
     )
     UNTRUSTED = (
-        "node {node} answers, but with a tag of another key",
-        "load the key of this site into the node, and make sure that no two nodes share an address",
+        "node {node} answers, but not to the key of this site",
+        "load the site's key into it; see that no two nodes share an address and that no other host is sending",
     )
     VERSION = (
         "node {node} speaks another version of the protocol: {detail}",

@@ -62,6 +62,8 @@ class Peer:
     strange: int = 0
     """Answers in a row that were no STATUS of this session."""
     busy: bool = False
+    gone: bool = False
+    """Lost for this session: nothing is expected of it any more."""
     tally: LinkTally = field(default_factory=LinkTally)
 
     @property

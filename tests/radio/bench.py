@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from random import Random
 
 from curveline.plan import AxisDrive, DriveTable, NodeTarget, Plan, Step
 from curveline.radio.actions import Finished, Phase, Policy, Record, Send, Sleep, Write
@@ -57,7 +58,7 @@ class Bench:
         plan: Plan,
         weather: Weather | None = None,
         *,
-        random: object = None,
+        random: Random | None = None,
         policy: Policy | None = None,
         paces: Callable[[], tuple[int, int, int]] = lambda: (1000, 1000, 1000),
     ) -> None:
@@ -69,7 +70,7 @@ class Bench:
         self.records: list[Record] = []
         self.hooks: list[Callable[[Send], object]] = []
         self.write_error = ""
-        self.air = Air(weather or Weather(), plan.drive.data_rate, random)  # type: ignore[arg-type]
+        self.air = Air(weather or Weather(), plan.drive.data_rate, random or Random(0))
         self.plants = [MotorPlant(start.counts, paces()) for start in plan.start]
         self.nodes = [self.new_node(index, Memory()) for index in range(len(self.plants))]
         self.antennas = [Antenna(node) for node in self.nodes]

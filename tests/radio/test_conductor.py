@@ -1,0 +1,530 @@
+"""The host's state machine: its phases, its requests, and every reason it has to stop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from curveline.errors import InvalidInput
+from curveline.radio import frames
+from curveline.radio.actions import Phase, Policy, Send, Write
+from curveline.radio.air import Weather
+from curveline.radio.conductor import Conductor
+from curveline.radio.frames import Drive, Fault, State, Stop
+from curveline.radio.halts import Cause, Halt, fault_halt
+from curveline.radio.keys import Site
+from curveline.radio.motion import AxisLimits
+from curveline.radio.node import Node
+from curveline.radio.nodestate import Identity, Memory
+from curveline.radio.plant import PlantFault
+
+from .bench import POSES, Bench, make_plan, target
+
+
+def halted(bench: Bench, cause: Cause, node: int = 0) -> Halt:
+    """Run to the end and check why it came."""
+    assert bench.run() is Phase.HALTED
+    halt = bench.conductor.halt
+    assert halt is not None
+    assert (halt.cause, halt.node) == (cause, node), halt.message
+    assert "{" not in halt.message + halt.hint
+    if bench.records and bench.records[-1]["type"] == "halt":
+        assert bench.records[-1]["cause"] == cause.name.lower()
+        assert bench.records[-1]["message"] == halt.message
+    return halt
+
+
+def at_rest(bench: Bench) -> None:
+    """All nodes stand still, and stay where they are when no more is said to them."""
+    for node in bench.nodes:
+        node.advance(bench.now_ms)
+    assert all(node.move is None for node in bench.nodes)
+
+
+def moving(plan_seconds: float = 1.5) -> Bench:
+    """A bench in the middle of step 1."""
+    bench = Bench(make_plan(seconds=plan_seconds))
+    bench.run_to(Phase.RELEASED, 1)
+    bench.run_for(300)
+    assert any(node.move is not None for node in bench.nodes)
+    return bench
+
+
+def silence(bench: Bench, node: int, until_ms: int = 10**9) -> None:
+    """From now on nothing goes to or comes from `node`, until some moment."""
+
+    def jam(send: Send) -> None:
+        bench.air.weather = Weather(loss=float(send.node == node and bench.now_ms < until_ms))
+
+    bench.hooks.append(jam)
+
+
+# The straight road
+
+
+def test_a_run_goes_from_barrier_to_barrier_and_writes_before_it_speaks() -> None:
+    bench = Bench(make_plan())
+    seen: list[tuple[int, int]] = []
+
+    def watch(send: Send) -> None:
+        frame = frames.decode_drive(send.payload, bench.conductor.peers[send.node - 1].key or bytes(16))
+        if isinstance(frame, Drive):
+            released = [record["step"] for record in bench.records if record["type"] == "release"]
+            assert frame.release <= max(released, default=0)
+            seen.append((frame.release, frame.load_step))
+
+    bench.hooks.append(watch)
+    assert bench.run() is Phase.DONE
+    kinds = [(record["type"], record.get("step")) for record in bench.records]
+    assert kinds == [
+        ("start", None),
+        *((kind, step) for step in (1, 2, 3) for kind in ("release", "barrier")),
+        ("end", None),
+    ]
+    assert (0, 1) in seen
+    assert (1, 2) in seen, "the next step is staged while one is being done"
+    assert bench.positions() == [target(POSES[-1]).counts] * 2
+    assert [node.state for node in bench.nodes] == [State.READY] * 2
+    for node in bench.nodes:
+        node.advance(10**7)
+        assert node.state is State.READY, "a session that was given back leaves no dead-man behind"
+
+
+def test_the_start_record_says_all_that_a_resume_needs() -> None:
+    bench = Bench(make_plan())
+    bench.run()
+    start = bench.records[0]
+    assert start["run"] == f"{bench.conductor.run_tag:016x}"
+    assert start["boots"] == [1, 1]
+    assert len(start["sessions"]) == 2
+    assert start["steps"][0] == ((1, target(POSES[0]).counts, 1500),) * 2
+    assert start["start"] == [(0, 0, 0)] * 2
+    assert bench.records[-1]["finished"] == [3, 3]
+
+
+def test_a_plan_without_steps_is_done_at_once() -> None:
+    bench = Bench(make_plan(poses=()))
+    assert bench.run() is Phase.DONE
+    assert [record["type"] for record in bench.records] == ["start", "end"]
+
+
+def test_the_run_tag_depends_on_what_the_nodes_will_do() -> None:
+    plan = make_plan()
+    site = Bench(plan).site
+    tag = Conductor(plan, site, 0).run_tag
+    assert Conductor(make_plan(), site, 0).run_tag == tag
+    assert Conductor(make_plan(seconds=2.0), site, 0).run_tag != tag
+    assert Conductor(make_plan(poses=POSES[:2]), site, 0).run_tag != tag
+
+
+def test_steps_longer_than_the_field_are_sent_as_its_largest_value() -> None:
+    bench = Bench(make_plan(poses=[(1.0, 0.0, 0.0)], seconds=100.0))
+    assert bench.run() is Phase.DONE
+    assert bench.nodes[0].memory.move_ms == frames.MOVE_MS_LIMIT
+
+
+# Refused before the radio speaks
+
+
+def test_a_plan_for_another_number_of_nodes_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="2 nodes, but the radio reaches 3"):
+        Conductor(make_plan(2), Bench(make_plan(3)).site, 0)
+
+
+@pytest.mark.parametrize("pose", [(0.0, 80.0, 0.0), (1500.0, 0.0, 0.0), (0.0, 0.0, -221.0)])
+def test_a_plan_that_leaves_the_limits_is_refused(pose: tuple[float, float, float]) -> None:
+    with pytest.raises(InvalidInput, match="step 2 takes node 1 out of its limits"):
+        Bench(make_plan(poses=[POSES[0], pose]))
+
+
+def test_a_plan_that_leaves_a_node_out_is_refused() -> None:
+    plan = make_plan()
+    short = replace(plan.steps[1], targets=plan.steps[1].targets[:1])
+    for broken in (replace(plan, steps=(plan.steps[0], short)), replace(plan, start=plan.start[:1])):
+        with pytest.raises(InvalidInput, match="every one of the 2 nodes"):
+            Bench(broken)
+
+
+# Refused before anything moves
+
+
+def refused(bench: Bench, cause: Cause, node: int) -> Halt:
+    halt = halted(bench, cause, node)
+    assert all(node.memory.started == 0 for node in bench.nodes)
+    assert not any(record["type"] in ("start", "release") for record in bench.records)
+    return halt
+
+
+def test_a_node_that_is_off() -> None:
+    bench = Bench(make_plan())
+    silence(bench, 2)
+    halt = refused(bench, Cause.SILENT, 2)
+    assert "status" in halt.hint
+    assert bench.now_ms < 8000
+
+
+def test_a_node_with_another_key() -> None:
+    bench = Bench(make_plan())
+    foreign = Identity(1, Site(b"another master k", bench.site.chips))
+    bench.antennas[0].node = Node(foreign, bench.axes, bench.plants[0], Memory())
+    refused(bench, Cause.UNTRUSTED, 1)
+
+
+def test_a_node_with_another_chip() -> None:
+    """The key belongs to the chip, so only a node that was given a foreign key can get this far."""
+    bench = Bench(make_plan())
+    bench.conductor._chips = (bench.site.chips[0], 0xDEAD)
+    halt = refused(bench, Cause.CHIP, 2)
+    assert "0000dead" in halt.message
+
+
+def test_a_node_with_other_settings() -> None:
+    bench = Bench(make_plan())
+    slow = AxisLimits(-1000, 1000, 500, 500)
+    other = Node(Identity(2, bench.site), (slow, slow, slow), bench.plants[1], Memory())
+    bench.antennas[1].node = bench.nodes[1] = other
+    refused(bench, Cause.CONFIG, 2)
+
+
+def test_a_node_with_another_firmware(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(make_plan())
+    monkeypatch.setattr("curveline.radio.node.VERSION", 2)
+    halt = refused(bench, Cause.VERSION, 1)
+    assert "2" in halt.message
+
+
+def test_a_node_that_another_host_is_driving() -> None:
+    bench = Bench(make_plan(seconds=5.0))
+    bench.run_to(Phase.RELEASED, 1)
+    other = Conductor(bench.plan, bench.site, 0x99FF00)
+    first, bench.conductor = bench.conductor, other
+
+    def keep_first_alive(send: Send) -> None:
+        for peer in first.peers:
+            if bench.now_ms >= peer.due_ms:
+                bench.nodes[peer.number - 1].receive(bench.now_ms, peer.drive(1, 0, (0, (0, 0, 0), 0)))
+                peer.due_ms = bench.now_ms + 20
+
+    bench.hooks.append(keep_first_alive)
+    halted(bench, Cause.BUSY, 1)
+    assert all(node._session.counter == peer.counter for node, peer in zip(bench.nodes, first.peers, strict=True))
+
+
+def test_takeover_claims_idle_nodes_and_fences_the_first_host_off() -> None:
+    bench = Bench(make_plan(poses=[POSES[0], POSES[0]]))
+    bench.run_to(Phase.STAGING, 2)
+    first = bench.conductor
+    plan = replace(make_plan(), start=(target(POSES[0]),) * 2)
+    bench.conductor = Conductor(plan, bench.site, 0x99FF00, Policy(takeover=True))
+    bench.run_to(Phase.RELEASED, 1)
+    second, bench.conductor = bench.conductor, first
+    bench.records.clear()
+    while first.phase is not Phase.HALTED:
+        for conductor in (first, second):
+            bench.conductor = conductor
+            bench.turn()
+    assert first.halt is not None
+    assert first.halt.cause is Cause.TAKEN
+    bench.conductor = second
+    assert bench.run() is Phase.DONE
+
+
+@pytest.mark.parametrize(
+    ("memory", "cause"),
+    [
+        (Memory(homed=False), Cause.NOT_HOMED),
+        (Memory(homed=False, homing=True), Cause.NOT_HOMED),
+        (Memory(estop=True), Cause.LATCHED),
+        (Memory(fault=Fault.STALL, fault_axis=2), Cause.STALL),
+        (Memory(fault=Fault.ENCODER, fault_axis=1), Cause.LOST),
+        (Memory(fault=Fault.BROWN_OUT), Cause.LOST),
+        (Memory(fault=Fault.RUNAWAY, fault_axis=1), Cause.RUNAWAY),
+        (Memory(fault=Fault.DRIVER), Cause.DRIVER),
+    ],
+)
+def test_a_node_that_is_not_fit_to_move(memory: Memory, cause: Cause) -> None:
+    bench = Bench(make_plan())
+    bench.nodes[1] = bench.antennas[1].node = bench.new_node(1, memory)
+    halt = refused(bench, cause, 2)
+    assert "step" not in halt.message
+    assert bench.nodes[0].state is State.READY, "nodes that are well are given back as they were"
+
+
+def test_faults_can_be_cleared_on_request() -> None:
+    bench = Bench(make_plan(), policy=Policy(clear_faults=True))
+    bench.nodes[1] = bench.antennas[1].node = bench.new_node(1, Memory(fault=Fault.STALL, fault_axis=2))
+    assert bench.run() is Phase.DONE
+
+
+def test_a_display_that_stands_elsewhere() -> None:
+    plan = make_plan()
+    bench = Bench(replace(plan, start=(plan.start[0], target((0.0, 5.0, 0.0)))))
+    bench.plants[1]._home = (0, 0, 0)
+    halt = refused(bench, Cause.ELSEWHERE, 2)
+    assert "bias 0.00 instead of 5.0" in halt.message
+    assert "send the shape" in halt.hint
+
+
+def test_a_few_counts_off_are_no_reason_to_refuse() -> None:
+    for off, phase in ((12, Phase.DONE), (24, Phase.HALTED)):
+        bench = Bench(make_plan())
+        bench.plants[0]._home = (off, 0, -off)
+        assert bench.run() is phase
+
+
+# Stopped on the way
+
+
+def test_a_node_that_falls_silent_for_good() -> None:
+    bench = moving()
+    silence(bench, 2)
+    halt = halted(bench, Cause.SILENT, 2)
+    assert "for 6.0 s" in halt.message
+    assert bench.nodes[0].state is State.HOLD
+    bench.nodes[1].advance(bench.now_ms)
+    assert bench.nodes[1].memory.finished <= 1
+    assert bench.nodes[1].move is None
+    assert bench.nodes[0].memory.started == 1, "nobody goes on without the lost node"
+
+
+def test_a_short_silence_is_forgiven() -> None:
+    bench = moving()
+    weather = bench.air.weather
+    bench.air.weather = Weather(loss=1.0)
+    bench.run_for(600)
+    bench.air.weather = weather
+    assert bench.run() is Phase.DONE
+    assert bench.conductor.peers[0].tally.lost > 5
+
+
+def test_a_silence_beyond_the_dead_man_holds_and_is_not_forgotten() -> None:
+    bench = moving(5.0)
+    silence(bench, 2, until_ms=2500)
+    halt = halted(bench, Cause.HELD, 2)
+    assert "step 1" in halt.message
+    at_rest(bench)
+
+
+def test_a_restart() -> None:
+    bench = moving()
+    bench.reboot(1)
+    halt = halted(bench, Cause.REBOOT, 2)
+    assert "boot number 2 instead of 1" in halt.message
+    assert bench.now_ms < 2000
+    at_rest(bench)
+
+
+def test_a_restart_that_shows_in_a_status() -> None:
+    bench = moving()
+    bench.nodes[0].memory.boot = 9
+    halted(bench, Cause.REBOOT, 1)
+
+
+def test_a_late_node() -> None:
+    bench = Bench(make_plan(seconds=0.8), paces=iter([(1000, 1000, 1000), (200, 1000, 1000)]).__next__)
+    halt = halted(bench, Cause.DEADLINE, 2)
+    assert "its extrude has" in halt.message
+    assert 2000 < bench.now_ms < 3500
+    at_rest(bench)
+
+
+def test_a_late_node_is_not_late_because_of_a_pause() -> None:
+    bench = Bench(make_plan(seconds=0.8))
+    bench.run_to(Phase.RELEASED, 1)
+    bench.run_for(200)
+    bench.conductor.hold(bench.now_ms)
+    bench.run_to(Phase.PAUSED)
+    bench.run_for(20_000)
+    bench.conductor.resume(bench.now_ms)
+    assert bench.run() is Phase.DONE
+
+
+def test_a_node_that_does_not_take_its_target() -> None:
+    bench = Bench(make_plan())
+    bench.conductor._loads = (((0, (0, 0, 0), 0),) * 2,)
+    halt = halted(bench, Cause.DEADLINE, 1)
+    assert "has not taken its target" in halt.message
+
+
+@pytest.mark.parametrize(
+    ("fault", "cause"),
+    [
+        (Fault.STALL, Cause.STALL),
+        (Fault.RUNAWAY, Cause.RUNAWAY),
+        (Fault.DRIVER, Cause.DRIVER),
+        (Fault.ENCODER, Cause.LOST),
+        (Fault.BROWN_OUT, Cause.LOST),
+    ],
+)
+def test_a_fault_of_a_motor(fault: Fault, cause: Cause, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(make_plan())
+    bench.run_to(Phase.RELEASED, 1)
+    monkeypatch.setattr(bench.plants[0], "fault", lambda: PlantFault(300, fault, 3))
+    halt = halted(bench, cause, 1)
+    assert "in step 1" in halt.message
+    assert "translate" in halt.message
+    at_rest(bench)
+    assert bench.nodes[1].state is State.HOLD
+
+
+@pytest.mark.parametrize(("load", "cause"), [((1, (5, 5, 5), 0), Cause.CONFLICT), ((2, (10**6, 0, 0), 0), Cause.LIMIT)])
+def test_a_target_that_the_node_refuses(load: tuple[int, frames.Counts, int], cause: Cause) -> None:
+    bench = Bench(make_plan())
+    bench.run_to(Phase.STAGING, 1)
+    if cause is Cause.LIMIT:
+        bench.run_to(Phase.RELEASED, 1)
+        bench.run(lambda: bench.conductor.peers[0].started == 1)
+    else:
+        bench.run(lambda: bench.nodes[0].memory.staged == 1)
+    peer = bench.conductor.peers[0]
+    bench.nodes[0].receive(bench.now_ms, peer.drive(bench.conductor.released, 0, load))
+    halted(bench, cause, 1)
+
+
+def test_a_stop_that_somebody_else_sent() -> None:
+    bench = moving()
+    bench.nodes[1].receive(bench.now_ms, frames.encode_stop(Stop(0), bench.site.stop_key))
+    halted(bench, Cause.STOPPED, 2)
+
+
+def test_a_node_ahead_of_the_record() -> None:
+    bench = moving()
+    bench.nodes[0].memory.started = 7
+    halt = halted(bench, Cause.AHEAD, 1)
+    assert "step 7" in halt.message
+
+
+def test_a_session_worn_out_by_pauses() -> None:
+    bench = moving(50.0)
+    bench.conductor._hold_gen = frames.HOLD_END - 2
+    bench.conductor.hold(bench.now_ms)
+    bench.run_to(Phase.PAUSED)
+    bench.conductor.resume(bench.now_ms)
+    halted(bench, Cause.WORN)
+
+
+@pytest.mark.parametrize("kind", ["start", "release", "barrier", "pause", "end"])
+def test_a_record_that_cannot_be_written_releases_nothing(kind: str) -> None:
+    bench = Bench(make_plan())
+    if kind == "pause":
+        bench.conductor.pause()
+    while True:
+        action = bench.conductor.next(bench.now_ms)
+        if isinstance(action, Write) and action.record["type"] == kind:
+            break
+        bench.turn()
+    released = bench.conductor.released
+    bench.write_error = "No space left on device"
+    halt = halted(bench, Cause.JOURNAL)
+    assert "No space left on device" in halt.message
+    assert bench.conductor.released == released
+    assert max(node.memory.started for node in bench.nodes) <= released
+    at_rest(bench)
+
+
+# What the operator asks for
+
+
+@pytest.mark.parametrize("moment_ms", [0, 3, 50, 400, 1200])
+def test_a_pause_waits_for_the_barrier(moment_ms: int) -> None:
+    bench = Bench(make_plan())
+    bench.run_for(moment_ms)
+    bench.conductor.pause()
+    bench.run_to(Phase.PAUSED)
+    assert len({node.memory.finished for node in bench.nodes}) == 1
+    assert {node.memory.started - node.memory.finished for node in bench.nodes} == {0}
+    assert {node.state for node in bench.nodes} == {State.HOLD}
+    assert bench.records[-1]["type"] == "pause"
+    assert bench.run(lambda: bench.now_ms > 5000) is Phase.PAUSED
+    bench.conductor.resume(bench.now_ms)
+    assert bench.run() is Phase.DONE
+
+
+def test_a_pause_can_be_taken_back() -> None:
+    bench = moving()
+    bench.conductor.pause()
+    bench.conductor.resume(bench.now_ms)
+    assert bench.run() is Phase.DONE
+    assert not any(record["type"] == "pause" for record in bench.records)
+
+
+def test_a_hold_stops_everybody_at_once_and_resumes() -> None:
+    bench = moving(5.0)
+    asked_ms = bench.now_ms
+    bench.conductor.hold(asked_ms)
+    action = bench.conductor.next(asked_ms)
+    assert isinstance(action, Send), "the first hold frame leaves at once"
+    bench.run_to(Phase.PAUSED)
+    assert bench.now_ms - asked_ms < 400
+    at_rest(bench)
+    assert {node.memory.finished for node in bench.nodes} == {0}
+    bench.conductor.resume(bench.now_ms)
+    assert bench.run() is Phase.DONE
+
+
+def test_a_hold_during_a_pause_changes_nothing() -> None:
+    bench = moving()
+    bench.conductor.hold(bench.now_ms)
+    bench.run_to(Phase.PAUSED)
+    bench.conductor.hold(bench.now_ms)
+    assert bench.conductor.phase is Phase.PAUSED
+
+
+def test_a_hold_before_anything_has_moved_is_a_pause() -> None:
+    bench = Bench(make_plan())
+    bench.conductor.hold(0)
+    bench.run_to(Phase.PAUSED)
+    assert bench.conductor.barrier == 0
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.5])
+def test_an_emergency_stop_reaches_everybody(loss: float) -> None:
+    bench = Bench(make_plan(seconds=5.0))
+    bench.run_to(Phase.RELEASED, 1)
+    bench.run_for(300)
+    bench.air.weather = Weather(loss)
+    bench.conductor.estop(bench.now_ms)
+    halted(bench, Cause.ESTOP)
+    assert {node.state for node in bench.nodes} == {State.ESTOP}
+
+
+def test_an_emergency_stop_also_while_nodes_are_being_held() -> None:
+    bench = moving(5.0)
+    bench.reboot(1)
+    bench.run_to(Phase.HALTING)
+    bench.conductor.estop(bench.now_ms)
+    bench.conductor.estop(bench.now_ms)
+    halted(bench, Cause.REBOOT, 2)
+    assert bench.nodes[0].state is State.ESTOP
+
+
+def test_an_emergency_stop_before_any_node_is_claimed_touches_none() -> None:
+    bench = Bench(make_plan())
+    bench.turn()
+    bench.conductor.estop(bench.now_ms)
+    polls = bench.polls
+    halted(bench, Cause.ESTOP)
+    assert bench.polls == polls
+    bench.conductor.estop(bench.now_ms)
+    bench.conductor.fail(bench.now_ms, Halt(Cause.SILENT, 1))
+    assert bench.conductor.halt == Halt(Cause.ESTOP, step=1)
+
+
+# Messages
+
+
+def test_every_cause_reads_well() -> None:
+    for cause in Cause:
+        halt = Halt(cause, 3, 4, "detail")
+        for text in (halt.message, halt.hint):
+            assert text
+            assert "{" not in text
+        assert "None" not in halt.message
+    assert len({cause.text for cause in Cause}) == len(Cause)
+
+
+def test_every_fault_has_its_cause() -> None:
+    for fault in set(Fault) - {Fault.NONE}:
+        assert "node 1" in fault_halt(fault, 0, 1, 2).message
+        assert "bias" in fault_halt(fault, 2, 1, 2).message or fault is Fault.CONFLICT
