@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from binascii import crc_hqx
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from random import Random
 from typing import Protocol
@@ -81,11 +80,15 @@ class Air:
         self._delay_us = max(500, self._way_us + 250)
         self._packet_id = 0
 
-    def exchange(self, antenna: Antenna, payload: bytes, now_us: Callable[[], int]) -> Heard:
-        """Send `payload`; `now_us` tells when it starts."""
-        heard = self._transmit(antenna, payload, now_us() + HOST_US)
+    def unheard(self) -> Heard:
+        """What sending to an address comes to on which nobody listens."""
+        return Heard(None, RETRIES, HOST_US + (1 + RETRIES) * (self._way_us + self._delay_us))
+
+    def exchange(self, antenna: Antenna, payload: bytes, now_us: int) -> Heard:
+        """Send `payload` at `now_us`."""
+        heard = self._transmit(antenna, payload, now_us + HOST_US)
         if self.weather.duplicate and self._random.random() < self.weather.duplicate:
-            again = self._transmit(antenna, payload, now_us() + HOST_US + heard.took_us)
+            again = self._transmit(antenna, payload, now_us + HOST_US + heard.took_us)
             heard = Heard(again.payload, heard.retries + again.retries, heard.took_us + again.took_us)
         return Heard(heard.payload, heard.retries, heard.took_us + HOST_US)
 

@@ -143,7 +143,7 @@ def read_journal(path: Path) -> list[Mapping[str, Any]]:
     except OSError as error:
         raise InvalidInput(f"cannot read {path}: {error.strerror or error}") from error
     records, offset = _whole_records(data)
-    if _holds_record(data, offset + 1):
+    if _holds_record(data, offset):
         raise InvalidInput(
             f"{path} is damaged: record {len(records) + 1} cannot be read, but later ones can",
             hint="this run cannot be trusted any more; send the shape again from where the display stands",

@@ -88,11 +88,15 @@ class MockRadio:
 
     def exchange(self, address: str, payload: bytes) -> bytes | None:
         """See Radio; an address that nobody listens on costs as much time as a node that is off."""
-        index, antenna = self._antennas[address]
-        self._strike(index, antenna)
-        heard = self._air.exchange(antenna, payload, self.now_us)
+        begin_us = self.now_us()
+        if address in self._antennas:
+            index, antenna = self._antennas[address]
+            self._strike(index, antenna)
+            heard = self._air.exchange(antenna, payload, begin_us)
+        else:
+            heard = self._air.unheard()
         self.retries = heard.retries
-        self.sleep_until(self.now_us() + heard.took_us)
+        self.sleep_until(begin_us + heard.took_us)
         if self._progress() != self._saved:
             self.save()
         return heard.payload

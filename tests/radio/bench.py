@@ -109,7 +109,7 @@ class Bench:
         for hook in self.hooks:
             hook(action)
         self.polls += 1
-        heard = self.air.exchange(self.antennas[action.node - 1], action.payload, lambda: self.now_us)
+        heard = self.air.exchange(self.antennas[action.node - 1], action.payload, self.now_us)
         self.now_us += heard.took_us
         self.conductor.heard(self.now_ms, action.node, heard.payload, heard.retries)
 

@@ -1,0 +1,428 @@
+"""The mock display: its settings, its motion, what it remembers, and its mishaps."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from curveline.errors import InvalidInput, LinkError
+from curveline.radio import store as store_module
+from curveline.radio.air import Weather
+from curveline.radio.frames import State
+from curveline.radio.journal import Journal, new_run
+from curveline.radio.link import RunReport, read_status, send_plan
+from curveline.radio.mock import MockRadio, open_radio
+from curveline.radio.mockspec import Mishap, MockSpec, parse_spec
+
+from .bench import HOME, POSES, drive_table, make_plan, target
+
+GOAL = target(POSES[-1]).counts
+
+
+def send(runs: Path, radio: MockRadio, count: int = 2) -> RunReport:
+    journal = Journal(new_run(runs, "test"))
+    try:
+        return send_plan(make_plan(count), radio, journal)
+    finally:
+        journal.close()
+        radio.close()
+
+
+# Settings
+
+
+def test_settings_are_read() -> None:
+    assert parse_spec("") == MockSpec()
+    text = (
+        "loss=0.3,seed=7, nodes=2,spread=0.1,realtime,fresh,dup=.25,stale=0.5,corrupt=1e-3,stall=1@step2,reboot=2@step3"
+    )
+    assert parse_spec(text) == MockSpec(
+        weather=Weather(0.3, 0.25, 0.5, 1e-3),
+        seed=7,
+        nodes=2,
+        spread=0.1,
+        realtime=True,
+        fresh=True,
+        stall=Mishap(1, 2),
+        reboot=Mishap(2, 3),
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("los=0.3", "did you mean 'loss'"),
+        ("weather", "no setting 'weather'"),
+        ("loss", "it takes a value"),
+        ("fresh=1", "it takes no value"),
+        ("loss=1", "number from 0 to below 1"),
+        ("loss=-0.1", "number from 0"),
+        ("dup=nan", "number from 0"),
+        ("loss=much", "number from 0"),
+        ("spread=0.95", "number from 0 to 0.9"),
+        ("seed=-1", "whole number"),
+        ("seed=1.5", "whole number"),
+        ("nodes=two", "whole number"),
+        ("stall=1", "<node>@step<number>"),
+        ("reboot=0@step1", "<node>@step<number>"),
+        ("stall=1@step0", "<node>@step<number>"),
+        ("loss=0.1,loss=0.2", "given twice"),
+        ("=3", "no setting ''"),
+    ],
+)
+def test_malformed_settings_are_refused_with_the_list_of_keys(text: str, says: str) -> None:
+    with pytest.raises(InvalidInput, match=says) as caught:
+        parse_spec(text)
+    if "twice" not in says:
+        for key in ("loss=", "seed=", "nodes=", "spread=", "stall=", "reboot=", "fresh", "realtime"):
+            assert key in caught.value.hint
+
+
+def test_settings_that_contradict_the_display_are_refused(tmp_path: Path) -> None:
+    for settings, says in (
+        ("nodes=3", "asked for 3 nodes"),
+        ("stall=3@step1", "no node 3"),
+        ("reboot=9@step1", "no node 9"),
+    ):
+        with pytest.raises(InvalidInput, match=says):
+            open_radio(settings, drive_table(2), tmp_path)
+    with pytest.raises(InvalidInput, match="data rate"):
+        open_radio("", replace(drive_table(2), data_rate="3Mbps"), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+# Motion
+
+
+@pytest.mark.parametrize("spread", ["0", "0.2"])
+def test_motion_tells_where_all_nodes_were(tmp_path: Path, spread: str) -> None:
+    radio = open_radio(f"seed=3,spread={spread}", drive_table(), tmp_path)
+    assert radio.motion() == [(0.0, ((0, 0, 0), (0, 0, 0)))]
+    report = send(tmp_path, radio)
+    motion = radio.motion()
+    times = [seconds for seconds, _ in motion]
+    assert times == sorted(set(times))
+    assert motion[0] == (0.0, ((0, 0, 0), (0, 0, 0)))
+    assert motion[-1][1] == (GOAL, GOAL)
+    assert times[-1] >= report.seconds - 0.002
+    moving = [pair for pair in pairwise(motion) if pair[0][1] != pair[1][1]]
+    assert max(later[0] - sooner[0] for sooner, later in moving) <= 0.0201
+    apart = max(abs(left[0] - right[0]) for _, (left, right) in motion)
+    assert (apart > 100) == (spread != "0")
+
+
+def test_speeds_and_accelerations_are_finite(tmp_path: Path) -> None:
+    radio = open_radio("spread=0.2,loss=0.3", drive_table(), tmp_path)
+    send(tmp_path, radio)
+    motion = radio.motion()
+    for (before, old), (after, new) in pairwise(motion):
+        for node, others in zip(old, new, strict=True):
+            for axis, here, there in zip(drive_table().axes, node, others, strict=True):
+                assert abs(there - here) <= axis.speed * axis.counts_per_unit * (after - before) + 2
+
+
+def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
+    motions = []
+    for name in ("a", "b"):
+        radio = open_radio("loss=0.3,seed=11,spread=0.3", drive_table(), tmp_path / name)
+        radio_times = send(tmp_path, radio).seconds
+        motions.append((radio.motion()[-1][1], round(radio_times, 0)))
+    assert motions[0] == motions[1]
+
+
+def test_real_time_is_real(tmp_path: Path) -> None:
+    radio = open_radio("realtime", drive_table(), tmp_path)
+    begin = time.monotonic()
+    radio.exchange(drive_table().addresses[0], bytes(32))
+    radio.sleep_until(radio.now_us() + 30_000)
+    took = time.monotonic() - begin
+    assert 0.031 <= took < 1.0
+    assert radio.now_us() >= 31_000
+    radio.close()
+
+
+def test_nobody_answers_on_an_unknown_address(tmp_path: Path) -> None:
+    radio = open_radio("", drive_table(), tmp_path)
+    assert radio.exchange("0000000000", bytes(32)) is None
+    assert 3000 < radio.now_us() < 6000
+    assert radio.retries == 3
+    radio.close()
+
+
+def test_virtual_time_costs_nothing(tmp_path: Path) -> None:
+    radio = open_radio("", drive_table(), tmp_path)
+    radio.sleep_until(3_600_000_000)
+    assert radio.now_us() == 3_600_000_000
+    radio.sleep_until(5)
+    assert radio.now_us() == 3_600_000_000
+    radio.close()
+
+
+# Memory
+
+
+def test_a_display_stands_where_it_was_left(tmp_path: Path) -> None:
+    radio = open_radio("", drive_table(), tmp_path)
+    assert radio.positions() == ((0, 0, 0), (0, 0, 0))
+    assert radio.rod == []
+    radio.rod = ["peak"]
+    send(tmp_path, radio)
+    again = open_radio("", drive_table(), tmp_path)
+    assert again.positions() == (GOAL, GOAL)
+    assert again.rod == ["peak"]
+    assert [(status.state, status.boot) for status in read_status(again, drive_table())] == [("ready", 1)] * 2
+    again.close()
+    fresh = open_radio("fresh", drive_table(), tmp_path)
+    assert fresh.positions() == ((0, 0, 0), (0, 0, 0))
+    assert fresh.rod == []
+    fresh.close()
+    assert open_radio("", drive_table(name="other"), tmp_path).positions() == ((0, 0, 0), (0, 0, 0))
+
+
+def test_displays_do_not_share_files(tmp_path: Path) -> None:
+    for name in ("one", "../two", ""):
+        open_radio("", drive_table(name=name), tmp_path).close()
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {"mock-one.json", "mock-.._two.json", "mock-_.json"} <= names
+
+
+class Unplugged(Exception):
+    """Stands for whatever may end a process in the middle of a run."""
+
+
+def test_an_interrupted_run_leaves_the_display_where_it_comes_to_rest(tmp_path: Path) -> None:
+    radio = open_radio("", drive_table(), tmp_path)
+
+    def stop_in_step_three(progress) -> None:
+        if progress.step == 3 and 0.3 < progress.fraction < 1.0:
+            raise Unplugged
+
+    journal = Journal(new_run(tmp_path, "x"))
+    with pytest.raises(Unplugged):
+        send_plan(make_plan(seconds=6.0), radio, journal, stop_in_step_three)
+    journal.close()
+    radio.close()
+    rest = radio.positions()
+    assert target(POSES[1]).counts < rest[0] < GOAL
+    again = open_radio("", drive_table(), tmp_path)
+    assert again.positions() == rest
+    assert [status.state for status in read_status(again, drive_table())] == ["hold-link"] * 2
+    report = send_from(tmp_path, again, rest)
+    assert report.outcome == "done"
+
+
+def send_from(runs: Path, radio: MockRadio, counts) -> RunReport:
+    """Send a plan that starts where the display stands."""
+    plan = make_plan()
+    start = tuple(replace(target(HOME), counts=each) for each in counts)
+    journal = Journal(new_run(runs, "test"))
+    try:
+        return send_plan(replace(plan, start=start), radio, journal)
+    finally:
+        journal.close()
+        radio.close()
+
+
+def test_a_killed_process_leaves_the_steps_begun_and_done(tmp_path: Path) -> None:
+    """Nothing is closed here: what counts is what was saved on the way."""
+    radio = open_radio("", drive_table(), tmp_path)
+
+    def die(progress) -> None:
+        if progress.step == 2 and progress.status.started == 2:
+            raise Unplugged
+
+    journal = Journal(new_run(tmp_path, "x"))
+    with pytest.raises(Unplugged):
+        send_plan(make_plan(), radio, journal, die)
+    radio._store.close()
+    again = open_radio("", drive_table(), tmp_path)
+    assert [(node.memory.started, node.memory.finished) for node in again.nodes] in ([(2, 1)] * 2, [(2, 1), (1, 1)])
+    assert again.nodes[0].memory.target == target(POSES[1]).counts
+    again.close()
+
+
+DAMAGES = [
+    "",
+    "{",
+    "[]",
+    "nonsense",
+    "[" * 5000,
+    '{"format": 2}',
+    '{"format": 1}',
+    "\x00" * 50,
+]
+
+
+@pytest.mark.parametrize("text", DAMAGES)
+def test_a_damaged_memory_is_refused_with_the_way_out(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "mock-test.json"
+    path.write_text(text)
+    with pytest.raises(LinkError, match="damaged") as caught:
+        open_radio("", drive_table(), tmp_path)
+    assert "mock:fresh" in caught.value.hint
+    assert path.read_text() == text
+    open_radio("fresh", drive_table(), tmp_path).close()
+    open_radio("", drive_table(), tmp_path).close()
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"counts": [0, 0, 0]', '"counts": [0, 0]'),
+        ('"counts": [0, 0, 0]', '"counts": [0, 0.5, 0]'),
+        ('"counts": [0, 0, 0]', '"counts": [0, true, 0]'),
+        ('"counts": [0, 0, 0]', '"counts": [99999999, 0, 0]'),
+        ('"counts": [0, 0, 0]', '"counts": "000"'),
+        ('"target": [0, 0, 0]', '"target": null'),
+        ('"homed": true', '"homed": 1'),
+        ('"homed": true', '"homed": true, "extra": 1'),
+        ('"boot": 1', '"boot": -1'),
+        ('"boot": 1', '"boot": 65536'),
+        ('"boot": 1', '"boot": 1.0'),
+        ('"fault": 0', '"fault": 12'),
+        ('"offers"', '"offer"'),
+        ('"rod": []', '"rod": [1]'),
+        ('"rod": []', '"rod": "peak"'),
+        ('"rod": []', '"wood": []'),
+        ('"nodes": [', '"nodes": [{}, '),
+        ('"nodes": [', '"nodes": 3, "knots": ['),
+    ],
+)
+def test_a_memory_that_says_the_impossible_is_damaged(tmp_path: Path, old: str, new: str) -> None:
+    open_radio("", drive_table(), tmp_path).close()
+    path = tmp_path / "mock-test.json"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(LinkError, match="damaged"):
+        open_radio("", drive_table(), tmp_path)
+
+
+def test_a_memory_of_another_display_file_is_refused(tmp_path: Path) -> None:
+    open_radio("", drive_table(2), tmp_path).close()
+    with pytest.raises(LinkError, match="does not have 3 nodes"):
+        open_radio("", drive_table(3), tmp_path)
+    table = drive_table(2)
+    other = replace(table, axes=(replace(table.axes[0], counts_per_unit=100.0), *table.axes[1:]))
+    with pytest.raises(LinkError, match="motors differ"):
+        open_radio("", other, tmp_path)
+
+
+def test_a_huge_or_unreadable_memory_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mock-test.json"
+    path.write_bytes(b" " * 2_000_000)
+    with pytest.raises(LinkError, match="far too large"):
+        open_radio("", drive_table(), tmp_path)
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(LinkError, match="damaged"):
+        open_radio("", drive_table(), tmp_path)
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(LinkError, match="cannot use") as caught:
+        open_radio("", drive_table(), tmp_path)
+    assert "CURVELINE_RUNS" in caught.value.hint
+
+
+def test_a_runs_folder_that_is_none_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(LinkError, match="cannot use"):
+        open_radio("", drive_table(), tmp_path / "file")
+
+
+# Lock
+
+HOLDER = """
+import sys
+from pathlib import Path
+sys.path[:0] = {paths!r}
+from radio.bench import drive_table
+from curveline.radio.mock import open_radio
+radio = open_radio("", drive_table(), Path({runs!r}))
+print("locked", flush=True)
+sys.stdin.readline()
+radio.close()
+"""
+
+
+def holder(runs: Path) -> subprocess.Popen[str]:
+    here = Path(__file__).resolve()
+    paths = [str(here.parents[1]), str(here.parents[2])]
+    script = HOLDER.format(paths=paths, runs=str(runs))
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=dict(os.environ)
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "locked\n"
+    return process
+
+
+def test_two_processes_cannot_use_one_display(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store_module, "LOCK_WAIT_S", 0.2)
+    with holder(tmp_path) as process:
+        with pytest.raises(LinkError, match=f"in use by process {process.pid}"):
+            open_radio("", drive_table(), tmp_path)
+        open_radio("", drive_table(name="other"), tmp_path).close()
+        monkeypatch.setattr(store_module, "LOCK_WAIT_S", 10.0)
+        assert process.stdin is not None
+        process.stdin.write("\n")
+        process.stdin.flush()
+        open_radio("", drive_table(), tmp_path).close()
+
+
+def test_a_lock_dies_with_its_process(tmp_path: Path) -> None:
+    with holder(tmp_path) as process:
+        process.kill()
+    open_radio("", drive_table(), tmp_path).close()
+
+
+def test_a_refused_display_is_not_left_locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store_module, "LOCK_WAIT_S", 0.0)
+    (tmp_path / "mock-test.json").write_text("{")
+    for _ in range(2):
+        with pytest.raises(LinkError, match="damaged"):
+            open_radio("", drive_table(), tmp_path)
+    radio = open_radio("fresh", drive_table(), tmp_path)
+    radio.close()
+    radio.close()
+    open_radio("", drive_table(), tmp_path).close()
+
+
+# Mishaps
+
+
+def test_a_stall_halts_the_run_and_stays(tmp_path: Path) -> None:
+    radio = open_radio("stall=1@step2", drive_table(), tmp_path)
+    with pytest.raises(LinkError, match="node 1 has stalled in step 2: its bias motor") as caught:
+        send(tmp_path, radio)
+    assert caught.value.node == 1
+    again = open_radio("", drive_table(), tmp_path)
+    status = read_status(again, drive_table())
+    assert (status[0].state, status[0].fault) == ("fault", "stall (bias)")
+    assert status[1].state == "hold-link"
+    again.close()
+
+
+def test_a_restart_halts_the_run_and_the_node_needs_homing(tmp_path: Path) -> None:
+    radio = open_radio("reboot=2@step3", drive_table(), tmp_path)
+    with pytest.raises(LinkError, match="node 2 has restarted in step 3: boot number 2 instead of 1") as caught:
+        send(tmp_path, radio)
+    assert caught.value.node == 2
+    again = open_radio("", drive_table(), tmp_path)
+    assert again.nodes[1].memory.boot == 2
+    with pytest.raises(LinkError, match="node 2 does not know where it is: it has not been homed"):
+        send_from(tmp_path, again, again.positions())
+
+
+def test_a_node_that_restarts_while_idle_knows_its_place(tmp_path: Path) -> None:
+    radio = open_radio("", drive_table(), tmp_path)
+    radio._restart(0, radio._antennas[drive_table().addresses[0]][1])
+    radio.nodes[0].advance(0)
+    assert (radio.nodes[0].state, radio.nodes[0].memory.boot) == (State.READY, 2)
+    radio.close()
