@@ -53,6 +53,13 @@ class AxisDrive:
         """Position in mm or degrees of an encoder count."""
         return counts / self.counts_per_unit
 
+    def seconds(self, distance: float) -> float:
+        """Shortest time for a move over `distance`, from rest to rest, at limited speed and acceleration."""
+        way = abs(distance)
+        if way * self.acceleration > self.speed**2:
+            return way / self.speed + self.speed / self.acceleration
+        return 2.0 * math.sqrt(way / self.acceleration)
+
 
 @dataclass(frozen=True)
 class DriveTable:

@@ -115,6 +115,7 @@ class Display:
     drive: Drive
     radio: RadioSettings
     digest: str = ""  # sha256 of the display file
+    path: str = ""  # absolute, of the display file; empty for a built-in one
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from dataclasses import replace
 from functools import cache
 from importlib import resources
 
@@ -59,7 +60,7 @@ def read_display(name_or_path: AnyPath, relative_to: AnyPath = "") -> Display:
     if not name.endswith(".toml"):
         refuse_file(name, "unknown-display", f"there is no built-in display {shown(name)}", _hint_for_display(name))
     path = os.path.join(os.fspath(relative_to), name)
-    return _display(read_file(path, MAX_BYTES), path)
+    return replace(_display(read_file(path, MAX_BYTES), path), path=os.path.abspath(path))
 
 
 @cache

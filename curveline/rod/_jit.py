@@ -12,11 +12,13 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+_config: Any = numba.config
 
 
 def _cache_home() -> Path:
@@ -29,7 +31,7 @@ def _cache_home() -> Path:
 
 def _source_key() -> str:
     """Digest of everything the compiled code depends on."""
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {numba.config.CPU_NAME}".encode())
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {_config.CPU_NAME}".encode())
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
@@ -42,10 +44,10 @@ CACHE = _cache_home() / _source_key()
 FIRST_RUN = not CACHE.exists()
 """True if nothing was compiled yet for these sources when this process started."""
 
-numba.config.CACHE_DIR = str(CACHE)
+_config.CACHE_DIR = str(CACHE)
 
 
 def njit(function: F) -> F:
     """Compile `function` when first called, or load it from the cache."""
-    compiled: F = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
-    return compiled
+    compiled: Any = numba.njit(cache=True, error_model="numpy", nogil=True)
+    return cast(F, compiled(function))

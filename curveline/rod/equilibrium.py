@@ -10,7 +10,7 @@ import numpy as np
 
 from curveline.rod.crossings import clearance, crosses_itself, crosses_tails
 from curveline.rod.ladder import EIGENVALUE, climb, interpolate
-from curveline.rod.problem import Array, ScaledRod
+from curveline.rod.problem import Array, Bearing, Pose, ScaledRod, scale_rod
 
 MOST_EDGES = 50_000
 TAIL = 0.2
@@ -63,19 +63,22 @@ class ClampedRod:
             self.chord[1] - half * (math.sin(self.start) + math.sin(self.end)),
         )
 
+    @property
+    def pose(self) -> Pose:
+        """What the two nodes impose."""
+        return Pose(float(self.chord[0]), float(self.chord[1]), float(self.start), float(self.end), float(self.length))
+
+    @property
+    def bearing(self) -> Bearing:
+        """What stays the same when the nodes move."""
+        return Bearing(float(self.clamp), float(self.stiffness), float(self.weight))
+
     def scaled(self, winding: int = 0) -> ScaledRod:
         """The free rod in units of its length and EI; its tangent turns by `winding` further full turns."""
-        length = self.free_length
-        unit = length * length / self.stiffness
-        at = [(place * self.length - 0.5 * self.clamp) / length for place, _, _ in self.loads]
-        forces = [(x * unit, y * unit) for _, x, y in self.loads]
-        return ScaledRod(
-            self.weight * length * unit,
-            np.array(at, dtype=float),
-            np.array(forces, dtype=float).reshape(-1, 2),
-            np.array(self.free_chord) / length,
-            np.array([self.start, self.end + 2.0 * math.pi * winding]),
-        )
+        loads = np.array(self.loads, dtype=float).reshape(-1, 3)
+        turned = self.pose._replace(end=self.pose.end + 2.0 * math.pi * winding)
+        rod: ScaledRod = scale_rod(turned, self.bearing, loads)
+        return rod
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,24 @@ class ScaledRod(NamedTuple):
     ends: Array
 
 
+class Pose(NamedTuple):
+    """What the nodes of a segment impose: the right pivot seen from the left one, angles, rod between the pivots."""
+
+    x: float  # [m]
+    y: float  # [m]
+    start: float  # [rad]
+    end: float  # [rad]
+    length: float  # [m]
+
+
+class Bearing(NamedTuple):
+    """What stays the same along a path: rod held straight by a node, EI, weight per length (downwards)."""
+
+    clamp: float  # [m]
+    stiffness: float  # [N m^2]
+    weight: float  # [N/m]
+
+
 class Problem(NamedTuple):
     """A discrete rod between two clamps, in units of its free length and EI.
 
@@ -51,6 +69,22 @@ class Problem(NamedTuple):
     rows: Array
     targets: Array
     ends: Array
+
+
+@njit
+def scale_rod(pose, bearing, loads):
+    """The free rod of a `Pose` in units of its length and EI; `loads (m, 3)`: fraction of length, force [N]."""
+    half = 0.5 * bearing.clamp
+    free = pose.length - bearing.clamp
+    unit = free * free / bearing.stiffness
+    chord = np.array(
+        [
+            (pose.x - half * (np.cos(pose.start) + np.cos(pose.end))) / free,
+            (pose.y - half * (np.sin(pose.start) + np.sin(pose.end))) / free,
+        ]
+    )
+    at = (loads[:, 0] * pose.length - half) / free
+    return ScaledRod(bearing.weight * free * unit, at, loads[:, 1:] * unit, chord, np.array([pose.start, pose.end]))
 
 
 @njit

@@ -51,12 +51,12 @@ RELAX = Effort(turn=0.5, close=1e-7, iterations=150)
 
 
 class Found(NamedTuple):
-    """Equilibria met so far: `shapes (c, n)`, `multipliers (c, 2)`, `unstable (c,)`, `count (1,)`."""
+    """Equilibria met so far: `shapes (c, n)`, `multipliers (c, 2)`, `unstable (c,)`, `filled (1,)` how many."""
 
     shapes: Array
     multipliers: Array
     unstable: Array
-    count: Array
+    filled: Array
 
 
 @njit
@@ -70,7 +70,7 @@ def keep(problem, found, phi, multipliers, unstable):
     """Add an equilibrium to `found` unless it is an artefact, already there, or there is no room."""
     if unstable < 0 or sharpest_turn(problem, phi) > SHARPEST:
         return False
-    count = int(found.count[0])
+    count = int(found.filled[0])
     for i in range(count):
         distance = 0.0
         for j in range(phi.size):
@@ -82,7 +82,7 @@ def keep(problem, found, phi, multipliers, unstable):
     found.shapes[count] = phi
     found.multipliers[count] = multipliers[:2]
     found.unstable[count] = unstable
-    found.count[0] += 1
+    found.filled[0] += 1
     return True
 
 
@@ -163,8 +163,7 @@ def nearly_zero(before, here, after):
 
 @njit
 def sweep_heights(problem, fine_problem, start, direction, found, found_fine):
-    """Follow the constrained minimum from state `start` of `found` in steps of the mean height, up (+1) or down (-1)."""
-    n = problem.edges.size
+    """Follow the constrained minimum from state `start` of `found` while the mean height rises (+1) or falls (-1)."""
     phi = found.shapes[start].copy()
     multipliers = np.zeros(3)
     multipliers[:2] = found.multipliers[start]
@@ -214,7 +213,7 @@ def search(problem, fine_problem, found, found_fine):
         spline.guess(problem.targets, problem.ends, side, phi)
         relax_from(free, phi, found)
     swept = 0
-    while swept < int(found.count[0]):
+    while swept < int(found.filled[0]):
         if found.unstable[swept] == 0.0:
             sweep_heights(problem, fine_problem, swept, 1.0, found, found_fine)
             sweep_heights(problem, fine_problem, swept, -1.0, found, found_fine)
@@ -275,7 +274,7 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
     states: list[Equilibrium] = []
     for winding in windings:
         for edges, found in _raw(rod.scaled(winding), winding):
-            for i in range(int(found.count[0])):
+            for i in range(int(found.filled[0])):
                 if found.unstable[i] == 0.0:
                     state = refine(rod, edges, found.shapes[i], found.multipliers[i], tolerance, winding)
                     _add(states, state)
@@ -288,7 +287,7 @@ def _raw(scaled: ScaledRod, winding: int) -> list[tuple[Array, Found]]:
         return [search_turned_rod(scaled, TURNED_EDGES)]
     for n in (SEARCH_EDGES, SEARCH_EDGES * FINE):
         edges, found, fine_edges, found_fine = search_rod(scaled, n)
-        if np.any(found.unstable[: int(found.count[0])] == 0.0):
+        if np.any(found.unstable[: int(found.filled[0])] == 0.0):
             break
     return [(edges, found), (fine_edges, found_fine)]
 
