@@ -195,7 +195,7 @@ class Conductor:
         status = peer.status
         if status is None or self.phase not in WATCHED:
             return
-        halt = check_fit(peer, self.step)
+        halt = check_fit(status, self.step)
         if status.boot != peer.boot:
             halt = Halt(Cause.REBOOT, peer.number, self.step, f"boot number {status.boot} instead of {peer.boot}")
         elif peer.started > self.released:

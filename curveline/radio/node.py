@@ -335,7 +335,7 @@ class Node:
             node=self.identity.number,
             session=memory.offers,
             nonce=self._nonce(),
-            chip=self.identity.site.chips[self.identity.number - 1],
+            chip=self.identity.chip,
             firmware=self.identity.firmware,
             config_hash=self._hash,
             version=VERSION,

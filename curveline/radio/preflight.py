@@ -9,7 +9,7 @@ from hashlib import blake2s
 from curveline.errors import InvalidInput
 from curveline.plan import AXES, Plan
 from curveline.radio.actions import Record
-from curveline.radio.frames import MOVE_MS_LIMIT, VERSION, Counts, Fault, Ident, State
+from curveline.radio.frames import MOVE_MS_LIMIT, VERSION, Counts, Fault, Ident, State, Status
 from curveline.radio.halts import Cause, Halt, fault_halt
 from curveline.radio.motion import Axes, outside
 from curveline.radio.peer import Peer
@@ -69,9 +69,9 @@ def check_ident(ident: Ident, peer: Peer, chip: int, config: int) -> Halt | None
 def check_start(plan: Plan, peers: Sequence[Peer]) -> Halt | None:
     """Whether every node is fit to move and stands where the plan starts; call it once all have a status."""
     for peer, start in zip(peers, plan.start, strict=True):
-        if (halt := check_fit(peer, 0)) is not None:
-            return halt
         assert peer.status is not None
+        if (halt := check_fit(peer.status, 0)) is not None:
+            return halt
         for axis, (wanted, found) in enumerate(zip(start.counts, peer.status.position, strict=True)):
             if abs(found - wanted) > START_TOLERANCE:
                 drive = plan.drive.axes[axis]
@@ -80,17 +80,14 @@ def check_start(plan: Plan, peers: Sequence[Peer]) -> Halt | None:
     return None
 
 
-def check_fit(peer: Peer, step: int) -> Halt | None:
-    """Whether the newest status of a node says that it can move or be held."""
-    status = peer.status
-    if status is None:
-        return None
+def check_fit(status: Status, step: int) -> Halt | None:
+    """Whether a status says that its node can move and be held; `step` is the one to name, 0 for none."""
     if status.state is State.ESTOP:
-        return Halt(Cause.LATCHED, peer.number, step)
+        return Halt(Cause.LATCHED, status.node, step)
     if status.fault is not Fault.NONE:
-        return fault_halt(status.fault, status.fault_axis, peer.number, step)
+        return fault_halt(status.fault, status.fault_axis, status.node, step)
     if status.state in (State.BOOT, State.UNHOMED, State.HOMING):
-        return Halt(Cause.NOT_HOMED, peer.number, step)
+        return Halt(Cause.NOT_HOMED, status.node, step)
     return None
 
 

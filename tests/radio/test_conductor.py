@@ -14,7 +14,7 @@ from curveline.radio.conductor import Conductor
 from curveline.radio.frames import Drive, Fault, State, Stop
 from curveline.radio.halts import Cause, Halt, fault_halt
 from curveline.radio.keys import Site
-from curveline.radio.motion import AxisLimits
+from curveline.radio.motion import AxisLimits, plan_move
 from curveline.radio.node import Node
 from curveline.radio.nodestate import Identity, Memory
 from curveline.radio.plant import PlantFault
@@ -211,6 +211,19 @@ def test_a_node_that_another_host_is_driving() -> None:
     assert all(node._session.counter == peer.counter for node, peer in zip(bench.nodes, first.peers, strict=True))
 
 
+def test_a_node_that_offers_a_session_and_then_does_not_keep_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(make_plan())
+    monkeypatch.setattr(bench.nodes[1], "_session_of", lambda payload: None)
+    refused(bench, Cause.TAKEN, 2)
+
+
+def test_a_node_that_does_not_come_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(make_plan())
+    monkeypatch.setattr(bench.plants[0], "settles_ms", lambda: None)
+    bench.nodes[0].move = plan_move((0, 0, 0), (100, 0, 0), bench.axes, 0)
+    refused(bench, Cause.BUSY, 1)
+
+
 def test_takeover_claims_idle_nodes_and_fences_the_first_host_off() -> None:
     bench = Bench(make_plan(poses=[POSES[0], POSES[0]]))
     bench.run_to(Phase.STAGING, 2)
@@ -338,6 +351,25 @@ def test_a_late_node_is_not_late_because_of_a_pause() -> None:
     bench.run_for(20_000)
     bench.conductor.resume(bench.now_ms)
     assert bench.run() is Phase.DONE
+
+
+def test_a_node_that_does_not_set_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(make_plan())
+    monkeypatch.setattr(bench.nodes[0], "_start", lambda session: None)
+    assert "it has not set off" in halted(bench, Cause.DEADLINE, 1).message
+
+
+def test_a_pause_does_not_forget_how_late_a_node_was() -> None:
+    bench = Bench(make_plan(seconds=0.8), paces=iter([(1000, 1000, 1000), (200, 1000, 1000)]).__next__)
+    bench.run_to(Phase.RELEASED, 1)
+    bench.run_for(1800)
+    bench.conductor.hold(bench.now_ms)
+    bench.run_to(Phase.PAUSED)
+    bench.conductor.resume(bench.now_ms)
+    resumed_ms = bench.now_ms
+    bench.run_to(Phase.HALTING)
+    assert bench.now_ms - resumed_ms < 700
+    halted(bench, Cause.DEADLINE, 2)
 
 
 def test_a_node_that_does_not_take_its_target() -> None:

@@ -171,6 +171,20 @@ def test_file_systems_without_reservations_are_used_as_they_are(
     journal.close()
 
 
+def test_a_disk_that_takes_nothing_or_has_no_room_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    journal = Journal(tmp_path, BrokenDisk(bite=0))
+    with pytest.raises(LinkError, match="took nothing"):
+        journal.append({})
+
+    def full(descriptor: int, offset: int, size: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(journal_module.os, "posix_fallocate", full)
+    with pytest.raises(LinkError, match="No space left"):
+        journal.reserve(1000)
+    journal.close()
+
+
 def test_an_interrupted_record_is_overwritten_by_the_next(tmp_path: Path) -> None:
     class Interrupted(SystemDisk):
         armed = True

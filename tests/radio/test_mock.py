@@ -208,8 +208,11 @@ def test_an_interrupted_run_leaves_the_display_where_it_comes_to_rest(tmp_path: 
     with pytest.raises(Unplugged):
         send_plan(make_plan(seconds=6.0), radio, journal, stop_in_step_three)
     journal.close()
+    before = radio.positions()
     radio.close()
     rest = radio.positions()
+    assert rest[0] > before[0], "the nodes went on until their dead-man held them"
+    assert all(node.move is None for node in radio.nodes)
     assert target(POSES[1]).counts < rest[0] < GOAL
     again = open_radio("", drive_table(), tmp_path)
     assert again.positions() == rest
@@ -328,6 +331,23 @@ def test_a_huge_or_unreadable_memory_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LinkError, match="cannot use") as caught:
         open_radio("", drive_table(), tmp_path)
     assert "CURVELINE_RUNS" in caught.value.hint
+
+
+def test_a_memory_is_replaced_in_one_go_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    radio = open_radio("", drive_table(), tmp_path)
+    before = (tmp_path / "mock-test.json").read_bytes()
+    radio.rod = ["valley"]
+
+    def fail(source: Path, destination: Path) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(store_module.os, "replace", fail)
+        with pytest.raises(LinkError, match="No space left"):
+            radio.save()
+    assert (tmp_path / "mock-test.json").read_bytes() == before
+    radio.close()
+    assert b"valley" in (tmp_path / "mock-test.json").read_bytes()
 
 
 def test_a_runs_folder_that_is_none_is_refused(tmp_path: Path) -> None:

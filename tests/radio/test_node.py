@@ -355,6 +355,13 @@ def test_silence_holds_exactly_at_the_dead_man_time(host: Host) -> None:
     assert host.drive(5002, release=1, hold_gen=2).state is State.MOVING
 
 
+def test_the_generation_that_lifted_one_hold_does_not_lift_the_next_silence(host: Host) -> None:
+    host.start(0, target=FAR)
+    host.drive(100, release=1, hold_gen=2)
+    assert keep_alive(host, 100 + DEADMAN + 500, 3000, release=1, hold_gen=2).state is State.HOLD_LINK
+    assert host.drive(3001, release=1, hold_gen=4).state is State.MOVING
+
+
 def test_an_idle_node_falls_silent_too(host: Host) -> None:
     host.node.advance(DEADMAN)
     assert host.node.state is State.HOLD_LINK
@@ -422,8 +429,9 @@ def test_a_fault_is_cleared_by_a_session_that_says_so(host: Host) -> None:
     assert clearing.drive(4001).state is State.READY
 
 
-def test_a_lost_position_is_cleared_by_homing_only(host: Host) -> None:
-    host.node.plant.coming = PlantFault(450, Fault.ENCODER, 2)
+@pytest.mark.parametrize("fault", [Fault.ENCODER, Fault.BROWN_OUT])
+def test_a_lost_position_is_cleared_by_homing_only(host: Host, fault: Fault) -> None:
+    host.node.plant.coming = PlantFault(450, fault, 2)
     host.start(0, target=FAR)
     host.node.advance(3000)
     host.node.plant.coming = None

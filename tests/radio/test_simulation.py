@@ -62,6 +62,7 @@ class Watched(Bench):
         finished = [each.memory.finished for each in self.nodes]
         assert max(started) <= min(finished) + 1, "I1"
         assert memory.started <= self.journalled(), "I4"
+        assert all(each.memory.staged >= memory.started for each in self.nodes), "somebody has not got its target"
 
     def check_frame(self, send: Send) -> None:
         if kind_of(send.payload) is not Kind.DRIVE:
