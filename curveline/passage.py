@@ -1,4 +1,4 @@
-"""One move of the nodes of a segment and what the rod does during it: followed, weighed against the display's limits."""
+"""One move of the nodes of a segment: the rod is followed, and what it asks is weighed against the display's limits."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """From a scene to the steps that reach it: the paper's five, with a funnel in place of its trial and error.
 
-Paper, section V: extrude a little, bias towards the wanted side, extrude to length, bias to the final angles, translate.
+Paper, section V: extrude a little, bias to the wanted side, extrude to length, bias to the final angles, translate.
 The first two steps are chosen such that after them only the wanted state exists, so that it does not matter which way
 the rod buckled first, nor which shape the display showed before; from there the state is followed to the goal, and the
 plan is refused if the state does not survive with a margin or asks too much of rod or motors.

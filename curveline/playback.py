@@ -30,9 +30,6 @@ LOST = "lost"
 SLACKEST_STRAIGHT = 2e-4
 """Below this excess of length over chord, as a fraction, the rod counts as straight: play and stretch take it up."""
 
-SAG = 1e-3
-"""Amplitude [rad] of the imperfection from which a straight rod buckles, downwards as its weight bends it."""
-
 SAME_ANGLES = 0.1
 """Edges of the same state, on a coarse rod and on a fine one, differ by less than this [rad], also near a fold."""
 
@@ -129,14 +126,15 @@ class _Actor:
         self.snaps.append(Snap(seconds, self.segment, before, self.label))
 
     def _buckle(self) -> None:
-        """Let a straight rod fall from its imperfection as soon as there is rod to spare."""
+        """Let a straight rod sag under its weight into the excess length, and settle, once there is rod to spare."""
         self.angles = None
         if _is_straight(self.rod):
             return
         places = (np.arange(FOLLOW_EDGES) + 0.5) / FOLLOW_EDGES
         chord = math.atan2(self.rod.chord[1], self.rod.chord[0])
-        flat = chord - SAG * np.sin(2.0 * math.pi * places)
-        landed, angles, forces = land(self.rod.pose, self.rod.bearing, flat, np.zeros(2))
+        excess = self.rod.free_length / math.hypot(*self.rod.free_chord) - 1.0
+        sagging = chord - 2.0 * math.sqrt(excess) * np.sin(2.0 * math.pi * places)
+        landed, angles, forces = land(self.rod.pose, self.rod.bearing, sagging, np.zeros(2))
         if landed:
             self.angles, self.forces = angles, forces
             self.label = self.name()

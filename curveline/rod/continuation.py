@@ -19,6 +19,8 @@ SMALLEST_STEP = 1e-7
 LARGEST_MOVE = 0.25
 """An edge that turns by more than this [rad] in one step belongs to another branch."""
 
+NUDGE = 0.01
+
 TRACK = Effort(turn=0.2, close=1e-7, iterations=12)
 LAND = Effort(turn=0.3, close=1e-7, iterations=400)
 
@@ -118,7 +120,7 @@ def land(pose, bearing, phi, multipliers):
     angles = phi.copy()
     force = multipliers.copy()
     for j in range(n):
-        angles[j] += 1e-3 * np.sin(2.0 * np.pi * (j + 0.5) / n)
+        angles[j] += NUDGE * np.sin(2.0 * np.pi * (j + 0.5) / n)
     iterations = descend(free, angles, force, LAND)
     return iterations > 0 and sharpest_turn(free, angles) < 1.0, angles, force
 

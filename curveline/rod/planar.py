@@ -15,6 +15,10 @@ from curveline.rod._jit import njit
 
 TINY = 1e-290
 
+PENALTY = 1000.0
+LEAST_SHIFT = 0.05
+"""The step away from a saddle grows with curvature over shift, so the shift must not dwarf a weak instability."""
+
 
 class Effort(NamedTuple):
     """How hard to try: the most an edge may turn per step [rad], the last step's size that ends it, iterations.
@@ -206,14 +210,18 @@ def energy(problem, phi):
 
 
 @njit
-def merit(problem, phi, penalty):
-    """Energy plus `penalty` times the constraints' violation: what a descent step must lower."""
+def merit(problem, phi, multipliers):
+    """Augmented Lagrangian at `phi (n,)`: what a descent step must lower.
+
+    An exact penalty would refuse steps along a weak instability: they leave the constraints by as much, to second
+    order, as they lower the energy (the Maratos effect).
+    """
     total = energy(problem, phi)
-    for a in range(problem.targets.size):
+    for a in range(multipliers.size):
         gap = -problem.targets[a]
         for j in range(phi.size):
             gap += problem.rows[a, 0, j] * np.cos(phi[j]) + problem.rows[a, 1, j] * np.sin(phi[j])
-        total += penalty * abs(gap)
+        total += multipliers[a] * gap + 0.5 * PENALTY * gap * gap
     return total
 
 
@@ -222,7 +230,7 @@ def descend(problem, phi, multipliers, effort):
     """Go downhill from `phi (n,)` to a stable equilibrium; `phi` and `multipliers (k,)` are overwritten.
 
     Newton on the bordered system with the Hessian shifted until it is positive definite on the constraints, a bound on
-    how far an edge turns per step, and a line search on an exact penalty (Nocedal and Wright 2006, section 18.3).
+    how far an edge turns per step, and a line search on an augmented Lagrangian (Nocedal and Wright 2006, section 17.3).
     Returns the iterations used, negative if they ran out.
     """
     n = phi.size
@@ -230,18 +238,19 @@ def descend(problem, phi, multipliers, effort):
     pivots = np.empty(n)
     step = np.empty(n)
     trial = np.empty(n)
+    target = np.empty(k)
     forward = np.empty((k + 1, n))
     schur = np.empty((k, k + 1))
     residual = np.empty(k)
     change = np.empty(k)
     shift = 0.0
     for iteration in range(1, effort.iterations + 1):
-        shift = 0.0 if shift < 4.0 else 0.25 * shift
+        shift = 0.0 if shift < LEAST_SHIFT else 0.25 * shift
         for _ in range(40):
             negative, _ = sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, residual)
             if negative + sweep_backward(problem, pivots, forward, schur, residual, step, change) == k:
                 break
-            shift = max(4.0, 4.0 * shift)
+            shift = max(LEAST_SHIFT, 4.0 * shift)
         turn = 0.0
         for j in range(n):
             turn = max(turn, abs(step[j]))
@@ -249,14 +258,13 @@ def descend(problem, phi, multipliers, effort):
             return -iteration
         scale = 1.0 if turn <= effort.turn else effort.turn / turn
         if turn > 0.05 or shift > 0.0:
-            penalty = 1.0
             for a in range(k):
-                penalty = max(penalty, 2.0 * abs(multipliers[a] + change[a]))
-            start = merit(problem, phi, penalty)
+                target[a] = multipliers[a] + change[a]
+            start = merit(problem, phi, target)
             for _ in range(12):
                 for j in range(n):
                     trial[j] = phi[j] + scale * step[j]
-                if merit(problem, trial, penalty) < start:
+                if merit(problem, trial, target) < start:
                     break
                 scale *= 0.5
         for j in range(n):
