@@ -1,0 +1,91 @@
+"""News of a running send: a live table on a terminal, plain lines elsewhere; always on stderr."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from curveline.cli import show
+from curveline.plan import Plan
+from curveline.radio.link import Control, Progress, Request
+
+REDRAW_SECONDS = 0.1
+BAR = 20
+WISHES = {
+    Request.PAUSE: "pausing at the barrier; Ctrl-C again holds at once",
+    Request.HOLD: "holding; Ctrl-C again is an emergency stop",
+    Request.ESTOP: "emergency stop",
+}
+
+
+@contextmanager
+def watch(plan: Plan, control: Control) -> Iterator[Callable[[Progress], None]]:
+    """An observer for a send of `plan` that shows what it is told."""
+    if not show.is_live(sys.stderr):
+        yield Lines(plan, control)
+        return
+    from rich.live import Live
+    from rich.text import Text
+
+    with Live(console=show.console(), auto_refresh=False) as live:
+        view = Picture(plan, control, lambda text: live.update(Text(text), refresh=True))
+        yield view
+        view.draw()
+
+
+class Lines:
+    """One line whenever a step begins or the operator asks for something."""
+
+    def __init__(self, plan: Plan, control: Control) -> None:
+        self._plan = plan
+        self._control = control
+        self._told: tuple[int, Request] = (0, Request.NONE)
+
+    def __call__(self, news: Progress) -> None:
+        """News of a node."""
+        step, wish = self._told
+        if self._control.request is not wish:
+            show.note(f"{news.seconds:7.1f} s  {WISHES[self._control.request]}")
+        if news.status.started >= news.step > step:
+            step = news.step
+            show.note(f"{news.seconds:7.1f} s  step {step} of {news.steps}: {self._plan.steps[step - 1].action}")
+        self._told = (step, self._control.request)
+
+
+class Picture:
+    """A few lines that are drawn over: the step, a bar per node, and what the operator asked for."""
+
+    def __init__(self, plan: Plan, control: Control, draw: Callable[[str], Any]) -> None:
+        self._plan = plan
+        self._control = control
+        self._draw = draw
+        self._news: dict[int, Progress] = {}
+        self._drawn = 0.0
+
+    def __call__(self, news: Progress) -> None:
+        """News of a node."""
+        self._news[news.status.node] = news
+        if time.monotonic() - self._drawn > REDRAW_SECONDS:
+            self.draw()
+
+    def draw(self) -> None:
+        """Show what is known now."""
+        self._drawn = time.monotonic()
+        if self._news:
+            newest = max(self._news.values(), key=lambda news: news.seconds)
+            action = self._plan.steps[newest.step - 1].action
+            head = f"{newest.seconds:.1f} s  step {newest.step} of {newest.steps}: {action}  ({newest.phase.value})"
+            rows = [_bar(self._news[node]) for node in sorted(self._news)]
+            self._draw("\n".join([head, *rows, WISHES.get(self._control.request, "Ctrl-C pauses at the barrier")]))
+
+
+def _bar(news: Progress) -> str:
+    """One node's progress through the present step."""
+    full = round(BAR * news.fraction)
+    bar = "#" * full + "." * (BAR - full)
+    lost = f"  lost {news.status.link.lost} of {news.status.link.polls}"
+    fault = f"  {news.status.fault}" if news.status.fault else ""
+    return f"  node {news.status.node:<3} [{bar}] {100 * news.fraction:3.0f} %  {news.status.state}{lost}{fault}"

@@ -1,0 +1,134 @@
+"""One run over the radio: signals, progress, the record, and on a mock display the curve that the rod took."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from curveline import __version__
+from curveline.cli import nodes, show
+from curveline.cli.progress import watch
+from curveline.errors import InvalidInput
+from curveline.plan import Plan, write_plan
+from curveline.radio import Radio
+from curveline.radio.journal import Journal, new_run
+from curveline.radio.link import Control, Request, RunReport, send_plan
+
+if TYPE_CHECKING:
+    from curveline.playback import Playback
+    from curveline.radio.mock import MockRadio
+    from curveline.scene import Display
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a run ended; `playback` is known of mock displays only."""
+
+    plan: Plan
+    report: RunReport
+    request: Request
+    playback: Playback | None
+    folder: Path
+
+    @property
+    def is_interrupted(self) -> bool:
+        """True if somebody asked to stop."""
+        return self.request is not Request.NONE
+
+    @property
+    def is_wanted(self) -> bool:
+        """True if all steps were done and, where that is known, the rod is in the wanted curve."""
+        arrived = self.playback is None or self.playback.states == self.plan.wanted
+        return self.report.outcome == "done" and arrived
+
+    def document(self, spec: str) -> dict[str, Any]:
+        """The ending as plain data."""
+        record = asdict(self.report)
+        record["nodes"] = [nodes.document(status, self.plan.drive) for status in self.report.nodes]
+        rod = None if self.playback is None else asdict(self.playback)
+        head = {"curveline": __version__, "plan": self.plan.name, "display": self.plan.drive.display, "radio": spec}
+        return {**head, **record, "wanted": self.plan.wanted, "rod": rod, "run": str(self.folder)}
+
+    def lines(self) -> list[str]:
+        """The ending as text."""
+        report = self.report
+        done = f"{report.outcome}: {report.steps_done} of {report.steps} steps in {report.seconds:.1f} s"
+        rod = [] if self.playback is None else rod_lines(self.playback, self.plan)
+        return [done, *nodes.table(report.nodes, self.plan.drive), *rod]
+
+
+def conduct(plan: Plan, radio: Radio, runs: Path) -> Ending:
+    """Send `plan` and keep its record in a new folder of `runs`; LinkError once everything that can be held is held."""
+    folder = new_run(runs, plan.name)
+    write_plan(plan, folder / "plan.json")
+    show.note(f"record: {folder}")
+    mock = nodes.mock_of(radio)
+    control = Control()
+    playback = None
+    try:
+        with closing(Journal(folder)) as journal, _signals(control), watch(plan, control) as observer:
+            report = send_plan(plan, radio, journal, observer, control)
+    finally:
+        # Also after a fault: the nodes have moved, and the mock display must remember what that did to its rod.
+        if mock is not None:
+            playback = _play_back(plan, mock)
+    return Ending(plan, report, control.request, playback, folder)
+
+
+def rod_lines(playback: Playback, plan: Plan) -> list[str]:
+    """What the rod did, as text."""
+    lines = [
+        f"{snap.seconds:.1f} s: segment {snap.segment} snapped from {snap.before} to {snap.after}"
+        for snap in playback.snaps
+    ]
+    for number, (state, wanted) in enumerate(zip(playback.states, plan.wanted, strict=True), start=1):
+        verdict = "as wanted" if state == wanted else f"not the wanted {wanted}"
+        lines.append(f"segment {number}: the rod took the {state}, {verdict}")
+    return lines
+
+
+def _play_back(plan: Plan, mock: MockRadio) -> Playback | None:
+    """What the motion of the mock's nodes did to its rod; None, and forgotten, if the display file is gone."""
+    try:
+        display = _display_of(plan)
+    except InvalidInput as error:
+        show.note(f"which curve the rod took is not known: {error.message}")
+        mock.rod = []
+        return None
+    from curveline.playback import replay
+
+    show.announce_compilation()
+    playback = replay(display, mock.motion(), mock.rod)
+    mock.rod = list(playback.states)
+    return playback
+
+
+def _display_of(plan: Plan) -> Display:
+    """The display that a plan was made for, as its file says now; InvalidInput if it says nothing of use."""
+    from curveline.shapefile import read_display
+
+    display = read_display(str(plan.provenance.get("display", plan.drive.display)))
+    if display.digest != plan.drive.digest:
+        show.note(f"note: the file of display {plan.drive.display} has changed since this plan was made")
+    return display
+
+
+@contextmanager
+def _signals(control: Control) -> Iterator[None]:
+    """Ctrl-C and its like ask the run to pause; again, to hold now; again, to stop for good."""
+
+    def escalate(number: int, frame: object) -> None:
+        control.escalate()
+
+    before = [(number, signal.signal(number, escalate)) for number in SIGNALS]
+    try:
+        yield
+    finally:
+        for number, handler in before:
+            signal.signal(number, handler)

@@ -1,0 +1,115 @@
+"""`curveline send`: take the nodes of a display through a plan, or into a shape from where they stand."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from curveline.cli import nodes, show
+from curveline.cli.nodes import RadioOption, RunsOption
+from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, InvalidInput, LinkError
+
+if TYPE_CHECKING:
+    from curveline.cli.run import Ending
+    from curveline.plan import DriveTable, Plan
+    from curveline.radio import Radio
+    from curveline.radio.frames import Counts
+    from curveline.scene import Scene
+
+NOWHERE = ("boot", "unhomed", "homing", "position-lost")
+"""States of a node in which its position means nothing."""
+
+
+def send(
+    what: Annotated[str, typer.Argument(metavar="PLAN|SHAPE", help="Plan (.json), or shape (.toml) to plan and send.")],
+    radio: RadioOption = None,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before moving.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print what would be sent, decoded; nothing moves.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    runs: RunsOption = None,
+) -> None:
+    """Take a display through a plan, or to a shape.
+
+    A shape is planned from where the display stands. Ctrl-C pauses once all nodes have done their step; again, it holds
+    at once; again, it is an emergency stop.
+    """
+    folder = nodes.runs_folder(runs)
+    wanted = _read(what)
+    if dry_run:
+        from curveline.cli.rehearsal import rehearse
+
+        rehearse(wanted, radio, folder, as_json=json)
+        return
+    spec = nodes.require_radio(radio)
+    if not yes and not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise InvalidInput("sending moves the display, and there is no terminal to ask on", hint="add --yes to agree")
+    ending = _send(wanted, spec, folder, asks=not yes)
+    if ending is None:
+        raise typer.Exit(EXIT_NO)
+    if json:
+        show.emit(ending.document(spec))
+    else:
+        show.result("\n".join(ending.lines()))
+    if ending.is_interrupted:
+        raise typer.Exit(EXIT_INTERRUPTED)
+    raise typer.Exit(EXIT_DONE if ending.is_wanted else EXIT_NO)
+
+
+def _read(path: str) -> Plan | Scene:
+    """The plan or the shape in a file; its suffix says which."""
+    suffix = os.path.splitext(path)[1].lower()
+    if suffix == ".json":
+        from curveline.plan import read_plan
+
+        return read_plan(path)
+    if suffix == ".toml":
+        from curveline.shapefile import read_shape
+
+        return read_shape(path)
+    raise InvalidInput(f"{path}: neither a plan (.json) nor a shape (.toml)", hint="the suffix says what a file is")
+
+
+def _send(wanted: Plan | Scene, spec: str, folder: Path, *, asks: bool) -> Ending | None:
+    """Plan from where the display stands, ask, and send; None if the answer was no."""
+    from curveline.cli.run import conduct
+    from curveline.cli.steps import summary
+    from curveline.plan import Plan, drive_table
+    from curveline.radio import open_radio
+
+    drive = wanted.drive if isinstance(wanted, Plan) else drive_table(wanted.display)
+    with closing(open_radio(spec, drive, folder)) as radio:
+        plan = wanted if isinstance(wanted, Plan) else _plan_from_here(wanted, radio, drive)
+        show.note(f"{plan.name}: {summary(plan)}")
+        if asks and not typer.confirm("Move the display?", err=True):
+            show.note("nothing was sent")
+            return None
+        return conduct(plan, radio, folder)
+
+
+def _plan_from_here(scene: Scene, radio: Radio, drive: DriveTable) -> Plan:
+    """A plan to `scene` from where the nodes say that they stand; LinkError if one of them cannot say."""
+    from curveline.radio.link import read_status
+
+    counts = []
+    for status in read_status(radio, drive):
+        if status.counts is None or status.state in NOWHERE:
+            said = "does not answer" if status.counts is None else f"does not know where it stands: {status.state}"
+            hint = "see `curveline status`" if status.counts is None else "home the node, then send again"
+            raise LinkError(f"node {status.node} {said}", hint, status.node)
+        counts.append(status.counts)
+    return plan_shape(scene, tuple(counts))
+
+
+def plan_shape(scene: Scene, start: tuple[Counts, ...] | None) -> Plan:
+    """A plan to `scene` from encoder counts, or from home."""
+    from curveline.planning import make_plan
+
+    show.announce_compilation()
+    return make_plan(scene, start)

@@ -1,0 +1,92 @@
+"""The states of a shape as a table and as a small drawing for terminals of 80 columns."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+from curveline.cli import show
+from curveline.cli.drawing import Canvas
+from curveline.results import Report, curve_mm
+from curveline.rod.equilibrium import Equilibrium
+from curveline.rod.states import VALLEY
+from curveline.simulation import SegmentStates
+from curveline.units import to_mj, to_mm, to_nmm
+
+HEAD = ("", "state", "mean mm", "mid mm", "energy mJ", "error mm", "eigenv.", "clamp force N", "moment N mm")
+MARK = "*"
+
+
+def describe(report: Report) -> Iterator[str]:
+    """Lines of text on every segment of a shape."""
+    scene, milliseconds = report.scene, 1e3 * report.seconds
+    yield show.paint(scene.name, show.BOLD, sys.stdout)
+    yield (
+        f"display {scene.display.name}, tolerance {to_mm(report.settings.tolerance):g} mm, "
+        f"{len(report.segments)} segment{'s' if len(report.segments) > 1 else ''} in {milliseconds:.1f} ms"
+    )
+    for number, segment in enumerate(report.segments, start=1):
+        yield f"segment {number}: {to_mm(segment.length):g} mm of rod, {segment.wanted_name} wanted"
+        yield from _state_lines(segment)
+        if segment.states:
+            yield f"  left out: {', '.join(_left_out(segment))}"
+
+
+def _state_lines(segment: SegmentStates) -> Iterator[str]:
+    """The table of a segment's states, the wanted one marked."""
+    if not segment.states:
+        yield "  no stable state was found"
+        return
+    lines = show.table([HEAD, *(_cells(state) for state in segment.states)], frozenset({0, 1}))
+    yield f"  {show.paint(lines[0], show.DIM, sys.stdout)}"
+    for state, line in zip(segment.states, lines[1:], strict=True):
+        colour = show.BOLD if state.wanted else "" if state.simple else show.DIM
+        yield f"  {show.paint(line, colour, sys.stdout) if colour else line}"
+    if not all(state.simple for state in segment.states):
+        yield "  loops, crossings and wrapped curves are stable, but a planar display cannot show them"
+
+
+def _cells(state: Equilibrium) -> tuple[str, ...]:
+    left, right = ((float(x) ** 2 + float(y) ** 2) ** 0.5 for x, y in state.clamp_force)
+    start, end = (to_nmm(float(moment)) for moment in state.clamp_moment)
+    return (
+        MARK if state.wanted else "",
+        state.name,
+        f"{to_mm(state.mean_height):.2f}",
+        f"{to_mm(float(_height_at_middle(state))):.2f}",
+        f"{to_mj(state.energy):.2f}",
+        f"{to_mm(state.error):.1g}",
+        f"{state.lowest_eigenvalue:.4g}",
+        f"{left:.3f} {right:.3f}",
+        f"{start:.1f} {end:.1f}",
+    )
+
+
+def _height_at_middle(state: Equilibrium) -> float:
+    """Distance of the middle of the rod from the chord [m], upwards positive."""
+    x, y = state.curve(3)[1]
+    across, up = state.rod.chord
+    return float((across * y - up * x) / max((across**2 + up**2) ** 0.5, 1e-300))
+
+
+def _left_out(segment: SegmentStates) -> Iterator[str]:
+    for name, bound in segment.left_out.items():
+        yield f"{name} {to_mm(bound.bound):.1g} mm"
+
+
+def sketch(report: Report) -> Iterator[str]:
+    """A drawing of all states that a planar display can show: the wanted ones solid, the others dotted."""
+    curves = [
+        (state, curve_mm(report, index, state))
+        for index, segment in enumerate(report.segments)
+        for state in segment.states
+        if state.simple
+    ]
+    canvas = Canvas([curve.tolist() for _, curve in curves], sys.stdout.encoding or "ascii")
+    # The wanted curve comes last, so that it lies on top where curves meet.
+    for state, curve in sorted(curves, key=lambda item: item[0].wanted):
+        canvas.draw(curve.tolist(), gap=1 if state.wanted else 4 if state.name == VALLEY else 3)
+    for index, node in enumerate(report.scene.nodes):
+        canvas.mark(to_mm(index * report.scene.display.span), to_mm(node.height))
+    for line in canvas.lines():
+        yield f"  {line}"

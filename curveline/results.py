@@ -1,0 +1,264 @@
+"""Results of a simulation as JSON, NPZ and CSV: mm, N, N mm, mJ and degrees, with what they were made from."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import platform
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+import curveline
+from curveline.errors import InvalidInput
+from curveline.files import AnyPath, refuse_file, write_file
+from curveline.rod.equilibrium import Equilibrium, Outcome
+from curveline.scene import Scene
+from curveline.simulation import DEFAULT_TOLERANCE, SegmentStates
+from curveline.units import to_mj, to_mm, to_nmm
+
+DEFAULT_POINTS = 201
+Array = npt.NDArray[np.float64]
+Document = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a user asked of a simulation; `argv` is the command as typed."""
+
+    tolerance: float = DEFAULT_TOLERANCE  # [m]
+    points: int = DEFAULT_POINTS
+    windings: tuple[int, ...] = (0,)
+    argv: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Report:
+    """The states of every segment of a scene, how they were asked for, and how long that took."""
+
+    scene: Scene
+    segments: tuple[SegmentStates, ...]
+    settings: Settings
+    seconds: float
+
+    @property
+    def shortfalls(self) -> tuple[str, ...]:
+        """One sentence for every wanted state that does not exist and every state short of the tolerance."""
+        return tuple(self._shortfalls())
+
+    def _shortfalls(self) -> Iterator[str]:
+        for number, segment in enumerate(self.segments, start=1):
+            if segment.wanted is None:
+                there = ", ".join(state.name for state in segment.states) or "none at all"
+                yield f"segment {number} has no {segment.wanted_name}; its stable states: {there}"
+            for state in segment.states:
+                if state.outcome is not Outcome.CONVERGED:
+                    yield f"segment {number}, {state.name}: {state.outcome.value}"
+
+
+def document(report: Report) -> Document:
+    """What `curveline simulate --json` prints of one shape; plain Python types only."""
+    return {
+        "curveline": curveline.__version__,
+        "shape": report.scene.name,
+        "tolerance_mm": to_mm(report.settings.tolerance),
+        "seconds": report.seconds,
+        "segments": [_segment_document(report, index) for index in range(len(report.segments))],
+        "provenance": _provenance(report),
+    }
+
+
+def to_json(reports: Sequence[Report]) -> bytes:
+    """One document per line."""
+    return "".join(json.dumps(document(report), allow_nan=False) + "\n" for report in reports).encode()
+
+
+def to_npz(reports: Sequence[Report]) -> bytes:
+    """Arrays with one row per state; `document` holds what `to_json` writes, curves left out.
+
+    Arrays: shape, segment, state, wanted, stable, winding, crosses_itself, wraps_clamp, energy_mJ, error_mm,
+    lowest_eigenvalue, mean_height_mm, clamp_force_N (states, 2, 2), clamp_moment_Nmm (states, 2) and
+    curve_mm (states, points, 2).
+    """
+    rows = list(_rows(reports))
+    columns: dict[str, Any] = {
+        "shape": [row.report.scene.name for row in rows],
+        "segment": [row.number for row in rows],
+        "state": [row.record["name"] for row in rows],
+    }
+    for name in ("wanted", "stable", "crosses_itself", "wraps_clamp"):
+        columns[name] = np.array([row.record[name] for row in rows], dtype=bool)
+    columns["winding"] = np.array([row.record["winding"] for row in rows], dtype=np.int64)
+    for name in ("energy_mJ", "error_mm", "lowest_eigenvalue", "mean_height_mm"):
+        columns[name] = np.array([row.record[name] for row in rows], dtype=np.float64)
+    for name, size in (("clamp_force_N", (2, 2)), ("clamp_moment_Nmm", (2,)), ("curve_mm", (-1, 2))):
+        columns[name] = np.array([row.record[name] for row in rows], dtype=np.float64).reshape(len(rows), *size)
+    columns["document"] = [json.dumps(_without_curves(document(report)), allow_nan=False) for report in reports]
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **columns)
+    return stream.getvalue()
+
+
+def to_csv(reports: Sequence[Report]) -> bytes:
+    """One row per curve point; `point` counts from 0 at the left pivot."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(("shape", "segment", "state", "wanted", "simple", "point", "arc_length_mm", "x_mm", "y_mm"))
+    for row in _rows(reports):
+        head = (row.report.scene.name, row.number, row.record["name"])
+        flags = (str(row.record["wanted"]).lower(), str(row.record["simple"]).lower())
+        points = row.record["curve_mm"]
+        length = to_mm(row.report.segments[row.number - 1].length)
+        for index, (x, y) in enumerate(points):
+            writer.writerow((*head, *flags, index, repr(length * index / (len(points) - 1)), repr(x), repr(y)))
+    return stream.getvalue().encode()
+
+
+def _draw_svg(reports: Sequence[Report]) -> bytes:
+    from curveline.figures import draw
+
+    return draw(reports, "svg")
+
+
+def _draw_png(reports: Sequence[Report]) -> bytes:
+    from curveline.figures import draw
+
+    return draw(reports, "png")
+
+
+ENCODERS: Mapping[str, Callable[[Sequence[Report]], bytes]] = {
+    ".json": to_json,
+    ".npz": to_npz,
+    ".csv": to_csv,
+    ".svg": _draw_svg,
+    ".png": _draw_png,
+}
+"""Suffix of a file -> what makes its content."""
+
+
+def encoder_of(path: AnyPath) -> Callable[[Sequence[Report]], bytes]:
+    """What makes the content of a file of this name; InvalidInput if its suffix is none of ours."""
+    suffix = os.path.splitext(os.fspath(path))[1].lower()
+    if suffix not in ENCODERS:
+        known = ", ".join(ENCODERS)
+        raise InvalidInput(
+            f"{os.fspath(path)}: cannot tell the format from the suffix {suffix!r}",
+            hint=f"name a file that ends in {known}",
+        )
+    return ENCODERS[suffix]
+
+
+def check_output(path: AnyPath, *, force: bool = False) -> None:
+    """Refuse, before anything is computed, what `write` would refuse; InvalidInput or MissingExtra."""
+    encoder = encoder_of(path)
+    if encoder in (_draw_svg, _draw_png):
+        from curveline.figures import require_matplotlib
+
+        require_matplotlib()
+    if os.path.exists(path) and not force:
+        hint = "choose another name, or overwrite it with --force"
+        refuse_file(os.fspath(path), "exists", "the file exists already", hint)
+
+
+def write(reports: Sequence[Report], path: AnyPath, *, force: bool = False) -> None:
+    """Write results in the format that the suffix names, whole or not at all."""
+    write_file(path, encoder_of(path)(reports), force=force)
+
+
+def curve_mm(report: Report, index: int, state: Equilibrium) -> Array:
+    """The curve of a state of segment `index`, (points, 2) [mm] in the display's frame, from pivot to pivot."""
+    scene, segment = report.scene, report.segments[index]
+    curve: Array = to_mm(state.curve(report.settings.points) + np.array(segment.origin))  # type: ignore[assignment]
+    # Adding the origin rounds; the ends are the pivots to the last bit.
+    span = scene.display.span
+    curve[0] = to_mm(index * span), to_mm(scene.nodes[index].height)
+    curve[-1] = to_mm((index + 1) * span), to_mm(scene.nodes[index + 1].height)
+    return curve
+
+
+class _Row(NamedTuple):
+    """A state as one row of a table: its report, its segment's number from 1, its record."""
+
+    report: Report
+    number: int
+    record: Document
+
+
+def _rows(reports: Sequence[Report]) -> Iterator[_Row]:
+    for report in reports:
+        for index, segment in enumerate(report.segments):
+            for state in segment.states:
+                yield _Row(report, index + 1, _state_document(report, index, state))
+
+
+def _segment_document(report: Report, index: int) -> Document:
+    segment = report.segments[index]
+    bounds = {
+        name: {"bound_mm": to_mm(float(bound.bound)), "why": bound.why} for name, bound in segment.left_out.items()
+    }
+    return {
+        "length_mm": to_mm(segment.length),
+        "wanted": segment.wanted_name,
+        "model": {"kind": "planar", "terms": list(segment.terms), "left_out": bounds},
+        "states": [_state_document(report, index, state) for state in segment.states],
+    }
+
+
+def _state_document(report: Report, index: int, state: Equilibrium) -> Document:
+    return {
+        "name": state.name,
+        "stable": bool(state.stable),
+        "wanted": bool(state.wanted),
+        "simple": bool(state.simple),
+        "outcome": state.outcome.name.lower(),
+        "energy_mJ": to_mj(float(state.energy)),
+        "error_mm": to_mm(float(state.error)),
+        "vertices": int(state.vertices),
+        "iterations": int(state.iterations),
+        "lowest_eigenvalue": float(state.lowest_eigenvalue),
+        "winding": int(state.winding),
+        "crosses_itself": bool(state.crosses_itself),
+        "wraps_clamp": bool(state.wraps_clamp),
+        "mean_height_mm": to_mm(float(state.mean_height)),
+        "clearance_mm": to_mm(float(state.clearance)) if math.isfinite(state.clearance) else None,
+        "max_curvature_per_m": float(state.max_curvature),
+        "curve_mm": curve_mm(report, index, state).tolist(),
+        "clamp_force_N": np.asarray(state.clamp_force, dtype=np.float64).tolist(),
+        "clamp_moment_Nmm": [to_nmm(float(moment)) for moment in state.clamp_moment],
+    }
+
+
+def _without_curves(record: Document) -> Document:
+    """The same document for a file whose curves are arrays."""
+    for segment in record["segments"]:
+        for state in segment["states"]:
+            del state["curve_mm"]
+    return record
+
+
+def _provenance(report: Report) -> Document:
+    scene, settings = report.scene, report.settings
+    return {
+        "versions": {"curveline": curveline.__version__, "python": platform.python_version(), **_versions()},
+        "shape": {"path": scene.path, "sha256": scene.digest},
+        "display": {"name": scene.display.name, "sha256": scene.display.digest},
+        "settings": {
+            "tolerance_mm": to_mm(settings.tolerance),
+            "points": settings.points,
+            "windings": list(settings.windings),
+        },
+        "argv": list(settings.argv),
+    }
+
+
+@cache
+def _versions() -> Mapping[str, str]:
+    return {name: version(name) for name in ("numpy", "numba", "scipy")}
