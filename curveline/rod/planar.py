@@ -230,7 +230,7 @@ def descend(problem, phi, multipliers, effort):
     """Go downhill from `phi (n,)` to a stable equilibrium; `phi` and `multipliers (k,)` are overwritten.
 
     Newton on the bordered system with the Hessian shifted until it is positive definite on the constraints, a bound on
-    how far an edge turns per step, and a line search on an augmented Lagrangian (Nocedal and Wright 2006, section 17.3).
+    how far an edge turns per step, and a line search on an augmented Lagrangian (Nocedal and Wright 2006, ch. 17).
     Returns the iterations used, negative if they ran out.
     """
     n = phi.size

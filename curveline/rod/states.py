@@ -20,6 +20,7 @@ from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.planar import Effort, descend, newton
 from curveline.rod.problem import (
     Array,
+    Problem,
     ScaledRod,
     make_problem,
     mean_height,
@@ -59,8 +60,7 @@ class Found(NamedTuple):
     filled: Array
 
 
-@njit
-def nothing_found(n):
+def nothing_found(n: int) -> Found:
     """An empty `Found` for rods of n edges."""
     return Found(np.empty((CAPACITY, n)), np.empty((CAPACITY, 2)), np.empty(CAPACITY), np.zeros(1))
 
@@ -162,6 +162,13 @@ def nearly_zero(before, here, after):
 
 
 @njit
+def predict(now, before, out):
+    """Linear extrapolation of two equally spaced values, componentwise, into `out`."""
+    for j in range(now.size):
+        out[j] = 2.0 * now[j] - before[j]
+
+
+@njit
 def sweep_heights(problem, fine_problem, start, direction, found, found_fine):
     """Follow the constrained minimum from state `start` of `found` while the mean height rises (+1) or falls (-1)."""
     phi = found.shapes[start].copy()
@@ -171,11 +178,13 @@ def sweep_heights(problem, fine_problem, start, direction, found, found_fine):
     height = mean_height(problem, phi)
     before = phi.copy()
     before_forces = multipliers.copy()
+    guess = phi.copy()
+    forces = multipliers.copy()
     slopes = np.zeros(2)
     for count in range(60):
         height += direction * STRIDE
-        guess = phi + (phi - before) if count > 0 else phi.copy()
-        forces = multipliers + (multipliers - before_forces) if count > 0 else multipliers.copy()
+        predict(phi, before, guess)
+        predict(multipliers, before_forces, forces)
         before[:] = phi
         before_forces[:] = multipliers
         if not settle_at(problem, height, guess, forces, before):
@@ -184,11 +193,13 @@ def sweep_heights(problem, fine_problem, start, direction, found, found_fine):
         multipliers[:] = forces
         slope = multipliers[2]
         if count > 0 and slope * slopes[1] <= 0.0:
-            trial = phi.copy() if abs(slope) < abs(slopes[1]) else before.copy()
-            force = multipliers[:2].copy() if abs(slope) < abs(slopes[1]) else before_forces[:2].copy()
-            iterations, unstable = newton(free, trial, force, CERTIFY)
+            if abs(slope) > abs(slopes[1]):
+                guess[:] = before
+                forces[:] = before_forces
+            force = forces[:2].copy()
+            iterations, unstable = newton(free, guess, force, CERTIFY)
             if iterations > 0:
-                keep(problem, found, trial, force, unstable)
+                keep(problem, found, guess, force, unstable)
         elif count > 1 and nearly_zero(slopes[0], slopes[1], slope):
             heights = np.array([height - 2.0 * direction * STRIDE, height - direction * STRIDE, height])
             fine = refine_angles(problem, before, FINE)
@@ -199,70 +210,50 @@ def sweep_heights(problem, fine_problem, start, direction, found, found_fine):
         slopes[1] = slope
 
 
-@njit
-def search(problem, fine_problem, found, found_fine):
-    """Fill `found` and `found_fine` with the equilibria of a rod without extra turns, stable and unstable.
+def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
+    """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges and, near folds, into finer.
 
     The rod is relaxed from both splines; every stable state, also those found on the way, is swept in both directions,
-    since a sweep that jumps does not pass the same states upwards and downwards.
+    since a sweep that jumps does not pass the same states upwards and downwards. Returns pairs of edges and `Found`.
     """
+    edges = mesh(rod.at, n)
+    fine_edges = np.repeat(edges / FINE, FINE)
+    problem, fine_problem = make_problem(rod, edges), make_problem(rod, fine_edges)
+    found, found_fine = nothing_found(edges.size), nothing_found(fine_edges.size)
     free = released(problem)
-    n = problem.edges.size
     for side in (1.0, -1.0):
-        phi = np.empty(n)
-        spline.guess(problem.targets, problem.ends, side, phi)
+        phi = np.empty(edges.size)
+        spline.guess(rod.chord, rod.ends, side, phi)
         relax_from(free, phi, found)
     swept = 0
-    while swept < int(found.filled[0]):
+    while swept < found.filled[0]:
         if found.unstable[swept] == 0.0:
-            sweep_heights(problem, fine_problem, swept, 1.0, found, found_fine)
-            sweep_heights(problem, fine_problem, swept, -1.0, found, found_fine)
+            for direction in (1.0, -1.0):
+                sweep_heights(problem, fine_problem, swept, direction, found, found_fine)
         swept += 1
+    return [(edges, found), (fine_edges, found_fine)]
 
 
-@njit
-def relax_from(free, phi, found):
+def search_turned(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
+    """Stable states of a rod whose clamp angles differ by a further turn: loops on a taut rod.
+
+    The loop starts at either end and in the middle; there is no sweep, so this is a sample, not a complete list.
+    """
+    edges = mesh(rod.at, n)
+    found = nothing_found(edges.size)
+    free = released(make_problem(rod, edges))
+    places = np.cumsum(edges) - 0.5 * edges
+    for begin in (0.0, 0.25, 0.5):
+        turned = np.clip(2.0 * (places - begin), 0.0, 1.0)
+        relax_from(free, rod.ends[0] + (rod.ends[1] - rod.ends[0]) * turned, found)
+    return [(edges, found)]
+
+
+def relax_from(free: Problem, phi: Array, found: Found) -> None:
     """Go downhill from the guess `phi (n,)` and keep the state it leads to."""
     force = np.zeros(2)
     if descend(free, phi, force, RELAX) > 0:
         keep(free, found, phi, force, 0)
-
-
-@njit
-def search_turned(problem, found):
-    """Fill `found` with stable states of a rod whose clamp angles differ by a further turn: loops on a taut rod.
-
-    The loop starts at either end and in the middle; there is no sweep, so this is a sample, not a complete list.
-    """
-    free = released(problem)
-    n = problem.edges.size
-    turn = problem.ends[1] - problem.ends[0]
-    for part in range(3):
-        phi = np.empty(n)
-        for j in range(n):
-            at = (j + 0.5) / n
-            phi[j] = problem.ends[0] + turn * min(max(2.0 * at - 0.5 * part, 0.0), 1.0)
-        relax_from(free, phi, found)
-
-
-@njit
-def search_rod(rod, n):
-    """Search a `ScaledRod` cut into about n edges, and near folds into finer ones; two pairs (edges, `Found`)."""
-    edges = mesh(rod.at, n)
-    fine_edges = np.repeat(edges / FINE, FINE)
-    found = nothing_found(edges.size)
-    found_fine = nothing_found(fine_edges.size)
-    search(make_problem(rod, edges), make_problem(rod, fine_edges), found, found_fine)
-    return edges, found, fine_edges, found_fine
-
-
-@njit
-def search_turned_rod(rod, n):
-    """Search a `ScaledRod` whose ends are a further turn apart; its edges and what was `Found`."""
-    edges = mesh(rod.at, n)
-    found = nothing_found(edges.size)
-    search_turned(make_problem(rod, edges), found)
-    return edges, found
 
 
 def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (0,)) -> list[Equilibrium]:
@@ -284,12 +275,12 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
 def _raw(scaled: ScaledRod, winding: int) -> list[tuple[Array, Found]]:
     """Edges and equilibria of the scaled rod; a finer rod is searched where the coarse one shows nothing."""
     if winding:
-        return [search_turned_rod(scaled, TURNED_EDGES)]
-    for n in (SEARCH_EDGES, SEARCH_EDGES * FINE):
-        edges, found, fine_edges, found_fine = search_rod(scaled, n)
-        if np.any(found.unstable[: int(found.filled[0])] == 0.0):
-            break
-    return [(edges, found), (fine_edges, found_fine)]
+        return search_turned(scaled, TURNED_EDGES)
+    met = search(scaled, SEARCH_EDGES)
+    found = met[0][1]
+    if np.any(found.unstable[: int(found.filled[0])] == 0.0):
+        return met
+    return search(scaled, SEARCH_EDGES * FINE)
 
 
 def _add(states: list[Equilibrium], state: Equilibrium) -> None:
