@@ -126,7 +126,7 @@ class Arc:
 
 
 def clamped_arch(chord: float, length: float, stiffness: float) -> Inflectional:
-    """First buckled mode between level, untilted clamps `chord` apart: the peak, of which the valley is the mirror image.
+    """First buckled mode between clamps at 0 deg, `chord` apart: the peak, whose mirror image is the valley.
 
     chord / length = 2 E / K - 1 fixes the modulus (Love 1927, section 263). Raises ValueError unless the rod is longer
     than the chord.
