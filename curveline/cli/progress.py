@@ -32,8 +32,10 @@ def watch(plan: Plan, control: Control) -> Iterator[Callable[[Progress], None]]:
 
     with Live(console=show.console(), auto_refresh=False) as live:
         view = Picture(plan, control, lambda text: live.update(Text(text), refresh=True))
-        yield view
-        view.draw()
+        try:
+            yield view
+        finally:
+            view.finish()
 
 
 class Lines:
@@ -69,17 +71,21 @@ class Picture:
         """News of a node."""
         self._news[news.status.node] = news
         if time.monotonic() - self._drawn > REDRAW_SECONDS:
-            self.draw()
+            self._drawn = time.monotonic()
+            keys = WISHES.get(self._control.request, "Ctrl-C pauses at the barrier")
+            self._draw("\n".join([*self._lines(), keys]))
 
-    def draw(self) -> None:
-        """Show what is known now."""
-        self._drawn = time.monotonic()
-        if self._news:
-            newest = max(self._news.values(), key=lambda news: news.seconds)
-            action = self._plan.steps[newest.step - 1].action
-            head = f"{newest.seconds:.1f} s  step {newest.step} of {newest.steps}: {action}  ({newest.phase.value})"
-            rows = [_bar(self._news[node]) for node in sorted(self._news)]
-            self._draw("\n".join([head, *rows, WISHES.get(self._control.request, "Ctrl-C pauses at the barrier")]))
+    def finish(self) -> None:
+        """Leave the last news on the screen."""
+        self._draw("\n".join(self._lines()))
+
+    def _lines(self) -> list[str]:
+        if not self._news:
+            return []
+        newest = max(self._news.values(), key=lambda news: news.seconds)
+        action = self._plan.steps[newest.step - 1].action
+        head = f"{newest.seconds:.1f} s  step {newest.step} of {newest.steps}: {action}  ({newest.phase.value})"
+        return [head, *(_bar(self._news[node]) for node in sorted(self._news))]
 
 
 def _bar(news: Progress) -> str:

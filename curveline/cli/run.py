@@ -9,10 +9,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
+
 from curveline import __version__
 from curveline.cli import nodes, show
 from curveline.cli.progress import watch
-from curveline.errors import InvalidInput
+from curveline.errors import EXIT_INTERRUPTED, InvalidInput, LinkError
 from curveline.plan import Plan, write_plan
 from curveline.radio import Radio
 from curveline.radio.journal import Journal, new_run
@@ -20,7 +22,6 @@ from curveline.radio.link import Control, Request, RunReport, send_plan
 
 if TYPE_CHECKING:
     from curveline.playback import Playback
-    from curveline.radio.mock import MockRadio
     from curveline.scene import Display
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -59,8 +60,7 @@ class Ending:
         """The ending as text."""
         report = self.report
         done = f"{report.outcome}: {report.steps_done} of {report.steps} steps in {report.seconds:.1f} s"
-        rod = [] if self.playback is None else rod_lines(self.playback, self.plan)
-        return [done, *nodes.table(report.nodes, self.plan.drive), *rod]
+        return [done, *nodes.table(report.nodes, self.plan.drive), *_rod_lines(self.playback, self.plan)]
 
 
 def conduct(plan: Plan, radio: Radio, runs: Path) -> Ending:
@@ -68,33 +68,43 @@ def conduct(plan: Plan, radio: Radio, runs: Path) -> Ending:
     folder = new_run(runs, plan.name)
     write_plan(plan, folder / "plan.json")
     show.note(f"record: {folder}")
-    mock = nodes.mock_of(radio)
     control = Control()
-    playback = None
+    begin = radio.now_us() / 1e6
     try:
         with closing(Journal(folder)) as journal, _signals(control), watch(plan, control) as observer:
             report = send_plan(plan, radio, journal, observer, control)
-    finally:
-        # Also after a fault: the nodes have moved, and the mock display must remember what that did to its rod.
-        if mock is not None:
-            playback = _play_back(plan, mock)
-    return Ending(plan, report, control.request, playback, folder)
+    except LinkError as error:
+        show.note("\n".join(_rod_lines(_play_back(plan, radio, begin), plan)))
+        if control.request is Request.NONE:
+            raise
+        # An emergency stop ends the run as a fault of all nodes, but it is what somebody asked for.
+        show.complain(error)
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    return Ending(plan, report, control.request, _play_back(plan, radio, begin), folder)
 
 
-def rod_lines(playback: Playback, plan: Plan) -> list[str]:
-    """What the rod did, as text."""
+def _rod_lines(playback: Playback | None, plan: Plan) -> list[str]:
+    """What the rod did, as text, where it is known."""
+    if playback is None:
+        return []
     lines = [
         f"{snap.seconds:.1f} s: segment {snap.segment} snapped from {snap.before} to {snap.after}"
         for snap in playback.snaps
     ]
     for number, (state, wanted) in enumerate(zip(playback.states, plan.wanted, strict=True), start=1):
         verdict = "as wanted" if state == wanted else f"not the wanted {wanted}"
-        lines.append(f"segment {number}: the rod took the {state}, {verdict}")
+        lines.append(f"segment {number}: the rod is in the {state}, {verdict}")
     return lines
 
 
-def _play_back(plan: Plan, mock: MockRadio) -> Playback | None:
-    """What the motion of the mock's nodes did to its rod; None, and forgotten, if the display file is gone."""
+def _play_back(plan: Plan, radio: Radio, begin: float) -> Playback | None:
+    """What the motion of a mock's nodes since `begin` [s] did to its rod, which it then remembers.
+
+    None for other radios, and if the display file is gone.
+    """
+    mock = nodes.mock_of(radio)
+    if mock is None:
+        return None
     try:
         display = _display_of(plan)
     except InvalidInput as error:
@@ -104,7 +114,8 @@ def _play_back(plan: Plan, mock: MockRadio) -> Playback | None:
     from curveline.playback import replay
 
     show.announce_compilation()
-    playback = replay(display, mock.motion(), mock.rod)
+    motion = [(seconds - begin, counts) for seconds, counts in mock.motion()]
+    playback = replay(display, motion, mock.rod)
     mock.rod = list(playback.states)
     return playback
 

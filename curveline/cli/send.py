@@ -58,6 +58,7 @@ def send(
     else:
         show.result("\n".join(ending.lines()))
     if ending.is_interrupted:
+        show.note("to go on from where the display stands, send the shape again")
         raise typer.Exit(EXIT_INTERRUPTED)
     raise typer.Exit(EXIT_DONE if ending.is_wanted else EXIT_NO)
 

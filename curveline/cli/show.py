@@ -6,6 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, TextIO
 
 from curveline.errors import CurvelineError, Diagnostic, InvalidInput
@@ -94,8 +95,9 @@ def _advise(hint: str) -> None:
         note(f"{paint('hint:', BLUE, sys.stderr)} {hint}")
 
 
+@cache
 def announce_compilation() -> None:
-    """Say why the very first run takes long, before it does."""
+    """Say once why the very first run takes long, before it does."""
     from curveline.rod import _jit
 
     if _jit.FIRST_RUN:

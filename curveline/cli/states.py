@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from curveline.cli import show
 from curveline.cli.drawing import Canvas
 from curveline.results import Report, curve_mm
 from curveline.rod.equilibrium import Equilibrium
-from curveline.rod.states import VALLEY
 from curveline.simulation import SegmentStates
 from curveline.units import to_mj, to_mm, to_nmm
 
 HEAD = ("", "state", "mean mm", "mid mm", "energy mJ", "error mm", "eigenv.", "clamp force N", "moment N mm")
 MARK = "*"
+DOTTED = 3
+"""Of the dots of a curve that is not wanted, every third is drawn."""
 
 
 def describe(report: Report) -> Iterator[str]:
@@ -29,7 +30,7 @@ def describe(report: Report) -> Iterator[str]:
         yield f"segment {number}: {to_mm(segment.length):g} mm of rod, {segment.wanted_name} wanted"
         yield from _state_lines(segment)
         if segment.states:
-            yield f"  left out: {', '.join(_left_out(segment))}"
+            yield f"  left out, at most: {', '.join(_left_out(segment))}"
 
 
 def _state_lines(segment: SegmentStates) -> Iterator[str]:
@@ -85,8 +86,19 @@ def sketch(report: Report) -> Iterator[str]:
     canvas = Canvas([curve.tolist() for _, curve in curves], sys.stdout.encoding or "ascii")
     # The wanted curve comes last, so that it lies on top where curves meet.
     for state, curve in sorted(curves, key=lambda item: item[0].wanted):
-        canvas.draw(curve.tolist(), gap=1 if state.wanted else 4 if state.name == VALLEY else 3)
+        canvas.draw(curve.tolist(), gap=1 if state.wanted else DOTTED)
     for index, node in enumerate(report.scene.nodes):
         canvas.mark(to_mm(index * report.scene.display.span), to_mm(node.height))
     for line in canvas.lines():
         yield f"  {line}"
+    yield f"  {', '.join(_legend([state for state, _ in curves]))}"
+
+
+def _legend(states: Sequence[Equilibrium]) -> Iterator[str]:
+    """Which curves of a drawing are which."""
+    wanted = sorted({state.name for state in states if state.wanted})
+    others = sorted({state.name for state in states if not state.wanted})
+    if wanted:
+        yield f"solid: {' and '.join(wanted)}, as wanted"
+    if others:
+        yield f"dotted: {' and '.join(others)}"
