@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from curveline import __version__
-from curveline.cli import plan, send, show, simulate, status
+from curveline.cli import bench, plan, send, show, simulate, status
 from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError
 
 EPILOG = (
@@ -28,8 +28,8 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (simulate.simulate, plan.plan, send.send, status.status):
-    app.command(epilog=EPILOG, no_args_is_help=_command is not status.status)(_command)
+for _command in (simulate.simulate, plan.plan, send.send, status.status, bench.bench):
+    app.command(epilog=EPILOG, no_args_is_help=_command not in (status.status, bench.bench))(_command)
 
 
 def _show_version(wanted: bool) -> None:
