@@ -35,6 +35,11 @@ FINE = 4
 CAPACITY = 24
 TURNED_EDGES = 48
 
+STEEP = 1.45
+"""Clamp angle [rad] from which on, and ..."""
+LONG = 2.0
+"""... length over chord from which on more guesses than the two splines are tried; no display reaches either."""
+
 PEAK = "peak"
 VALLEY = "valley"
 
@@ -213,8 +218,9 @@ def sweep_heights(problem, fine_problem, start, direction, found, found_fine):
 def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges and, near folds, into finer.
 
-    The rod is relaxed from both splines; every stable state, also those found on the way, is swept in both directions,
-    since a sweep that jumps does not pass the same states upwards and downwards. Returns pairs of edges and `Found`.
+    The rod is relaxed from both splines; every stable state, also those found on the way, is swept towards all others,
+    since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways.
+    Returns pairs of edges and `Found`.
     """
     edges = mesh(rod.at, n)
     fine_edges = np.repeat(edges / FINE, FINE)
@@ -228,10 +234,18 @@ def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     swept = 0
     while swept < found.filled[0]:
         if found.unstable[swept] == 0.0:
-            for direction in (1.0, -1.0):
+            for direction in _ways(problem, found, swept):
                 sweep_heights(problem, fine_problem, swept, direction, found, found_fine)
         swept += 1
     return [(edges, found), (fine_edges, found_fine)]
+
+
+def _ways(problem: Problem, found: Found, start: int) -> list[float]:
+    """Where to sweep from a stable state: up (1) and down (-1), but not away from all other stable states."""
+    count = int(found.filled[0])
+    others = [mean_height(problem, found.shapes[i]) for i in range(count) if found.unstable[i] == 0.0 and i != start]
+    height = mean_height(problem, found.shapes[start])
+    return [way for way in (1.0, -1.0) if not others or any((other - height) * way > 0.0 for other in others)]
 
 
 def search_turned(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
@@ -246,6 +260,20 @@ def search_turned(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     for begin in (0.0, 0.25, 0.5):
         turned = np.clip(2.0 * (places - begin), 0.0, 1.0)
         relax_from(free, rod.ends[0] + (rod.ends[1] - rod.ends[0]) * turned, found)
+    return [(edges, found)]
+
+
+def search_wide(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
+    """Stable states reached downhill from waves of two lengths: for long rods and steep clamps, where splines fold."""
+    edges = mesh(rod.at, n)
+    found = nothing_found(edges.size)
+    free = released(make_problem(rod, edges))
+    places = np.cumsum(edges) - 0.5 * edges
+    ramp = rod.ends[0] + (rod.ends[1] - rod.ends[0]) * places
+    for first in (0.0, 2.0, -2.0):
+        for second in (0.0, 1.5, -1.5, 3.0, -3.0):
+            waves = first * np.sin(np.pi * places) + second * np.sin(2.0 * np.pi * places)
+            relax_from(free, ramp + waves, found)
     return [(edges, found)]
 
 
@@ -273,14 +301,17 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
 
 
 def _raw(scaled: ScaledRod, winding: int) -> list[tuple[Array, Found]]:
-    """Edges and equilibria of the scaled rod; a finer rod is searched where the coarse one shows nothing."""
+    """Edges and equilibria of the scaled rod, from the searches that its length and clamps call for."""
     if winding:
         return search_turned(scaled, TURNED_EDGES)
     met = search(scaled, SEARCH_EDGES)
-    found = met[0][1]
-    if np.any(found.unstable[: int(found.filled[0])] == 0.0):
-        return met
-    return search(scaled, SEARCH_EDGES * FINE)
+    lost = not np.any(met[0][1].unstable[: int(met[0][1].filled[0])] == 0.0)
+    if lost:
+        met = search(scaled, SEARCH_EDGES * FINE)
+    steep = float(np.max(np.abs(scaled.ends))) > STEEP
+    if lost or steep or LONG * float(np.hypot(*scaled.chord)) < 1.0:
+        met += search_wide(scaled, TURNED_EDGES)
+    return met
 
 
 def _add(states: list[Equilibrium], state: Equilibrium) -> None:
