@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import ellipe, ellipeinc, ellipj, ellipk
+from scipy.special import ellipe, ellipj, ellipk, elliprd, elliprf
 
 from curveline.rod.problem import Array
 
@@ -148,6 +148,13 @@ def rectangular(length: float, stiffness: float) -> Inflectional:
 
 
 def _second_kind(u: Array, m: float) -> Array:
-    """Jacobi's epsilon function, the incomplete elliptic integral of the second kind at the amplitude of `u (n,)`."""
-    integral: Array = ellipeinc(ellipj(u, m)[3], m)
+    """Jacobi's epsilon function at `u (n,)`: the integral of dn^2 from 0 to u.
+
+    Carlson's symmetric integrals (DLMF 22.16.32 and 19.25.9), because `scipy.special.ellipeinc` is wrong by several
+    percent at isolated points (scipy 1.17).
+    """
+    half_periods = np.round(u / (2.0 * ellipk(m)))
+    sn, cn, dn, _ = ellipj(u - 2.0 * half_periods * ellipk(m), m)
+    within = sn * elliprf(cn**2, dn**2, 1.0) - m / 3.0 * sn**3 * elliprd(cn**2, dn**2, 1.0)
+    integral: Array = 2.0 * half_periods * ellipe(m) + within
     return integral

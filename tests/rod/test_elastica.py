@@ -90,6 +90,13 @@ def test_angle_curvature_and_position_of_a_closed_form_belong_together(name: str
     np.testing.assert_allclose(curvature, exact.curvature(places), rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.parametrize(("name", "exact"), SOLUTIONS)
+def test_positions_of_a_closed_form_do_not_jump_at_quarter_periods(name: str, exact: Inflectional | Arc) -> None:
+    for n in (32, 64, 128, 256):
+        edges = np.linalg.norm(np.diff(exact.positions(np.linspace(0.0, exact.length, n + 1)), axis=0), axis=1)
+        np.testing.assert_allclose(edges, exact.length / n, rtol=60.0 / n**2)
+
+
 @pytest.mark.parametrize(("chord", "length"), [(1.0, 1.0), (1.1, 1.0), (-0.1, 1.0)])
 def test_no_arch_over_a_chord_as_long_as_the_rod(chord: float, length: float) -> None:
     with pytest.raises(ValueError, match="does not arch"):

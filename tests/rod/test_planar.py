@@ -1,0 +1,252 @@
+"""The kernels against finite differences and dense linear algebra, and which equilibria they end at."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from curveline.rod import planar
+from curveline.rod.planar import Effort, descend, energy, lowest_eigenvalue, modes_below, newton, second_variation
+from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mesh, released, sharpest_turn
+
+RELAX = Effort(turn=0.5, close=1e-9, iterations=300)
+SEEDS = range(12)
+SADDLE = 2.0
+"""alpha sqrt(L / dL) just past the pitchfork of the coarse rod below."""
+
+
+def random_problem(seed: int) -> tuple[Problem, Array, Array]:
+    """A heavy, loaded rod with uneven edges, two or three constraints, and any angles and multipliers."""
+    rng = np.random.default_rng(seed)
+    at = np.sort(rng.uniform(0.1, 0.9, seed % 3))
+    rod = ScaledRod(
+        rng.uniform(0.0, 40.0),
+        at,
+        rng.normal(0.0, 20.0, (at.size, 2)),
+        rng.uniform(-0.7, 0.7, 2),
+        rng.normal(0.0, 1.0, 2),
+    )
+    problem = make_problem(rod, mesh(at, int(rng.integers(6, 30))))
+    if seed % 2:
+        problem = released(problem)
+    phi = rng.normal(0.0, 1.0, problem.edges.size)
+    return problem, phi, rng.normal(0.0, 120.0, problem.targets.size)
+
+
+def gaps(problem: Problem, phi: Array) -> Array:
+    """By how much the constraints are missed."""
+    return problem.rows[:, 0] @ np.cos(phi) + problem.rows[:, 1] @ np.sin(phi) - problem.targets
+
+
+def lagrangian(problem: Problem, phi: Array, multipliers: Array) -> float:
+    return float(energy(problem, phi) + multipliers @ gaps(problem, phi))
+
+
+def swept(problem: Problem, phi: Array, multipliers: Array, shift: float = 0.0) -> tuple[Array, Array, Array, Array]:
+    """Gradient (n,), diagonal of the Hessian (n,), constraint rows (k, n), gaps (k,): the sweep undone."""
+    n, k = phi.size, multipliers.size
+    pivots, forward = np.empty(n), np.empty((k + 1, n))
+    residual = np.empty(k)
+    planar.sweep_forward(problem, phi, multipliers, shift, pivots, forward, np.empty((k, k + 1)), residual)
+    ratio = -problem.stiffness[1:n] / pivots[:-1]
+    diagonal, rows = pivots.copy(), forward.copy()
+    diagonal[1:] -= ratio * problem.stiffness[1:n]
+    rows[:, 1:] += ratio * forward[:, :-1]
+    return rows[0], diagonal, rows[1:], residual
+
+
+def dense_hessian(problem: Problem, diagonal: Array) -> Array:
+    inner = problem.stiffness[1:-1]
+    return np.diag(diagonal) - np.diag(inner, 1) - np.diag(inner, -1)
+
+
+def reduced(problem: Problem, phi: Array, multipliers: Array) -> tuple[Array, Array]:
+    """Dense second variation and mass matrix on the directions that keep the constraints."""
+    diagonal, border = second_variation(problem, phi, multipliers)
+    free = scipy.linalg.null_space(border)
+    hessian = dense_hessian(problem, diagonal)
+    return free.T @ hessian @ free, free.T @ (problem.edges[:, None] * free)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_gradient_is_the_slope_of_the_lagrangian(seed: int) -> None:
+    problem, phi, multipliers = random_problem(seed)
+    gradient, _, rows, residual = swept(problem, phi, multipliers)
+    step = 1e-5
+    slope, bends = np.empty_like(phi), np.empty_like(rows)
+    for j in range(phi.size):
+        turn = step * np.eye(phi.size)[j]
+        slope[j] = lagrangian(problem, phi + turn, multipliers) - lagrangian(problem, phi - turn, multipliers)
+        bends[:, j] = gaps(problem, phi + turn) - gaps(problem, phi - turn)
+    assert np.max(abs(gradient)) > 1.0
+    np.testing.assert_allclose(gradient, slope / (2 * step), rtol=1e-6, atol=1e-6 * np.max(abs(gradient)))
+    np.testing.assert_allclose(rows, bends / (2 * step), atol=1e-8)
+    np.testing.assert_allclose(residual, gaps(problem, phi), atol=1e-14)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_hessian_is_the_slope_of_the_gradient(seed: int) -> None:
+    problem, phi, multipliers = random_problem(seed)
+    _, diagonal, border, _ = swept(problem, phi, multipliers)
+    hessian = dense_hessian(problem, diagonal)
+    # Larger angles' steps where the Hessian is small would only add truncation: one step scaled by the largest entry.
+    step = 1e-4 / math.sqrt(np.max(abs(hessian)) / 100.0)
+    slopes = np.empty_like(hessian)
+    for j in range(phi.size):
+        turn = step * np.eye(phi.size)[j]
+        slopes[j] = swept(problem, phi + turn, multipliers)[0] - swept(problem, phi - turn, multipliers)[0]
+    assert np.min(np.max(abs(hessian), axis=1)) > 1.0
+    np.testing.assert_allclose(hessian, slopes / (2 * step), atol=1e-6 * np.max(abs(hessian)))
+    alone, rows = second_variation(problem, phi, multipliers)
+    np.testing.assert_allclose(alone, diagonal, rtol=1e-10, atol=1e-9)
+    np.testing.assert_allclose(rows, border, atol=1e-11)
+
+
+@pytest.mark.parametrize("shift", [0.0, 30.0])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_newton_step_and_inertia_are_those_of_the_dense_system(seed: int, shift: float) -> None:
+    problem, phi, multipliers = random_problem(seed)
+    n, k = phi.size, multipliers.size
+    gradient, diagonal, border, residual = swept(problem, phi, multipliers, shift)
+    whole = np.block([[dense_hessian(problem, diagonal), border.T], [border, np.zeros((k, k))]])
+    wanted = np.linalg.solve(whole, -np.concatenate([gradient, residual]))
+    pivots, forward, schur, gap = np.empty(n), np.empty((k + 1, n)), np.empty((k, k + 1)), np.empty(k)
+    step, change = np.empty(n), np.empty(k)
+    negative, steepest = planar.sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, gap)
+    positive = planar.sweep_backward(problem, pivots, forward, schur, gap, step, change)
+    assert np.max(abs(wanted)) > 1e-3
+    np.testing.assert_allclose(np.concatenate([step, change]), wanted, rtol=1e-7, atol=1e-9 * np.max(abs(wanted)))
+    assert steepest == pytest.approx(np.max(abs(gradient) / problem.edges), rel=1e-9)
+    free = scipy.linalg.null_space(border)
+    modes = np.linalg.eigvalsh(free.T @ dense_hessian(problem, diagonal) @ free)
+    assert negative + positive - k == np.count_nonzero(modes < 0.0)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_modes_and_lowest_eigenvalue_are_those_of_the_dense_second_variation(seed: int) -> None:
+    problem, phi, multipliers = random_problem(seed)
+    modes = scipy.linalg.eigh(*reduced(problem, phi, multipliers), eigvals_only=True)
+    diagonal, border = second_variation(problem, phi, multipliers)
+    for value in (0.0, modes[0] - 1.0, modes[0] + 1e-6 * abs(modes[0]), 0.5 * (modes[1] + modes[2]), 1e4):
+        assert modes_below(problem, diagonal, border, value) == np.count_nonzero(modes < value)
+    assert lowest_eigenvalue(problem, phi, multipliers, 1e-9) == pytest.approx(modes[0], rel=1e-8)
+
+
+def test_random_problems_are_of_every_stability() -> None:
+    lowest = [np.linalg.eigvalsh(reduced(*random_problem(seed))[0])[0] for seed in range(30)]
+    assert sum(value < 0.0 for value in lowest) >= 5
+    assert sum(value > 0.0 for value in lowest) >= 5
+
+
+@pytest.mark.parametrize("k", [1, 2, 3])
+def test_small_systems_are_solved_with_pivoting(k: int) -> None:
+    rng = np.random.default_rng(k)
+    for _ in range(20):
+        matrix, vector = rng.normal(size=(k, k)), rng.normal(size=k)
+        if k > 1:
+            matrix[0, 0] = 0.0
+        wanted = np.linalg.solve(matrix, vector)
+        planar.solve_small(matrix.copy(), vector)
+        np.testing.assert_allclose(vector, wanted, rtol=1e-9)
+        symmetric = matrix + matrix.T + np.eye(k)
+        positive = np.count_nonzero(np.linalg.eigvalsh(symmetric) > 0.0)
+        assert planar.count_positive(symmetric + 0.0) == positive
+
+
+def arch_problem(length: float, tilt: float, weight: float = 0.0, n: int = 40) -> Problem:
+    """Level clamps tilted by +-tilt, the chord 1 / length."""
+    rod = ScaledRod(weight, np.empty(0), np.empty((0, 2)), np.array([1.0 / length, 0.0]), np.array([tilt, -tilt]))
+    return released(make_problem(rod, mesh(np.empty(0), n)))
+
+
+def symmetric_start(n: int, height: float) -> Array:
+    """The valley (height < 0) or peak that is its own mirror image."""
+    places = (np.arange(n) + 0.5) / n
+    return height * np.sin(2.0 * np.pi * places)
+
+
+def test_newton_stays_on_the_dead_symmetric_branch_and_says_that_it_is_unstable() -> None:
+    # Past the pitchfork of both ends turned against the valley, alpha sqrt(L / dL) = 2, the valley is a saddle.
+    slack = 0.02
+    for factor, unstable in ((1.9, 0), (2.02, 1)):
+        problem = arch_problem(1.0 / (1.0 - slack), factor * math.sqrt(slack))
+        phi, multipliers = symmetric_start(40, -2.0 * math.sqrt(slack)), np.array([40.0, 0.0])
+        iterations, found = newton(problem, phi, multipliers, RELAX)
+        assert iterations > 0
+        np.testing.assert_allclose(phi, -phi[::-1], atol=1e-9)
+        assert np.sum(np.sin(phi[:20])) < 0.0
+        assert found == unstable
+        assert np.count_nonzero(np.linalg.eigvalsh(reduced(problem, phi, multipliers)[0]) < 0.0) == unstable
+
+
+def test_descent_from_that_saddle_does_not_call_it_an_end() -> None:
+    slack = 0.02
+    problem = arch_problem(1.0 / (1.0 - slack), SADDLE * math.sqrt(slack))
+    phi, multipliers = symmetric_start(40, -2.0 * math.sqrt(slack)), np.array([70.0, 0.0])
+    _, unstable = newton(problem, phi, multipliers, RELAX)
+    assert unstable == 1
+    saddle = energy(problem, phi)
+    phi += 1e-3 * np.sin(2.0 * np.pi * np.arange(40) / 20.0 + 0.4)
+    assert descend(problem, phi, multipliers, RELAX) > 0
+    assert energy(problem, phi) < saddle - 0.1
+    assert np.sum(np.sin(phi[:20])) > 0.0
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_descent_ends_at_stable_equilibria_only(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    chord = np.array([rng.uniform(0.6, 0.9), rng.uniform(-0.2, 0.2)])
+    rod = ScaledRod(rng.uniform(0.0, 20.0), np.empty(0), np.empty((0, 2)), chord, rng.uniform(-1.0, 1.0, 2))
+    problem = released(make_problem(rod, mesh(np.empty(0), 40)))
+    phi, multipliers = rng.normal(0.0, 0.6, 40), np.zeros(2)
+    if descend(problem, phi, multipliers, RELAX) < 0:
+        return
+    assert abs(gaps(problem, phi)).max() < 1e-9
+    assert abs(swept(problem, phi, multipliers)[0]).max() < 1e-7
+    assert np.linalg.eigvalsh(reduced(problem, phi, multipliers)[0])[0] > 0.0
+
+
+def test_descent_seldom_fails() -> None:
+    done = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        problem = arch_problem(rng.uniform(1.1, 1.5), rng.uniform(-0.8, 0.8), rng.uniform(0.0, 20.0))
+        phi, multipliers = rng.normal(0.0, 0.5, 40), np.zeros(2)
+        done += descend(problem, phi, multipliers, RELAX) > 0 and sharpest_turn(problem, phi) < 1.0
+    assert done >= 36
+
+
+@pytest.mark.parametrize("effort", [Effort(0.5, 1e-9, 1), Effort(0.5, 1e-9, 3)])
+def test_running_out_of_iterations_is_said(effort: Effort) -> None:
+    problem = arch_problem(1.3, 0.4)
+    for kernel in (newton, descend):
+        result = kernel(problem, symmetric_start(40, 1.0), np.zeros(2), effort)
+        assert (result[0] if kernel is newton else result) == -effort.iterations
+
+
+def at_equilibrium(chord: Array, ends: Array) -> tuple[float, Array, Problem, Array]:
+    rod = ScaledRod(12.0, np.empty(0), np.empty((0, 2)), chord, ends)
+    problem = released(make_problem(rod, mesh(np.empty(0), 40)))
+    phi, multipliers = symmetric_start(40, 1.0), np.array([40.0, 0.0])
+    assert newton(problem, phi, multipliers, RELAX)[0] > 0
+    return float(energy(problem, phi)), multipliers, problem, phi
+
+
+def test_multipliers_and_end_moments_are_slopes_of_the_energy() -> None:
+    chord, ends, step = np.array([0.8, 0.1]), np.array([0.3, -0.5]), 1e-5
+    _, multipliers, problem, phi = at_equilibrium(chord, ends)
+    moments = [
+        -(phi[0] - ends[0]) * problem.stiffness[0],
+        (ends[1] - phi[-1]) * problem.stiffness[-1],
+    ]
+    for axis in (0, 1):
+        turn = step * np.eye(2)[axis]
+        by_place = (at_equilibrium(chord + turn, ends)[0] - at_equilibrium(chord - turn, ends)[0]) / (2 * step)
+        by_angle = (at_equilibrium(chord, ends + turn)[0] - at_equilibrium(chord, ends - turn)[0]) / (2 * step)
+        assert abs(by_place) > 1.0
+        assert abs(by_angle) > 1.0
+        assert -multipliers[axis] == pytest.approx(by_place, rel=1e-6)
+        assert moments[axis] == pytest.approx(by_angle, rel=1e-6)
