@@ -27,9 +27,11 @@ X_LABEL = "x [mm]"
 UNSHOWN = "not for a planar display"
 THIN, THICK = 1.2, 2.6
 ACROSS = 3
-"""Figures in a row of a grid."""
-SIZE = (6.4, 4.4)  # [inch] of a single figure
-SMALL = (3.6, 2.7)  # [inch] of one in a grid
+"""Segments side by side in a row of a grid."""
+WIDTH = 6.4  # [inch] of a panel that has a row for itself
+SMALL_WIDTH = 3.6  # [inch] of one among others
+HEAD_ROOM = 0.75  # [inch] of a panel's height for its title and labels
+LEGEND_ROOM = 0.4  # [inch] below all panels
 PIXELS_PER_INCH = 150
 MARGIN = 0.06
 """Room around a curve, as a part of the display's width."""
@@ -61,12 +63,13 @@ def draw(reports: Sequence[Report], kind: str) -> bytes:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
-    across = min(ACROSS, len(reports))
+    across = min(max(1, ACROSS // max(len(report.segments) for report in reports)), len(reports))
     down = math.ceil(len(reports) / across)
-    width, height = SIZE if len(reports) == 1 else (SMALL[0] * across, SMALL[1] * down)
+    width = WIDTH if across == 1 else SMALL_WIDTH
+    height = width * max(map(_steepness, reports)) + HEAD_ROOM
     alike = len({report.scene.display.digest for report in reports}) == 1
     with matplotlib.rc_context({**_defaults(), **SETTINGS}):
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = Figure(figsize=(width * across, height * down + LEGEND_ROOM), layout="constrained")
         (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
         panels = figure.subplots(down, across, squeeze=False, sharex=alike, sharey=alike).flatten()
         for panel, report in zip(panels, reports, strict=False):
@@ -80,6 +83,14 @@ def draw(reports: Sequence[Report], kind: str) -> bytes:
             panel.set_axis_off()
         _draw_legend(figure)
         return _bytes_of(figure, kind)
+
+
+def _steepness(report: Report) -> float:
+    """Height over width of all that is drawn of a shape, at most 1."""
+    curves = [curve_mm(report, index, state) for index, each in enumerate(report.segments) for state in each.states]
+    heights = [float(height) for curve in curves for height in curve[:, 1]] or [0.0]
+    heights += [to_mm(node.height) for node in report.scene.nodes]
+    return min(1.0, (max(heights) - min(heights)) / to_mm(len(report.segments) * report.scene.display.span))
 
 
 def _defaults() -> dict[Any, Any]:

@@ -30,7 +30,6 @@ class Canvas:
         self._cell = max(width / (COLUMNS - 1), height / (ROWS - 1) / ASPECT, 1e-9)
         self._left, self._top = min(xs), max(ys)
         self._columns = math.ceil(width / self._cell) + 1
-        self._rows = math.ceil(height / self._cell / ASPECT) + 1
         self._dots: dict[tuple[int, int], int] = {}
         self._marks: dict[tuple[int, int], str] = {}
         self._solid: set[tuple[int, int]] = set()
@@ -52,9 +51,10 @@ class Canvas:
 
     def lines(self) -> list[str]:
         """The drawing, top line first, without trailing blanks."""
+        last = max((row for _, row in [*self._dots, *self._marks]), default=-1)
         return [
             "".join(self._character((column, row)) for column in range(self._columns)).rstrip()
-            for row in range(self._rows)
+            for row in range(last + 1)
         ]
 
     def _character(self, cell: tuple[int, int]) -> str:

@@ -59,7 +59,7 @@ def _lines(frames: Sequence[FrameRecord]) -> list[str]:
     ]
     return [
         "frames that stage each step, decoded",
-        *(f"  {line}" for line in show.table([HEAD, *rows], frozenset({1, 3}))),
+        *show.table([HEAD, *rows], frozenset({1, 3})),
     ]
 
 

@@ -46,7 +46,9 @@ def simulate(
 ) -> None:
     """Find every stable state of every segment.
 
-    Each comes with an error bar, and what the model leaves out with a bound in mm.
+    Each comes with an error bar, and what the model leaves out with a bound in mm. The table gives the height of the
+    curve over its chord, on average and in the middle, energy, error, lowest eigenvalue of the second variation in
+    EI/L^2, and force and moment at the left and the right clamp; * marks what the shape asks for.
     """
     from curveline import results
     from curveline.units import mm

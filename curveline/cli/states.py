@@ -12,7 +12,7 @@ from curveline.rod.equilibrium import Equilibrium
 from curveline.simulation import SegmentStates
 from curveline.units import to_mj, to_mm, to_nmm
 
-HEAD = ("", "state", "mean mm", "mid mm", "energy mJ", "error mm", "eigenv.", "clamp force N", "moment N mm")
+HEAD = ("  state", "mean mm", "mid mm", "energy mJ", "err mm", "eigen", "clamps N", "N mm")
 MARK = "*"
 DOTTED = 3
 """Of the dots of a curve that is not wanted, every third is drawn."""
@@ -30,36 +30,35 @@ def describe(report: Report) -> Iterator[str]:
         yield f"segment {number}: {to_mm(segment.length):g} mm of rod, {segment.wanted_name} wanted"
         yield from _state_lines(segment)
         if segment.states:
-            yield f"  left out, at most: {', '.join(_left_out(segment))}"
+            yield f"left out, at most: {', '.join(_left_out(segment))}"
 
 
 def _state_lines(segment: SegmentStates) -> Iterator[str]:
     """The table of a segment's states, the wanted one marked."""
     if not segment.states:
-        yield "  no stable state was found"
+        yield "no stable state was found"
         return
-    lines = show.table([HEAD, *(_cells(state) for state in segment.states)], frozenset({0, 1}))
-    yield f"  {show.paint(lines[0], show.DIM, sys.stdout)}"
+    lines = show.table([HEAD, *map(_cells, segment.states)])
+    yield show.paint(lines[0], show.DIM, sys.stdout)
     for state, line in zip(segment.states, lines[1:], strict=True):
         colour = show.BOLD if state.wanted else "" if state.simple else show.DIM
-        yield f"  {show.paint(line, colour, sys.stdout) if colour else line}"
+        yield show.paint(line, colour, sys.stdout) if colour else line
     if not all(state.simple for state in segment.states):
-        yield "  loops, crossings and wrapped curves are stable, but a planar display cannot show them"
+        yield "loops, crossings and wrapped curves are stable, but a planar display cannot show them"
 
 
 def _cells(state: Equilibrium) -> tuple[str, ...]:
     left, right = ((float(x) ** 2 + float(y) ** 2) ** 0.5 for x, y in state.clamp_force)
     start, end = (to_nmm(float(moment)) for moment in state.clamp_moment)
     return (
-        MARK if state.wanted else "",
-        state.name,
+        f"{MARK if state.wanted else ' '} {state.name}",
         f"{to_mm(state.mean_height):.2f}",
         f"{to_mm(float(_height_at_middle(state))):.2f}",
         f"{to_mj(state.energy):.2f}",
         f"{to_mm(state.error):.1g}",
-        f"{state.lowest_eigenvalue:.4g}",
-        f"{left:.3f} {right:.3f}",
-        f"{start:.1f} {end:.1f}",
+        f"{state.lowest_eigenvalue:.3g}",
+        f"{left:.2f} {right:.2f}",
+        f"{start:.0f} {end:.0f}",
     )
 
 
@@ -90,8 +89,8 @@ def sketch(report: Report) -> Iterator[str]:
     for index, node in enumerate(report.scene.nodes):
         canvas.mark(to_mm(index * report.scene.display.span), to_mm(node.height))
     for line in canvas.lines():
-        yield f"  {line}"
-    yield f"  {', '.join(_legend([state for state, _ in curves]))}"
+        yield f"  {line}".rstrip()
+    yield f"  {'; '.join(_legend([state for state, _ in curves]))}"
 
 
 def _legend(states: Sequence[Equilibrium]) -> Iterator[str]:

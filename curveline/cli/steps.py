@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from curveline.cli import show
 from curveline.plan import NodeTarget, Plan, Step
 
-STEP_HEAD = ("step", "action", "time s", "length mm", "state after", "strain %", "force N", "N mm", "margin")
+STEP_HEAD = ("step", "action", "time s", "rod mm", "state after", "strain %", "force N", "N mm", "margin")
 TARGET_HEAD = ("step", "node", "extrude mm", "bias deg", "height mm", "extrude", "bias", "translate")
 
 
@@ -17,7 +17,7 @@ def describe(plan: Plan) -> Iterator[str]:
     yield show.paint(plan.name, show.BOLD, sys.stdout)
     yield summary(plan)
     yield from _headed(show.table([STEP_HEAD, *map(_step_cells, plan.steps)], frozenset({1, 4})))
-    yield from (f"  margin of step {numbers}: {text}" for text, numbers in _margins(plan))
+    yield from (f"margin of step {numbers}: {text}" for text, numbers in _margins(plan))
     yield "targets in mm and deg, then in encoder counts from home"
     rows = [
         _target_cells(str(step.number) if node == 1 else "", node, target)
@@ -34,8 +34,8 @@ def summary(plan: Plan) -> str:
 
 
 def _headed(lines: Sequence[str]) -> Iterator[str]:
-    yield f"  {show.paint(lines[0], show.DIM, sys.stdout)}"
-    yield from (f"  {line}" for line in lines[1:])
+    yield show.paint(lines[0], show.DIM, sys.stdout)
+    yield from lines[1:]
 
 
 def _margins(plan: Plan) -> Iterator[tuple[str, str]]:

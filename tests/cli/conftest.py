@@ -1,0 +1,100 @@
+"""Run the command line in this process, with its own folder of runs and no settings of the user's."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from curveline.cli import main, show
+from curveline.plan import NodeTarget, Plan, Step, drive_table, write_plan
+from curveline.rod import _jit
+from curveline.shapefile import read_display
+
+SHAPES = Path(__file__).parent.parent.parent / "shapes"
+BROKEN = Path(__file__).parent.parent / "broken" / "shapes"
+
+
+class Result(NamedTuple):
+    """What a command left behind."""
+
+    code: int
+    out: str
+    err: str
+
+
+Run = Callable[..., Result]
+
+
+@pytest.fixture(autouse=True)
+def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for name in ("CURVELINE_RADIO", "NO_COLOR", "CI"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("CURVELINE_RUNS", str(tmp_path / "runs"))
+    monkeypatch.setattr(_jit, "FIRST_RUN", False)
+    show.announce_compilation.cache_clear()
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    def run_main(*arguments: object) -> Result:
+        monkeypatch.setattr(sys, "argv", ["curveline", *map(str, arguments)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stop:
+            main()
+        captured = capsys.readouterr()
+        assert isinstance(stop.value.code, int)
+        return Result(stop.value.code, captured.out, captured.err)
+
+    return run_main
+
+
+def small_plan(steps: int = 2, seconds: float = 0.5, display: str = "single") -> Plan:
+    """A plan of a few small moves for a display of two nodes, quick to send."""
+    found = read_display(display)
+    drive = drive_table(found)
+
+    def target(extrude_mm: float) -> NodeTarget:
+        return NodeTarget(extrude_mm, 0.0, 0.0, (drive.axes[0].counts(extrude_mm), 0, 0))
+
+    moves = tuple(
+        Step(
+            number=number,
+            action="extrude",
+            seconds=seconds,
+            targets=(target(number), target(-number)),
+            lengths_mm=(500.0 + 2 * number,),
+            states=("peak|valley",),
+            lowest_eigenvalue=1.0,
+            margin=1.0,
+            margin_of="nothing: a test",
+            max_strain=0.01,
+            max_force_N=1.0,
+            max_moment_Nmm=1.0,
+        )
+        for number in range(1, steps + 1)
+    )
+    provenance = {"display": found.path or found.name}
+    return Plan("small", drive, (target(0.0),) * 2, moves, ("valley",), moves[-1].lengths_mm, provenance)
+
+
+@pytest.fixture
+def plan_file(tmp_path: Path) -> Path:
+    path = tmp_path / "small.json"
+    write_plan(small_plan(), path)
+    return path
+
+
+@pytest.fixture
+def no_valley(tmp_path: Path) -> Path:
+    """A shape whose rod has but one stable state, which is not the one it asks for."""
+    path = tmp_path / "no-valley.toml"
+    path.write_text(
+        'name = "no-valley"\ndisplay = "single"\n'
+        "nodes = [ { height_mm = 0.0, angle_deg = 50.0 }, { height_mm = 0.0, angle_deg = -50.0 } ]\n"
+        'segments = [ { length_mm = 560.0, state = "valley" } ]\n'
+    )
+    return path

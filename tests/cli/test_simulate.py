@@ -1,0 +1,222 @@
+"""`curveline simulate`: what it prints, writes, refuses and exits with."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from curveline.rod import _jit
+
+from .conftest import BROKEN, SHAPES, Run
+
+PEAK = SHAPES / "level-up-peak.toml"
+STAGGERED = SHAPES / "staggered-asymmetric-valley.toml"
+
+
+def test_a_shape_is_shown_as_a_table_and_a_drawing_on_80_columns(run: Run) -> None:
+    code, out, err = run("simulate", STAGGERED)
+    assert code == 0
+    assert err == ""
+    assert all(len(line) <= 80 for line in out.splitlines())
+    rows = {line.split()[0 if "*" not in line else 1]: line for line in out.splitlines() if line.strip()}
+    assert "*" in rows["valley"]
+    assert "*" not in rows["peak"]
+    assert "-72.96" in rows["valley"]
+    assert "left out, at most: stretch 0.06 mm, twist 0 mm, contact 0 mm" in out
+    assert "solid: valley, as wanted; dotted: peak" in out
+    assert out.count("●") == 2
+
+
+def test_without_the_drawing(run: Run) -> None:
+    result = run("simulate", PEAK, "--no-drawing")
+    assert result.code == 0
+    assert "●" not in result.out
+    assert "solid" not in result.out
+    assert "peak" in result.out
+
+
+def test_json_is_one_document_and_nothing_else(run: Run) -> None:
+    code, out, err = run("simulate", PEAK, "--json")
+    assert (code, err) == (0, "")
+    assert out.count("\n") == 1
+    document = json.loads(out)
+    assert document["shape"] == "level-up-peak"
+    assert document["provenance"]["argv"] == ["simulate", str(PEAK), "--json"]
+    assert "-o" not in out
+
+
+def test_json_of_several_shapes_is_one_document_per_line(run: Run) -> None:
+    code, out, err = run("simulate", PEAK, STAGGERED, "--json")
+    assert code == 0
+    assert [json.loads(line)["shape"] for line in out.splitlines()] == ["level-up-peak", "staggered-asymmetric-valley"]
+    assert err == "2 of 2 shapes as asked for\n"
+
+
+def test_a_batch_goes_on_after_a_bad_file_and_sums_up(run: Run) -> None:
+    bad = BROKEN / "many-problems.toml"
+    code, out, err = run("simulate", PEAK, bad, STAGGERED, "--json")
+    assert code == 1
+    assert [json.loads(line)["shape"] for line in out.splitlines()] == ["level-up-peak", "staggered-asymmetric-valley"]
+    assert f"{bad}:4:1: error[unknown-key]" in err
+    assert err.endswith(f"2 of 3 shapes as asked for\n  could not be used: {bad}\n")
+
+
+def test_a_single_invalid_file_is_shown_with_a_caret_and_a_hint(run: Run) -> None:
+    bad = BROKEN / "many-problems.toml"
+    code, out, err = run("simulate", bad)
+    assert (code, out) == (2, "")
+    lines = err.splitlines()
+    at = lines.index(f"{bad}:4:1: error[unknown-key]: there is no key `colour` here")
+    assert lines[at + 1 : at + 3] == ['  colour = "red"', "  ^"]
+    assert lines[at + 3].startswith("hint: ")
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("path", sorted(BROKEN.glob("*.toml")), ids=lambda path: path.stem)
+def test_every_broken_file_is_refused_in_words(run: Run, path: Path) -> None:
+    code, out, err = run("simulate", path, "--json")
+    assert (code, out) == (2, "")
+    assert ": error[" in err
+    assert "hint: " in err
+
+
+def test_a_wanted_state_that_does_not_exist_is_the_answer_no(run: Run, no_valley: Path) -> None:
+    code, out, err = run("simulate", no_valley)
+    assert code == 1
+    assert "valley wanted" in out
+    assert err == f"{no_valley}: segment 1 has no valley; its stable states: peak\n"
+    code, _, err = run("simulate", PEAK, no_valley)
+    assert code == 1
+    assert err.endswith(f"1 of 2 shapes as asked for\n  not as asked for: {no_valley}\n")
+
+
+def test_a_tolerance_that_was_not_reached_is_the_answer_no(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    from curveline.rod import equilibrium
+
+    monkeypatch.setattr(equilibrium, "MOST_EDGES", 30)
+    code, out, err = run("simulate", PEAK, "--tolerance-mm", "1e-6")
+    assert code == 1
+    assert "peak" in out
+    assert "the tolerance was not reached" in err
+
+
+def test_points_and_tolerance(run: Run) -> None:
+    document = json.loads(run("simulate", PEAK, "--json", "--points", "5", "--tolerance-mm", "0.001").out)
+    assert document["tolerance_mm"] == 0.001
+    states = document["segments"][0]["states"]
+    assert all(len(state["curve_mm"]) == 5 for state in states)
+    assert all(state["error_mm"] <= 0.001 for state in states)
+
+
+def test_turns_look_for_loops(run: Run) -> None:
+    plain = json.loads(run("simulate", PEAK, "--json").out)["segments"][0]["states"]
+    assert {state["winding"] for state in plain} == {0}
+    code, out, _ = run("simulate", PEAK, "--turns", "1", "--json")
+    assert code == 0
+    states = json.loads(out)["segments"][0]["states"]
+    loops = [state for state in states if state["winding"]]
+    assert {state["winding"] for state in loops} <= {1, -1}
+    assert loops
+    assert not any(state["wanted"] or state["name"] in ("peak", "valley") for state in loops)
+    assert "a planar display cannot show them" in run("simulate", PEAK, "--turns", "1").out
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--tolerance-mm", "0"),
+        ("--tolerance-mm", "nan"),
+        ("--tolerance-mm", "inf"),
+        ("--tolerance-mm", "wide"),
+        ("--points", "1"),
+        ("--turns", "-1"),
+        ("--unknown",),
+    ],
+)
+def test_options_out_of_range_are_usage_errors(run: Run, arguments: tuple[str, ...]) -> None:
+    code, out, err = run("simulate", PEAK, *arguments)
+    assert (code, out) == (2, "")
+    assert "Error" in err
+    assert "Traceback" not in err
+
+
+def test_the_suffix_chooses_the_format(run: Run, tmp_path: Path) -> None:
+    files = [tmp_path / f"out{suffix}" for suffix in (".json", ".npz", ".csv", ".svg", ".png")]
+    code, out, err = run("simulate", PEAK, *(part for file in files for part in ("-o", file)))
+    assert code == 0
+    assert "peak" in out
+    assert err.splitlines() == [f"wrote {file}" for file in files]
+    assert json.loads(files[0].read_text())["shape"] == "level-up-peak"
+    with np.load(files[1]) as arrays:
+        assert arrays["curve_mm"].shape == (2, 201, 2)
+    assert len(list(csv.reader(files[2].read_text().splitlines()))) == 1 + 2 * 201
+    assert files[3].read_bytes().startswith(b"<?xml")
+    assert files[4].read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_dash_is_json_on_stdout(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "out.csv"
+    code, out, err = run("simulate", PEAK, "-o", "-", "-o", file)
+    assert code == 0
+    assert json.loads(out)["shape"] == "level-up-peak"
+    assert err == f"wrote {file}\n"
+
+
+def test_an_existing_file_is_kept_unless_forced(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "out.json"
+    file.write_text("mine")
+    code, out, err = run("simulate", PEAK, "-o", file)
+    assert (code, out) == (2, "")
+    assert "error[exists]" in err
+    assert "--force" in err
+    assert file.read_text() == "mine"
+    assert run("simulate", PEAK, "-o", file, "--force").code == 0
+    assert json.loads(file.read_text())["shape"] == "level-up-peak"
+
+
+def test_an_unknown_suffix_is_refused_before_any_work(run: Run, tmp_path: Path) -> None:
+    code, out, err = run("simulate", PEAK, "-o", tmp_path / "out.pdf")
+    assert (code, out) == (2, "")
+    assert ".json, .npz, .csv, .svg, .png" in err
+    assert list(tmp_path.glob("out*")) == []
+
+
+def test_a_folder_that_is_not_there_is_named(run: Run, tmp_path: Path) -> None:
+    code, _, err = run("simulate", PEAK, "-o", tmp_path / "no" / "out.json")
+    assert code == 2
+    assert "error[unwritable]" in err
+
+
+def test_nothing_is_written_when_every_file_is_invalid(run: Run, tmp_path: Path) -> None:
+    code, _, err = run("simulate", BROKEN / "syntax.toml", "-o", tmp_path / "out.json")
+    assert code == 2
+    assert "wrote" not in err
+    assert not (tmp_path / "out.json").exists()
+
+
+def test_a_figure_without_matplotlib_names_the_extra(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    code, out, err = run("simulate", PEAK, "-o", tmp_path / "out.png")
+    assert (code, out) == (2, "")
+    assert "curveline[plot]" in err
+    assert not (tmp_path / "out.png").exists()
+    assert run("simulate", PEAK, "-o", tmp_path / "out.csv").code == 0
+
+
+def test_the_first_run_says_why_it_takes_long_and_says_it_once(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_jit, "FIRST_RUN", True)
+    _, _, err = run("simulate", PEAK, PEAK)
+    assert err.splitlines()[0] == "compiling kernels, about 15 s, once"
+    assert err.count("compiling") == 1
+
+
+def test_time_is_that_of_the_answer(run: Run) -> None:
+    document = json.loads(run("simulate", PEAK, "--json").out)
+    assert 0.0 < document["seconds"] < 60.0
+    assert math.isfinite(document["seconds"])

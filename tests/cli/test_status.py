@@ -1,0 +1,93 @@
+"""`curveline status`: every node's word as a table and as JSON."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+
+import pytest
+
+from curveline.cli import status as command
+
+from .conftest import Run
+from .test_send import NODE_KEYS
+
+
+def test_a_table_on_80_columns(run: Run) -> None:
+    code, out, err = run("status", "--radio", "mock")
+    assert (code, err) == (0, "")
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert out.splitlines()[0] == "display single over mock"
+    assert out.count("ready") == 2
+    assert out.endswith("rod: not known\n")
+
+
+def test_json_holds_every_field(run: Run) -> None:
+    code, out, err = run("status", "--radio", "mock", "--json")
+    assert (code, err) == (0, "")
+    document = json.loads(out)
+    assert set(document) == {"curveline", "display", "radio", "nodes", "rod"}
+    assert [node["node"] for node in document["nodes"]] == [1, 2]
+    for node in document["nodes"]:
+        assert set(node) == NODE_KEYS
+        assert node["state"] == "ready"
+        assert node["fault"] is None
+        assert node["counts"] == [0, 0, 0]
+        assert node["position"] == {"extrude_mm": 0.0, "bias_deg": 0.0, "translate_mm": 0.0}
+        assert set(node["link"]) == {"polls", "answered", "lost", "retries", "bad_tags"}
+
+
+def test_the_display_may_be_named(run: Run) -> None:
+    assert len(json.loads(run("status", "--radio", "mock", "--display", "quad", "--json").out)["nodes"]) == 5
+    code, out, err = run("status", "--radio", "mock", "--display", "quadd")
+    assert (code, out) == (2, "")
+    assert "error[unknown-display]" in err
+    assert "quad" in err
+
+
+def test_a_radio_must_be_named(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run("status").code == 2
+    monkeypatch.setenv("CURVELINE_RADIO", "mock")
+    assert run("status").code == 0
+    code, _, err = run("status", "--radio", "mock:loss=2")
+    assert code == 2
+    assert "loss" in err
+
+
+def test_a_silent_node_is_a_fault(run: Run) -> None:
+    code, out, _ = run("status", "--radio", "mock:loss=0.99")
+    assert code == 3
+    assert "node 1: no answer from C1C1C1C101" in out
+    code, out, _ = run("status", "--radio", "mock:loss=0.99", "--json")
+    assert code == 3
+    node = json.loads(out)["nodes"][0]
+    assert node["state"] == "silent"
+    assert [node[key] for key in ("boot", "counts", "position", "fault")] == [None] * 4
+
+
+def test_a_fault_is_told(run: Run, plan_file: Path) -> None:
+    run("send", plan_file, "--radio", "mock:stall=2@step2", "--yes")
+    code, out, _ = run("status", "--radio", "mock")
+    assert code == 3
+    assert "node 2: fault stall (extrude)" in out
+    assert json.loads(run("status", "--radio", "mock", "--json").out)["nodes"][1]["fault"] == "stall (extrude)"
+
+
+@pytest.mark.parametrize("option", [(), ("--json",)])
+def test_watching_goes_on_until_interrupted(run: Run, monkeypatch: pytest.MonkeyPatch, option: tuple[str, ...]) -> None:
+    polls = []
+
+    def sleep(seconds: float) -> None:
+        polls.append(seconds)
+        if len(polls) == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(time, "sleep", sleep)
+    code, out, _ = run("status", "--radio", "mock", "--watch", *option)
+    assert code == 130
+    assert polls == [command.POLL_SECONDS] * 3
+    if option:
+        assert [json.loads(line)["display"] for line in out.splitlines()] == ["single"] * 3
+    else:
+        assert out.count("display single over mock") == 3
