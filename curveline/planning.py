@@ -292,7 +292,7 @@ def _targets(display: Display, drive: DriveTable, at: Waypoint) -> tuple[NodeTar
     """Node targets of a waypoint: each node feeds half of the rod beyond the span, the right one to the left."""
     feed = 0.5 * to_mm(at.length - display.span)
     targets = []
-    for node, share in zip(at.nodes, (feed, -feed), strict=True):
+    for node, share in zip(at.nodes, (feed, 0.0 - feed), strict=True):
         values = (share, to_deg(node.angle), to_mm(node.height))
         counts = tuple(axis.counts(value) for axis, value in zip(drive.axes, values, strict=True))
         targets.append(NodeTarget(*values, counts=(counts[0], counts[1], counts[2])))
