@@ -82,13 +82,14 @@ def to_json(reports: Sequence[Report]) -> bytes:
 
 
 def to_npz(reports: Sequence[Report]) -> bytes:
-    """Arrays with one row per state; `document` holds what `to_json` writes, curves left out.
+    """Arrays with one row per state, and beside them document, one per shape: its JSON, curves left out.
 
     Arrays: shape, segment, state, wanted, stable, winding, crosses_itself, wraps_clamp, energy_mJ, error_mm,
     lowest_eigenvalue, mean_height_mm, clamp_force_N (states, 2, 2), clamp_moment_Nmm (states, 2) and
-    curve_mm (states, points, 2).
+    curve_mm (states, points, 2); all reports have the same number of points.
     """
     rows = list(_rows(reports))
+    points = reports[0].settings.points
     columns: dict[str, Any] = {
         "shape": [row.report.scene.name for row in rows],
         "segment": [row.number for row in rows],
@@ -99,7 +100,7 @@ def to_npz(reports: Sequence[Report]) -> bytes:
     columns["winding"] = np.array([row.record["winding"] for row in rows], dtype=np.int64)
     for name in ("energy_mJ", "error_mm", "lowest_eigenvalue", "mean_height_mm"):
         columns[name] = np.array([row.record[name] for row in rows], dtype=np.float64)
-    for name, size in (("clamp_force_N", (2, 2)), ("clamp_moment_Nmm", (2,)), ("curve_mm", (-1, 2))):
+    for name, size in (("clamp_force_N", (2, 2)), ("clamp_moment_Nmm", (2,)), ("curve_mm", (points, 2))):
         columns[name] = np.array([row.record[name] for row in rows], dtype=np.float64).reshape(len(rows), *size)
     columns["document"] = [json.dumps(_without_curves(document(report)), allow_nan=False) for report in reports]
     stream = io.BytesIO()

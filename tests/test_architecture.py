@@ -1,0 +1,198 @@
+"""The rules of the house, read off the source: who may import whom, who may print, how long things may get."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import curveline
+
+ROOT = Path(curveline.__file__).parent
+MODULES = sorted(ROOT.rglob("*.py"))
+
+LAYERS = (
+    {"errors", "units"},
+    {"files", "records", "scene", "toml_document", "toml_location"},
+    {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
+    {"bench", "figures", "passage", "planning", "playback", "results", "simulation"},
+    {"cli"},
+)
+LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}
+APART = {
+    "errors": set(LEVEL) - {"errors"},
+    "units": set(LEVEL) - {"units"},
+    "rod": set(LEVEL) - {"rod", "units", "errors"},
+    "radio": {"rod", "scene", "shapefile", "shape_models", "shape_rules"},
+    "plan": {"rod", "radio", "shapefile"},
+}
+"""What a part may not import, although its layer would allow it."""
+
+ONLY_IN = {
+    "numba": {"rod"},
+    "scipy": {"rod"},
+    "numpy": {"rod", "bench", "passage", "planning", "playback", "results", "simulation"},
+    "pydantic": {"shape_models", "toml_document"},
+    "typer": {"cli"},
+    "matplotlib": set(),
+    "rich": set(),
+    "cv2": set(),
+    "pyrf24": set(),
+    "serial": set(),
+}
+"""Package -> the parts that may import it when they are imported themselves; others do it in the function of need."""
+
+MODULE_LINES = 400
+FUNCTION_LINES = 40
+KERNEL_LINES = 100
+PARAMETERS = 5
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def name_of(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+def part_of(path: Path) -> str:
+    """The folder or module of the package that a file belongs to; empty for the package's own first lines."""
+    first = path.relative_to(ROOT).parts[0].removesuffix(".py")
+    return "" if first in ("__init__", "__main__") else first
+
+
+def imports(tree: ast.AST) -> Iterator[tuple[ast.stmt, str]]:
+    """Every import anywhere in a tree, as dotted names."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "imports are absolute"
+            assert node.module is not None
+            yield from ((node, f"{node.module}.{alias.name}") for alias in node.names)
+
+
+def run_on_import(tree: ast.Module) -> Iterator[ast.stmt]:
+    """Statements that run when the module is imported; what only a type checker sees is none of them."""
+    pending: list[ast.AST] = list(tree.body)
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.stmt):
+            yield node
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            pending.extend(node.orelse)
+        elif not isinstance(node, Function):
+            pending.extend(ast.iter_child_nodes(node))
+
+
+def functions(tree: ast.AST) -> Iterator[Function]:
+    return (node for node in ast.walk(tree) if isinstance(node, Function))
+
+
+def is_kernel(function: Function) -> bool:
+    return any("njit" in ast.unparse(decorator) for decorator in function.decorator_list)
+
+
+def is_command(path: Path, function: Function) -> bool:
+    """A typer command: its parameters are the user's options."""
+    return part_of(path) == "cli" and function.name == path.stem
+
+
+def code_lines(path: Path, function: Function) -> int:
+    """Lines of a function without its docstring; of a command, the options do not count either."""
+    first = function.body[0]
+    has_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+    begin = first.lineno if is_command(path, function) else function.lineno
+    length = (function.end_lineno or 0) - begin + 1
+    return length - ((first.end_lineno or 0) - first.lineno + 1 if has_docstring else 0)
+
+
+@pytest.fixture(params=MODULES, ids=name_of)
+def module(request: pytest.FixtureRequest) -> tuple[Path, ast.Module]:
+    path: Path = request.param
+    return path, ast.parse(path.read_text(encoding="utf-8"))
+
+
+def test_every_part_has_its_layer() -> None:
+    assert {part_of(path) for path in MODULES} - {""} <= set(LEVEL)
+
+
+def test_imports_lead_down_and_never_back_up(module: tuple[Path, ast.Module]) -> None:
+    path, tree = module
+    part = part_of(path)
+    if not part:
+        return
+    for node, name in imports(tree):
+        if not name.startswith("curveline.") or (target := name.split(".")[1]) not in LEVEL:
+            continue
+        assert LEVEL[target] <= LEVEL[part], f"line {node.lineno}: {part} imports {target} from above"
+        assert target not in APART.get(part, set()), f"line {node.lineno}: {part} must not know {target}"
+
+
+def test_heavy_packages_are_imported_where_they_are_needed(module: tuple[Path, ast.Module]) -> None:
+    path, tree = module
+    for statement in run_on_import(tree):
+        if isinstance(statement, ast.Import | ast.ImportFrom):
+            for node, name in imports(statement):
+                package = name.split(".")[0]
+                assert part_of(path) in ONLY_IN.get(package, {part_of(path)}), f"line {node.lineno} imports {package}"
+
+
+def test_no_part_of_the_radio_knows_numpy() -> None:
+    for path in [*(ROOT / "radio").glob("*.py"), ROOT / "plan.py"]:
+        packages = {name.split(".")[0] for _, name in imports(ast.parse(path.read_text()))}
+        assert not packages & {"numpy", "numba", "scipy"}, path
+
+
+def test_only_the_command_line_prints_prompts_and_exits(module: tuple[Path, ast.Module]) -> None:
+    path, tree = module
+    if part_of(path) == "cli":
+        return
+    forbidden = {"print", "input", "exit", "quit", "sys.exit", "os._exit", "sys.stdout.write", "sys.stderr.write"}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            assert ast.unparse(node.func) not in forbidden, f"line {node.lineno}: {ast.unparse(node.func)}"
+        if isinstance(node, ast.Raise) and node.exc is not None:
+            assert "SystemExit" not in ast.unparse(node.exc), f"line {node.lineno}"
+
+
+def test_modules_and_functions_stay_short(module: tuple[Path, ast.Module]) -> None:
+    path, tree = module
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= MODULE_LINES
+    for function in functions(tree):
+        limit = KERNEL_LINES if is_kernel(function) else FUNCTION_LINES
+        assert code_lines(path, function) <= limit, f"{function.name} has {code_lines(path, function)} lines"
+
+
+def test_functions_take_few_parameters_and_no_flags_by_position(module: tuple[Path, ast.Module]) -> None:
+    path, tree = module
+    for function in functions(tree):
+        if is_kernel(function) or is_command(path, function):
+            continue
+        arguments = function.args
+        positional = [each for each in arguments.posonlyargs + arguments.args if each.arg not in ("self", "cls")]
+        count = len(positional) + len(arguments.kwonlyargs)
+        assert count <= PARAMETERS, f"{function.name} takes {count} parameters"
+        flags = [each.arg for each in positional if each.annotation and ast.unparse(each.annotation) == "bool"]
+        is_typer_hook = part_of(path) == "cli" and function.name == "_show_version"
+        assert not flags or is_typer_hook, f"{function.name} takes {flags} by position"
+
+
+def test_everything_public_says_what_it_is(module: tuple[Path, ast.Module]) -> None:
+    _, tree = module
+    assert ast.get_docstring(tree), "the module"
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef | Function) and not node.name.startswith("_"):
+            assert ast.get_docstring(node), node.name
+
+
+def test_unit_factors_live_in_one_place(module: tuple[Path, ast.Module]) -> None:
+    path, tree = module
+    if part_of(path) == "units":
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            assert ast.unparse(node.func) not in ("math.radians", "math.degrees", "np.deg2rad", "np.rad2deg"), (
+                node.lineno
+            )

@@ -1,0 +1,221 @@
+"""The JSON document field by field, the other formats against it, and writing that is whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import curveline
+from curveline import results
+from curveline.errors import InvalidInput
+from curveline.results import Report, Settings
+
+SHAPES = Path(__file__).parent.parent / "shapes"
+STATE_FIELDS = {
+    "name": str,
+    "stable": bool,
+    "wanted": bool,
+    "simple": bool,
+    "outcome": str,
+    "energy_mJ": float,
+    "error_mm": float,
+    "vertices": int,
+    "iterations": int,
+    "lowest_eigenvalue": float,
+    "winding": int,
+    "crosses_itself": bool,
+    "wraps_clamp": bool,
+    "mean_height_mm": float,
+    "clearance_mm": float,
+    "max_curvature_per_m": float,
+    "curve_mm": list,
+    "clamp_force_N": list,
+    "clamp_moment_Nmm": list,
+}
+QUAD = """
+name = "wave"
+display = "quad"
+nodes = [
+  { height_mm = 0.0, angle_deg = 30.0 }, { height_mm = 51.3, angle_deg = 0.0 },
+  { height_mm = -49.7, angle_deg = -30.0 }, { height_mm = 0.1, angle_deg = 0.0 }, { height_mm = 0.0, angle_deg = 0.0 },
+]
+segments = [
+  { length_mm = 620.0, state = "peak" }, { length_mm = 600.0, state = "valley" },
+  { length_mm = 640.0, state = "peak" }, { length_mm = 700.0, state = "peak" },
+]
+loads = [ { segment = 2, at = 0.4, force_N = [0.0, -1.0] } ]
+"""
+
+
+def report_on(path: Path, settings: Settings | None = None) -> Report:
+    settings = settings or Settings(argv=("simulate", "shape.toml"))
+    scene = curveline.read_shape(path)
+    segments = curveline.simulate(scene, settings.tolerance, settings.windings)
+    return Report(scene, tuple(segments), settings, 0.25)
+
+
+@pytest.fixture(scope="module")
+def peak() -> Report:
+    return report_on(SHAPES / "level-up-peak.toml")
+
+
+@pytest.fixture(scope="module")
+def staggered() -> Report:
+    return report_on(SHAPES / "staggered-asymmetric-valley.toml", Settings(windings=(0, 1, -1), points=21))
+
+
+@pytest.fixture(scope="module")
+def wave(tmp_path_factory: pytest.TempPathFactory) -> Report:
+    path = tmp_path_factory.mktemp("wave") / "wave.toml"
+    path.write_text(QUAD)
+    return report_on(path)
+
+
+def test_the_document_is_the_one_of_the_design(peak: Report) -> None:
+    document = results.document(peak)
+    assert list(document)[:5] == ["curveline", "shape", "tolerance_mm", "seconds", "segments"]
+    assert document["curveline"] == curveline.__version__
+    assert document["shape"] == "level-up-peak"
+    assert document["tolerance_mm"] == pytest.approx(0.1)
+    assert document["seconds"] == 0.25
+    (segment,) = document["segments"]
+    assert segment["length_mm"] == 660.0
+    assert segment["wanted"] == "peak"
+    model = segment["model"]
+    assert model["kind"] == "planar"
+    assert model["terms"] == ["bend", "gravity"]
+    assert {"stretch", "twist", "contact"} <= set(model["left_out"])
+    for bound in model["left_out"].values():
+        assert set(bound) == {"bound_mm", "why"}
+        assert bound["bound_mm"] >= 0.0
+        assert bound["why"]
+
+
+def test_every_state_has_every_field_as_a_plain_type(staggered: Report) -> None:
+    (segment,) = results.document(staggered)["segments"]
+    assert {state["winding"] for state in segment["states"]} > {0}
+    for state in segment["states"]:
+        assert set(state) == set(STATE_FIELDS)
+        for name, kind in STATE_FIELDS.items():
+            assert type(state[name]) is kind or (name == "clearance_mm" and state[name] is None), name
+        assert np.array(state["curve_mm"]).shape == (21, 2)
+        assert np.array(state["clamp_force_N"]).shape == (2, 2)
+        assert np.array(state["clamp_moment_Nmm"]).shape == (2,)
+        assert state["simple"] is not (state["winding"] != 0 or state["crosses_itself"] or state["wraps_clamp"])
+    assert [state["name"] for state in segment["states"] if state["wanted"]] == ["valley"]
+
+
+def test_numbers_are_the_states_own_in_the_units_of_their_names(peak: Report) -> None:
+    for state, record in zip(peak.segments[0].states, results.document(peak)["segments"][0]["states"], strict=True):
+        assert record["energy_mJ"] == pytest.approx(1e3 * state.energy, rel=1e-15)
+        assert record["error_mm"] == pytest.approx(1e3 * state.error, rel=1e-15)
+        assert record["mean_height_mm"] == pytest.approx(1e3 * state.mean_height, rel=1e-15)
+        assert record["clamp_moment_Nmm"] == pytest.approx((1e3 * state.clamp_moment).tolist(), rel=1e-15)
+        assert record["clamp_force_N"] == state.clamp_force.tolist()
+        assert record["lowest_eigenvalue"] == state.lowest_eigenvalue
+
+
+def test_json_keeps_every_digit(peak: Report) -> None:
+    document = results.document(peak)
+    assert json.loads(results.to_json([peak])) == document
+
+
+def test_curves_lead_from_pivot_to_pivot_to_the_last_bit(wave: Report) -> None:
+    heights = [0.0, 51.3, -49.7, 0.1, 0.0]
+    for index, segment in enumerate(results.document(wave)["segments"]):
+        assert segment["states"]
+        for state in segment["states"]:
+            curve = np.array(state["curve_mm"])
+            assert curve.shape == (201, 2)
+            assert curve[0].tolist() == [500.0 * index, heights[index]]
+            assert curve[-1].tolist() == [500.0 * (index + 1), heights[index + 1]]
+            steps = np.hypot(*np.diff(curve, axis=0).T)
+            assert steps == pytest.approx(segment["length_mm"] / 200, rel=1e-2)
+            # A straight stretch in the bearing: the second point lies on the tangent of the first.
+            assert steps[0] == pytest.approx(segment["length_mm"] / 200, rel=1e-9)
+    assert results.document(wave)["segments"][1]["model"]["terms"] == ["bend", "gravity", "loads"]
+
+
+def test_provenance_tells_where_a_result_comes_from(peak: Report) -> None:
+    provenance = results.document(peak)["provenance"]
+    assert set(provenance["versions"]) == {"curveline", "python", "numpy", "numba", "scipy"}
+    path = SHAPES / "level-up-peak.toml"
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    assert provenance["shape"] == {"path": str(path), "sha256": digest}
+    assert provenance["display"] == {"name": "single", "sha256": peak.scene.display.digest}
+    assert provenance["settings"] == {"tolerance_mm": pytest.approx(0.1), "points": 201, "windings": [0]}
+    assert provenance["argv"] == ["simulate", "shape.toml"]
+
+
+def test_npz_holds_one_row_per_state(peak: Report, staggered: Report) -> None:
+    reports = [peak, report_on(SHAPES / "level-up-valley.toml")]
+    with np.load(io.BytesIO(results.to_npz(reports)), allow_pickle=False) as arrays:
+        stored: dict[str, Any] = {name: arrays[name] for name in arrays.files}
+    described = str(results.to_npz.__doc__)
+    assert [name for name in stored if not re.search(rf"\b{name}\b", described)] == []
+    assert stored["shape"].tolist() == ["level-up-peak"] * 2 + ["level-up-valley"] * 2
+    assert stored["state"].tolist() == ["peak", "valley"] * 2
+    assert stored["wanted"].tolist() == [True, False, False, True]
+    assert stored["curve_mm"].shape == (4, 201, 2)
+    assert stored["clamp_force_N"].shape == (4, 2, 2)
+    records = [state for report in reports for state in results.document(report)["segments"][0]["states"]]
+    for name in ("energy_mJ", "error_mm", "lowest_eigenvalue", "winding", "curve_mm", "clamp_moment_Nmm"):
+        assert np.array_equal(stored[name], [record[name] for record in records]), name
+    document = json.loads(str(stored["document"][0]))
+    assert document["provenance"] == results.document(peak)["provenance"]
+    assert "curve_mm" not in document["segments"][0]["states"][0]
+
+
+def test_csv_holds_one_row_per_point(staggered: Report) -> None:
+    rows = list(csv.DictReader(io.StringIO(results.to_csv([staggered]).decode())))
+    states = results.document(staggered)["segments"][0]["states"]
+    assert len(rows) == 21 * len(states)
+    for state, start in zip(states, range(0, len(rows), 21), strict=True):
+        part = rows[start : start + 21]
+        assert {row["state"] for row in part} == {state["name"]}
+        assert {row["simple"] for row in part} == {str(state["simple"]).lower()}
+        assert [[float(row["x_mm"]), float(row["y_mm"])] for row in part] == state["curve_mm"]
+        assert float(part[-1]["arc_length_mm"]) == 720.0
+        assert [int(row["point"]) for row in part] == list(range(21))
+
+
+def test_a_scene_without_any_state_can_be_written(peak: Report) -> None:
+    from dataclasses import replace
+
+    empty = replace(peak, segments=(replace(peak.segments[0], states=()),))
+    assert empty.shortfalls == ("segment 1 has no peak; its stable states: none at all",)
+    assert results.document(empty)["segments"][0]["states"] == []
+    assert results.to_csv([empty]).count(b"\n") == 1
+    with np.load(io.BytesIO(results.to_npz([empty]))) as arrays:
+        assert arrays["energy_mJ"].shape == (0,)
+
+
+@pytest.mark.parametrize("suffix", list(results.ENCODERS))
+def test_writing_is_whole_and_overwrites_nothing_unasked(peak: Report, tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"out{suffix.upper()}"
+    results.check_output(path)
+    results.write([peak], path)
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+    content = path.read_bytes()
+    for refused in (lambda: results.write([peak], path), lambda: results.check_output(path)):
+        with pytest.raises(InvalidInput) as caught:
+            refused()
+        assert caught.value.diagnostics[0].code == "exists"
+    assert path.read_bytes() == content
+    results.check_output(path, force=True)
+    results.write([peak], path, force=True)
+
+
+@pytest.mark.parametrize("name", ["out", "out.txt", "json", "out.json.gz"])
+def test_an_unknown_suffix_is_refused_with_the_known_ones(name: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        results.check_output(name)
+    assert ".json, .npz, .csv, .svg, .png" in caught.value.hint
