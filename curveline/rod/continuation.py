@@ -10,7 +10,7 @@ from curveline.rod._jit import njit
 from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.ladder import vertex_table
 from curveline.rod.planar import Effort, descend, lowest_eigenvalue, newton
-from curveline.rod.problem import Array, Pose, make_problem, released, scale_rod, sharpest_turn
+from curveline.rod.problem import Array, Pose, largest_change, make_problem, released, scale_rod, sharpest_turn
 from curveline.rod.states import SEARCH_EDGES
 
 FOLLOW_EDGES = 2 * SEARCH_EDGES
@@ -91,7 +91,7 @@ def follow(begin, end, bearing, phi, multipliers):
         trial = phi.copy()
         force = multipliers.copy()
         iterations, unstable = newton(free, trial, force, TRACK)
-        if iterations > 0 and unstable == 0 and np.max(np.abs(trial - phi)) < LARGEST_MOVE:
+        if iterations > 0 and unstable == 0 and largest_change(trial, phi) < LARGEST_MOVE:
             phi = trial
             multipliers = force
             reached = fraction

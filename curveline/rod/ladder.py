@@ -11,7 +11,7 @@ import numpy as np
 
 from curveline.rod._jit import njit
 from curveline.rod.planar import Effort, energy, lowest_eigenvalue, newton
-from curveline.rod.problem import halved, make_problem, refine_angles, released
+from curveline.rod.problem import halved, largest_change, make_problem, refine_angles, released
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
 
@@ -72,6 +72,13 @@ def largest_gap(fine, coarse):
 
 
 @njit
+def extrapolate(coarse, fine, out):
+    """Richardson: the limit for vanishing edges of values with an error in the square of the edge length."""
+    for i in range(coarse.size):
+        out[i] = coarse[i] + (fine[i] - coarse[i]) * (4.0 / 3.0)
+
+
+@njit
 def climb(rod, edges, phi, multipliers, tolerance, most_edges):
     """Refine the equilibrium `phi (n,)`, `multipliers (2,)` on `edges (n,)` until its error is below `tolerance`.
 
@@ -92,6 +99,7 @@ def climb(rod, edges, phi, multipliers, tolerance, most_edges):
     rungs = 1
     previous_change = np.inf
     lowest = 0.0
+    places = edges
     while 2 * edges.size <= most_edges or rungs < 3:
         lowest_before = lowest
         lowest = lowest_eigenvalue(free, phi, multipliers, 1e-6)
@@ -100,16 +108,18 @@ def climb(rod, edges, phi, multipliers, tolerance, most_edges):
         free = released(make_problem(rod, halved(edges)))
         iterations, unstable = newton(free, phi, multipliers, POLISH)
         spent += abs(iterations)
-        moved = np.max(np.abs(phi - start))
-        if iterations < 0 or moved > 0.5:
+        if iterations < 0 or largest_change(phi, start) > 0.5:
             return table, scalars, edges, np.inf, -1, spent, 2 * edges.size
         coarse_table = fine_table
         coarse_scalars = fine_scalars
         fine_table = vertex_table(free, phi)
         fine_scalars = level_scalars(free, phi, multipliers, fine_table)
         before = table
-        table = coarse_table + (fine_table[::2] - coarse_table) * (4.0 / 3.0)
-        scalars = coarse_scalars + (fine_scalars - coarse_scalars) * (4.0 / 3.0)
+        table = np.empty(coarse_table.shape)
+        for i in range(coarse_table.shape[0]):
+            extrapolate(coarse_table[i], fine_table[2 * i], table[i])
+        scalars = np.empty(SCALARS)
+        extrapolate(coarse_scalars, fine_scalars, scalars)
         # The finest level would cost most and add little: its stability is known from its inertia.
         scalars[EIGENVALUE] = lowest + (lowest - lowest_before) / 3.0 if rungs > 1 else lowest
         rungs += 1
@@ -122,8 +132,9 @@ def climb(rod, edges, phi, multipliers, tolerance, most_edges):
             if estimate <= tolerance:
                 return table, scalars, edges, estimate, unstable, spent, 2 * edges.size
         previous_change = change
+        places = edges
         edges = halved(edges)
-    return table, scalars, edges[::2] + edges[1::2], estimate, unstable, spent, edges.size
+    return table, scalars, places, estimate, unstable, spent, edges.size
 
 
 @njit
