@@ -14,7 +14,7 @@ from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mesh,
 
 RELAX = Effort(turn=0.5, close=1e-9, iterations=300)
 SEEDS = range(12)
-SADDLE = 2.0
+SADDLE = 1.995
 """alpha sqrt(L / dL) just past the pitchfork of the coarse rod below."""
 
 
@@ -171,9 +171,9 @@ def symmetric_start(n: int, height: float) -> Array:
 def test_newton_stays_on_the_dead_symmetric_branch_and_says_that_it_is_unstable() -> None:
     # Past the pitchfork of both ends turned against the valley, alpha sqrt(L / dL) = 2, the valley is a saddle.
     slack = 0.02
-    for factor, unstable in ((1.9, 0), (2.02, 1)):
+    phi, multipliers = symmetric_start(40, -2.0 * math.sqrt(slack)), np.array([40.0, 0.0])
+    for factor, unstable in ((1.9, 0), (1.94, 0), (1.97, 0), (1.99, 0), (SADDLE, 1)):
         problem = arch_problem(1.0 / (1.0 - slack), factor * math.sqrt(slack))
-        phi, multipliers = symmetric_start(40, -2.0 * math.sqrt(slack)), np.array([40.0, 0.0])
         iterations, found = newton(problem, phi, multipliers, RELAX)
         assert iterations > 0
         np.testing.assert_allclose(phi, -phi[::-1], atol=1e-9)
