@@ -88,10 +88,18 @@ def _send(wanted: Plan | Scene, spec: str, folder: Path, *, asks: bool) -> Endin
     with closing(open_radio(spec, drive, folder)) as radio:
         plan = wanted if isinstance(wanted, Plan) else _plan_from_here(wanted, radio, drive)
         show.note(f"{plan.name}: {summary(plan)}")
-        if asks and not typer.confirm("Move the display?", err=True):
+        if asks and not _agrees():
             show.note("nothing was sent")
             return None
         return conduct(plan, radio, folder)
+
+
+def _agrees() -> bool:
+    """Ask before anything moves; an interrupt is one here, too, and no mere no."""
+    try:
+        return typer.confirm("Move the display?", err=True)
+    except typer.Abort:
+        raise KeyboardInterrupt from None
 
 
 def _plan_from_here(scene: Scene, radio: Radio, drive: DriveTable) -> Plan:

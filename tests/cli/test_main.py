@@ -15,7 +15,7 @@ from curveline.cli import show
 
 from .conftest import BROKEN, SHAPES, Run
 
-COMMANDS = ("simulate", "plan", "send", "status")
+COMMANDS = ("simulate", "plan", "send", "status", "bench")
 COMMAND = (sys.executable, "-m", "curveline")
 SHAPE = str(SHAPES / "level-up-peak.toml")
 

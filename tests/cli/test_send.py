@@ -97,19 +97,36 @@ def test_without_a_terminal_nobody_is_asked(run: Run, plan_file: Path, tmp_path:
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.fixture
+def terminal(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True)
+    monkeypatch.setattr(type(sys.stderr), "isatty", lambda self: True)
+    monkeypatch.setenv("TERM", "dumb")
+
+
+@pytest.mark.usefixtures("terminal")
 @pytest.mark.parametrize(("agrees", "code", "moved"), [(True, 0, 443), (False, 1, 0)])
 def test_on_a_terminal_the_user_is_asked(
     run: Run, plan_file: Path, monkeypatch: pytest.MonkeyPatch, agrees: bool, code: int, moved: int
 ) -> None:
-    monkeypatch.setattr(sys.stdin, "isatty", lambda: True)
-    monkeypatch.setattr(type(sys.stderr), "isatty", lambda self: True)
-    monkeypatch.setenv("TERM", "dumb")
     monkeypatch.setattr(typer, "confirm", lambda question, err: agrees and err)
     result = run("send", plan_file, "--radio", "mock")
     assert result.code == code
     assert ("nothing was sent" in result.err) is not agrees
     nodes = json.loads(run("status", "--radio", "mock", "--json").out)["nodes"]
     assert nodes[0]["counts"][0] == pytest.approx(moved, abs=16)
+
+
+@pytest.mark.usefixtures("terminal")
+def test_an_interrupted_question_moves_nothing(run: Run, plan_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(question: str, err: bool) -> bool:
+        raise typer.Abort
+
+    monkeypatch.setattr(typer, "confirm", interrupt)
+    code, out, err = run("send", plan_file, "--radio", "mock")
+    assert (code, out) == (130, "")
+    assert "Traceback" not in err
+    assert json.loads(run("status", "--radio", "mock", "--json").out)["nodes"][0]["counts"] == [0, 0, 0]
 
 
 def test_a_dry_run_decodes_the_frames_and_touches_nothing(run: Run, plan_file: Path, tmp_path: Path) -> None:
