@@ -109,7 +109,7 @@ def climb(rod, edges, phi, multipliers, tolerance, most_edges):
         iterations, unstable = newton(free, phi, multipliers, POLISH)
         spent += abs(iterations)
         if iterations < 0 or largest_change(phi, start) > 0.5:
-            return table, scalars, edges, np.inf, -1, spent, 2 * edges.size
+            return table, scalars, places, np.inf, -1, spent, 2 * edges.size
         coarse_table = fine_table
         coarse_scalars = fine_scalars
         fine_table = vertex_table(free, phi)
