@@ -46,8 +46,8 @@ def test_shape_ends_in_the_wanted_state(path, loss, tmp_path):
     assert played.states == plan.wanted == (path.stem.rsplit("-", 1)[1],)
     for counts, target in zip(positions, plan.steps[-1].targets, strict=True):
         assert max(abs(a - b) for a, b in zip(counts, target.counts, strict=True)) <= 22
-    if loss:
-        assert sum(node.link.lost for node in report.nodes) > 0
+    # The chip resends by itself, so that most of what the air loses costs retries, not polls.
+    assert (sum(node.link.retries for node in report.nodes) > 0) == (loss > 0.0)
     kinds = [record["type"] for record in read_journal(folder / "journal")]
     assert kinds.count("release") == len(plan.steps)
 
