@@ -1,0 +1,132 @@
+"""From a shape file to the states of its segments: units, origins, terms, what is left out, which state is wanted."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import curveline
+from curveline.scene import Load, Node, Scene, Segment
+from curveline.shapefile import read_display
+from curveline.simulation import simulate
+from curveline.units import deg, mm
+
+HERE = Path(__file__).parent
+SHAPES = sorted((HERE.parent / "shapes").glob("*.toml"))
+REFERENCE = {case["id"]: case for case in json.loads((HERE / "data" / "reference_display.json").read_text())["cases"]}
+IDS = {
+    "level-neutral": "P1",
+    "staggered-neutral": "P2",
+    "level-up": "P3",
+    "staggered-up": "P4",
+    "level-down": "P5",
+    "staggered-down": "P6",
+    "level-asymmetric": "P7",
+    "staggered-asymmetric": "P8",
+}
+QUAD = Scene(
+    "wave",
+    read_display("quad"),
+    tuple(Node(mm(height), deg(angle)) for height, angle in ((0, 0), (50, 20), (-40, -10), (0, 30), (20, 0))),
+    tuple(
+        Segment(mm(length), state) for length, state in ((580, "peak"), (600, "valley"), (590, "peak"), (610, "peak"))
+    ),
+)
+
+
+@pytest.mark.parametrize("path", SHAPES, ids=lambda path: path.stem)
+def test_every_shape_exists_as_the_reference_says(path: Path) -> None:
+    (segment,) = curveline.simulate(curveline.read_shape(path), tolerance=1e-4)
+    name, _, wanted = path.stem.rpartition("-")
+    case = REFERENCE[IDS[name]]
+    assert segment.length == pytest.approx(case["L"])
+    assert segment.terms == ("bend", "gravity")
+    assert [state.name for state in segment.states] == ["peak", "valley"]
+    assert [state.wanted for state in segment.states] == [wanted == "peak", wanted == "valley"]
+    assert segment.wanted is not None
+    assert segment.wanted.name == segment.wanted_name == wanted
+    for state in segment.states:
+        (answer,) = (answer for answer in case["states"] if answer["name"] == state.name)
+        assert state.error <= 1e-4
+        assert state.rod.stiffness == pytest.approx(case["EI"])
+        assert state.rod.weight == pytest.approx(case["weight_per_length"])
+        assert state.energy == pytest.approx(answer["energy"], rel=3e-5)
+        assert state.clamp_force[0] == pytest.approx(-np.array(answer["force"]), rel=1e-4, abs=1e-5)
+        middle = state.curve(201)[100]
+        assert middle == pytest.approx([answer["x"][100], answer["y"][100]], abs=1e-5)
+
+
+def test_segments_of_a_row_stand_beside_each_other() -> None:
+    segments = simulate(QUAD)
+    assert len(segments) == 4
+    for index, segment in enumerate(segments):
+        left, right = QUAD.nodes[index], QUAD.nodes[index + 1]
+        assert segment.origin == (pytest.approx(index * 0.5), left.height)
+        assert segment.length == QUAD.segments[index].length
+        for state in segment.states:
+            assert state.rod.chord == pytest.approx((0.5, right.height - left.height))
+            assert (state.rod.start, state.rod.end) == (left.angle, right.angle)
+        assert [state.name for state in segment.states if state.wanted] in ([], [segment.wanted_name])
+    assert sum(segment.wanted is not None for segment in segments) >= 3
+
+
+def test_loads_act_on_their_own_segment_only() -> None:
+    loaded = replace(QUAD, loads=(Load(1, 0.7, (0.0, -0.2)), Load(1, 0.3, (0.1, -0.1))))
+    plain, heavy = simulate(QUAD), simulate(loaded)
+    assert [segment.terms for segment in heavy] == [
+        ("bend", "gravity"), ("bend", "gravity", "loads"), ("bend", "gravity"), ("bend", "gravity"),
+    ]  # fmt: skip
+    for index in (0, 2, 3):
+        np.testing.assert_array_equal(plain[index].states[0].curve(11), heavy[index].states[0].curve(11))
+    state = heavy[1].states[0]
+    assert state.rod.loads == ((0.3, 0.1, -0.1), (0.7, 0.0, -0.2))
+    weight = state.rod.weight * state.rod.free_length
+    assert state.clamp_force.sum(axis=0) == pytest.approx([-0.1, 0.3 + weight])
+
+
+def test_without_gravity_the_rod_is_weightless_and_what_that_costs_is_said() -> None:
+    scene = curveline.read_shape(SHAPES[0])
+    flat = replace(scene, display=replace(scene.display, gravity=False))
+    (with_weight,), (without,) = simulate(scene), simulate(flat)
+    assert "gravity" not in with_weight.left_out
+    assert without.terms == ("bend",)
+    assert without.left_out["gravity"].why
+    for heavy, light in zip(with_weight.states, without.states, strict=True):
+        assert light.rod.weight == 0.0
+        moved = float(np.max(np.linalg.norm(heavy.curve(101) - light.curve(101), axis=1)))
+        assert 1e-4 < moved <= without.left_out["gravity"].bound
+
+
+def test_what_is_left_out_is_bounded_by_the_worst_state() -> None:
+    (segment,) = simulate(curveline.read_shape(SHAPES[0]))
+    assert set(segment.left_out) == {"stretch", "twist", "contact"}
+    assert 0.0 < segment.left_out["stretch"].bound < 1e-4
+    assert segment.left_out["twist"].bound == 0.0
+    assert segment.left_out["contact"].bound == 0.0
+    assert all(bound.why for bound in segment.left_out.values())
+
+
+def test_a_wanted_state_that_does_not_exist_is_none() -> None:
+    scene = curveline.read_shape(SHAPES[0])
+    tilted = replace(scene, nodes=(Node(0.0, deg(60)), Node(0.0, deg(-60))), segments=(Segment(mm(560), "valley"),))
+    (segment,) = simulate(tilted)
+    assert [state.name for state in segment.states] == ["peak"]
+    assert segment.wanted is None
+
+
+def test_loops_are_listed_on_request_and_never_wanted() -> None:
+    scene = curveline.read_shape(SHAPES[-1])
+    (plain,), (looped,) = simulate(scene), simulate(scene, windings=(0, 1, -1))
+    assert [state.name for state in looped.states[:2]] == [state.name for state in plain.states]
+    assert len(looped.states) > len(plain.states)
+    assert not any(state.wanted or state.simple for state in looped.states[2:])
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-8])
+def test_tolerance_is_met(tolerance: float) -> None:
+    (segment,) = curveline.simulate(curveline.read_shape(SHAPES[0]), tolerance=tolerance)
+    assert all(state.error <= tolerance for state in segment.states)
