@@ -83,7 +83,8 @@ def _segment_states(scene: Scene, index: int, tolerance: float, windings: tuple[
     terms = ("bend", *(["gravity"] if rod.weight else []), *(["loads"] if loads else []))
     bounds: dict[str, Bound] = {}
     section = section_of(scene.display)
-    for state in states:
+    # A loop that no planar display can show would drown the others; it has flags of its own.
+    for state in [state for state in states if state.simple] or states:
         for name, bound in left_out(state, section).items():
             if name not in bounds or bound.bound > bounds[name].bound:
                 bounds[name] = bound

@@ -31,7 +31,8 @@ class ClampedRod:
     """One segment as the physics sees it, in SI: a uniform rod from clamp to clamp.
 
     `chord` leads from pivot to pivot; `length` is counted between pivots; the bearings hold `clamp` of rod straight,
-    centred on the pivots. `loads` are (fraction of `length`, force x, force y) in order of the fraction.
+    centred on the pivots. The tangent turns by `winding` further full turns from clamp to clamp. `loads` are (fraction of
+    `length`, force x, force y) in order of the fraction.
     """
 
     chord: tuple[float, float]  # [m]
@@ -43,6 +44,7 @@ class ClampedRod:
     weight: float  # [N/m], downwards
     natural_curvature: float = 0.0  # [1/m]
     loads: tuple[tuple[float, float, float], ...] = ()
+    winding: int = 0
 
     @property
     def free_length(self) -> float:
@@ -73,10 +75,15 @@ class ClampedRod:
         """What stays the same when the nodes move."""
         return Bearing(float(self.clamp), float(self.stiffness), float(self.weight))
 
-    def scaled(self, winding: int = 0) -> ScaledRod:
-        """The free rod in units of its length and EI; its tangent turns by `winding` further full turns."""
+    @property
+    def turn(self) -> float:
+        """How far the tangent turns from clamp to clamp [rad]."""
+        return self.end - self.start + 2.0 * math.pi * self.winding
+
+    def scaled(self) -> ScaledRod:
+        """The free rod in units of its length and EI."""
         loads = np.array(self.loads, dtype=float).reshape(-1, 3)
-        turned = self.pose._replace(end=self.pose.end + 2.0 * math.pi * winding)
+        turned = self.pose._replace(end=self.pose.end + 2.0 * math.pi * self.winding)
         rod: ScaledRod = scale_rod(turned, self.bearing, loads)
         return rod
 
@@ -131,40 +138,30 @@ class Equilibrium:
         return out
 
 
-def refine(
-    rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolerance: float, winding: int = 0
-) -> Equilibrium:
+def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolerance: float) -> Equilibrium:
     """Refine a coarse equilibrium, angles `phi (n,)` on `edges (n,)` and `multipliers (2,)`, to `tolerance` [m].
 
-    The tangent turns by `winding` further full turns. Never raises for numerical reasons: see `Outcome`.
+    Never raises for numerical reasons: see `Outcome`.
     """
     length = rod.free_length
-    scaled = rod.scaled(winding)
     table, scalars, places, estimate, unstable, iterations, finest = climb(
-        scaled, edges, phi, multipliers, tolerance / length, MOST_EDGES
+        rod.scaled(), edges, phi, multipliers, tolerance / length, MOST_EDGES
     )
     table *= np.array([length, length, 1.0, 1.0 / length])
     table[:, :2] += rod.free_start
-    error = estimate * length
     stable = unstable == 0 and scalars[EIGENVALUE] > 0.0
-    if unstable < 0:
-        outcome = Outcome.LOST
-    elif not stable:
-        outcome = Outcome.UNSTABLE
-    else:
-        outcome = Outcome.CONVERGED if error <= tolerance else Outcome.COARSE
     force, moment = _clamp_wrench(rod, scalars)
     return Equilibrium(
         name="",
-        outcome=outcome,
+        outcome=_outcome(unstable, stable=stable, reached=estimate * length <= tolerance),
         stable=stable,
         wanted=False,
-        energy=_energy(rod, scalars, winding),
-        error=error,
+        energy=_energy(rod, scalars),
+        error=estimate * length,
         vertices=finest + 1,
         iterations=iterations,
         lowest_eigenvalue=float(scalars[EIGENVALUE]),
-        winding=winding,
+        winding=rod.winding,
         crosses_itself=bool(crosses_itself(table)),
         wraps_clamp=bool(crosses_tails(table, rod.clamp + TAIL * math.hypot(*rod.chord))),
         clearance=float(clearance(table)),
@@ -178,6 +175,15 @@ def refine(
     )
 
 
+def _outcome(unstable: int, *, stable: bool, reached: bool) -> Outcome:
+    """How a refinement ended; `unstable` is negative where the equilibrium was lost."""
+    if unstable < 0:
+        return Outcome.LOST
+    if not stable:
+        return Outcome.UNSTABLE
+    return Outcome.CONVERGED if reached else Outcome.COARSE
+
+
 def _clamp_wrench(rod: ClampedRod, scalars: Array) -> tuple[Array, Array]:
     """Forces (2, 2) [N] and moments (2,) [N m] of the clamps on the rod; the multipliers are the end's, reversed."""
     length = rod.free_length
@@ -188,13 +194,12 @@ def _clamp_wrench(rod: ClampedRod, scalars: Array) -> tuple[Array, Array]:
     return np.array([-applied - at_end, at_end]), moment
 
 
-def _energy(rod: ClampedRod, scalars: Array, winding: int) -> float:
+def _energy(rod: ClampedRod, scalars: Array) -> float:
     """Bending energy about the natural curvature plus the potential of weight and loads [J]."""
     length = rod.free_length
     natural = rod.natural_curvature
-    turned = rod.end + 2.0 * math.pi * winding - rod.start
     energy = (scalars[4] + scalars[5]) * rod.stiffness / length
-    energy += rod.stiffness * natural * (0.5 * natural * length - turned)
+    energy += rod.stiffness * natural * (0.5 * natural * length - rod.turn)
     return float(energy)
 
 

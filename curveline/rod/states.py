@@ -293,10 +293,11 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
     """
     states: list[Equilibrium] = []
     for winding in windings:
-        for edges, found in _raw(rod.scaled(winding), winding):
+        turned = replace(rod, winding=winding)
+        for edges, found in _raw(turned.scaled(), winding):
             for i in range(int(found.filled[0])):
                 if found.unstable[i] == 0.0:
-                    state = refine(rod, edges, found.shapes[i], found.multipliers[i], tolerance, winding)
+                    state = refine(turned, edges, found.shapes[i], found.multipliers[i], tolerance)
                     _add(states, state)
     return named(states)
 

@@ -75,7 +75,7 @@ def test_brute_force_meets_nothing_that_the_search_missed() -> None:
 
 def resolved(state: Equilibrium, n: int) -> float:
     """Distance of a state [m] to the equilibrium that Newton reaches from it on n edges; infinite if not stable."""
-    scaled = state.rod.scaled(state.winding)
+    scaled = state.rod.scaled()
     problem = released(make_problem(scaled, mesh(scaled.at, n)))
     phi, multipliers = coarse_start(state, n)
     iterations, unstable = newton(problem, phi, multipliers, JUMP)
