@@ -31,8 +31,8 @@ class ClampedRod:
     """One segment as the physics sees it, in SI: a uniform rod from clamp to clamp.
 
     `chord` leads from pivot to pivot; `length` is counted between pivots; the bearings hold `clamp` of rod straight,
-    centred on the pivots. The tangent turns by `winding` further full turns from clamp to clamp. `loads` are (fraction of
-    `length`, force x, force y) in order of the fraction.
+    centred on the pivots. The tangent turns by `winding` further full turns from clamp to clamp. `loads` are
+    (fraction of `length`, force x, force y) in order of the fraction.
     """
 
     chord: tuple[float, float]  # [m]
