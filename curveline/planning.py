@@ -82,6 +82,7 @@ def make_plan(scene: Scene, start: tuple[Counts, ...] | None = None) -> Plan:
         raise InvalidInput(f"{scene.name}: planning with {what} is not possible in this version", "plan two free nodes")
     drive = drive_table(display)
     here = _waypoint_of(display, drive, start or ((0, 0, 0),) * display.node_count)
+    _home_is_allowed(display)
     _goal_exists(scene)
     refusals: list[str] = []
     back = [_return(display, before, after) for before, after in _way_back(here)]
@@ -103,6 +104,15 @@ def _most_telling(refusals: list[str]) -> str:
     if not refusals:
         return "the display's limits leave no room for a funnel"
     return max(refusals, key=lambda text: text[: len("step 1")])
+
+
+def _home_is_allowed(display: Display) -> None:
+    """Raise Infeasible unless the nodes may stand level and upright, where every plan passes."""
+    if not (display.limits.height.contains(0.0) and display.limits.angle.contains(0.0)):
+        raise Infeasible(
+            f"display {display.name}: its limits leave out height 0 or angle 0, through which every plan passes",
+            "count heights from where the nodes stand level, and angles from where the rod is horizontal",
+        )
 
 
 def _goal_exists(scene: Scene) -> None:
@@ -195,7 +205,10 @@ def _return(display: Display, before: Waypoint, after: Waypoint) -> Move:
     strain = survey(display, before, after)
     reason = overload(display, strain)
     if reason:
-        raise Infeasible(f"step 0 ({after.action}): {reason}")
+        raise Infeasible(
+            f"the way back ({after.action} at {describe(after)}): {reason}",
+            "bring the nodes home by hand and start there",
+        )
     return Move(after, _names(states_at(display, after)), 0.0, 1.0, "any state will do: a funnel follows", strain)
 
 

@@ -28,8 +28,8 @@ LAND = Effort(turn=0.3, close=1e-7, iterations=400)
 class Branch(NamedTuple):
     """A followed state, the fraction of the path it `reached`, and its angles and multipliers there.
 
-    `samples (m, 6)` hold per pose: fraction of the path, lowest eigenvalue, largest curvature [1/m], then the largest
-    axial force, vertical force [N] and moment about its pivot [N m] that a node holds.
+    `samples (m, 6)` hold per pose: fraction of the path, lowest eigenvalue, largest curvature away from the natural one
+    [1/m], then the largest axial force, vertical force [N] and moment about its pivot [N m] that a node holds.
     """
 
     samples: Array
@@ -52,7 +52,7 @@ def between(begin, end, fraction):
 
 @njit
 def node_loads(pose, bearing, free, phi, multipliers):
-    """Largest curvature [1/m], axial and vertical force [N] and moment about a pivot [N m] that a node must hold."""
+    """Largest curvature away from the natural one [1/m], then what a node must hold: see `Branch`."""
     length = pose.length - bearing.clamp
     table = vertex_table(free, phi)
     force = bearing.stiffness / length**2
@@ -65,9 +65,13 @@ def node_loads(pose, bearing, free, phi, multipliers):
     half = 0.5 * bearing.clamp
     across_start = start_y * np.cos(pose.start) - start_x * np.sin(pose.start)
     across_end = end_y * np.cos(pose.end) - end_x * np.sin(pose.end)
-    bend = bearing.stiffness / length
-    moment = max(abs(-bend * table[0, 3] + half * across_start), abs(bend * table[phi.size, 3] - half * across_end))
-    return np.max(np.abs(table[:, 3])) / length, axial, max(abs(start_y), abs(end_y)), moment
+    bend_start = bearing.stiffness * (table[0, 3] / length - bearing.natural)
+    bend_end = bearing.stiffness * (table[phi.size, 3] / length - bearing.natural)
+    moment = max(abs(half * across_start - bend_start), abs(bend_end - half * across_end))
+    sharpest = 0.0
+    for i in range(phi.size + 1):
+        sharpest = max(sharpest, abs(table[i, 3] / length - bearing.natural))
+    return sharpest, axial, max(abs(start_y), abs(end_y)), moment
 
 
 @njit

@@ -73,7 +73,7 @@ class ClampedRod:
     @property
     def bearing(self) -> Bearing:
         """What stays the same when the nodes move."""
-        return Bearing(float(self.clamp), float(self.stiffness), float(self.weight))
+        return Bearing(float(self.clamp), float(self.stiffness), float(self.weight), float(self.natural_curvature))
 
     @property
     def turn(self) -> float:

@@ -48,11 +48,12 @@ class Pose(NamedTuple):
 
 
 class Bearing(NamedTuple):
-    """What stays the same along a path: rod held straight by a node, EI, weight per length (downwards)."""
+    """What stays the same along a path: rod held straight by a node, EI, weight (downwards), natural curvature."""
 
     clamp: float  # [m]
     stiffness: float  # [N m^2]
     weight: float  # [N/m]
+    natural: float = 0.0  # [1/m]
 
 
 class Problem(NamedTuple):
