@@ -70,6 +70,8 @@ def test_status_then_send_then_status(radio: Radio, tmp_path: Path) -> None:
     assert read_journal(journal.path)[-1]["type"] == "end"
 
 
-def test_closing_twice_is_once(radio: Radio) -> None:
+def test_closing_twice_is_once(radio: Radio, tmp_path: Path) -> None:
     radio.close()
+    stored = {path.name: path.read_bytes() for path in tmp_path.glob("*.json")}
     radio.close()
+    assert {path.name: path.read_bytes() for path in tmp_path.glob("*.json")} == stored

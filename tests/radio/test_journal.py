@@ -168,7 +168,9 @@ def test_file_systems_without_reservations_are_used_as_they_are(
     monkeypatch.setattr(journal_module.os, "posix_fallocate", refuse)
     journal = Journal(tmp_path)
     journal.reserve(1000)
+    journal.append({"type": "end"})
     journal.close()
+    assert read_journal(journal.path) == [{"type": "end"}]
 
 
 def test_a_disk_that_takes_nothing_or_has_no_room_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
