@@ -122,12 +122,13 @@ def _goal_exists(scene: Scene) -> None:
     states = states_at(display, goal)
     wanted = next((state for state in states if state.name == segment.state), None)
     if wanted is None:
-        others = " and ".join(state.name for state in states) or "none that a planar display can show"
+        others = " and ".join(state.name for state in states) or "none that was found and a display can show"
         raise Infeasible(
             f"{scene.name}: segment 1 has no stable {segment.state} at {describe(goal)}; it has: {others}",
             f'ask for state = "{states[0].name}", or change length or angles' if states else "change length or angles",
         )
-    reason = overload(display, pass_along(display, goal, goal, start_of(wanted)).strain)
+    passage = pass_along(display, goal, goal, start_of(wanted))
+    reason = overload(display, passage.strain) if passage.reached == 1.0 else "it is too taut to be followed"
     if reason:
         raise Infeasible(
             f"{scene.name}: the {segment.state} itself: {reason}", "ask for a longer rod or smaller angles"

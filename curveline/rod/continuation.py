@@ -13,7 +13,7 @@ from curveline.rod.planar import Effort, descend, lowest_eigenvalue, newton
 from curveline.rod.problem import Array, Pose, largest_change, make_problem, released, scale_rod, sharpest_turn
 from curveline.rod.states import SEARCH_EDGES
 
-FOLLOW_EDGES = 2 * SEARCH_EDGES
+FOLLOW_EDGES = 2 * SEARCH_EDGES[0]
 LARGEST_STEP = 1.0 / 24.0
 SMALLEST_STEP = 1e-7
 LARGEST_MOVE = 0.25
@@ -103,6 +103,8 @@ def follow(begin, end, bearing, phi, multipliers):
             samples[count, 1] = lowest_eigenvalue(free, phi, multipliers, 1e-4)
             samples[count, 2:] = node_loads(pose, bearing, free, phi, multipliers)
             count += 1
+            if begin == end:
+                reached = 1.0
             if reached == 1.0:
                 break
             step = LARGEST_STEP if count == 1 else min(LARGEST_STEP, 1.5 * step)

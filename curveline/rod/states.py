@@ -32,10 +32,10 @@ from curveline.rod.problem import (
     sharpest_turn,
 )
 
-SEARCH_EDGES = 24
-FINE = 16
-"""Edges near a fold are cut into so many: a fold moves with the square of the edge, 0.1 % at about 100 edges."""
-RETRY_EDGES = 96
+SEARCH_EDGES = (24, 96, 384)
+"""Edges to search with; the finer ones only where the coarser show no stable state."""
+FOLD_EDGES = 384
+"""Edges to look at the neighbourhood of a fold: it moves with the square of the edge, 0.1 % at about 100 edges."""
 CAPACITY = 24
 TURNED_EDGES = 48
 
@@ -208,7 +208,7 @@ def sweep_heights(problem, fine_problem, start, direction, found, found_fine):
                 keep(problem, found, guess, force, unstable)
         elif count > 1 and nearly_zero(slopes[0], slopes[1], slope):
             heights = np.array([height - 2.0 * direction * STRIDE, height - direction * STRIDE, height])
-            fine = refine_angles(problem, before, FINE)
+            fine = refine_angles(problem, before, fine_problem.edges.size // before.size)
             look_closer(fine_problem, heights, fine, before_forces.copy(), found_fine)
         if abs(slope) > FAR:
             return
@@ -224,7 +224,8 @@ def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     Returns pairs of edges and `Found`.
     """
     edges = mesh(rod.at, n)
-    fine_edges = np.repeat(edges / FINE, FINE)
+    parts = max(2, FOLD_EDGES // n)
+    fine_edges = np.repeat(edges / parts, parts)
     problem, fine_problem = make_problem(rod, edges), make_problem(rod, fine_edges)
     found, found_fine = nothing_found(edges.size), nothing_found(fine_edges.size)
     free = released(problem)
@@ -303,16 +304,21 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
 
 
 def _raw(scaled: ScaledRod, winding: int) -> list[tuple[Array, Found]]:
-    """Edges and equilibria of the scaled rod, from the searches that its length and clamps call for."""
+    """Edges and equilibria of the scaled rod, from the searches that its length and clamps call for.
+
+    Where a rod shows no stable state, it is looked at again with finer edges: taut and heavy rods bend in short pieces.
+    """
     if winding:
         return search_turned(scaled, TURNED_EDGES)
-    met = search(scaled, SEARCH_EDGES)
-    lost = not np.any(met[0][1].unstable[: int(met[0][1].filled[0])] == 0.0)
-    if lost:
-        met = search(scaled, RETRY_EDGES)
     steep = float(np.max(np.abs(scaled.ends))) > STEEP
-    if lost or steep or LONG * float(np.hypot(*scaled.chord)) < 1.0:
-        met += search_wide(scaled, TURNED_EDGES)
+    long = LONG * float(np.hypot(*scaled.chord)) < 1.0
+    met: list[tuple[Array, Found]] = []
+    for n in SEARCH_EDGES:
+        met = search(scaled, n)
+        if steep or long or n > SEARCH_EDGES[0]:
+            met += search_wide(scaled, max(n, TURNED_EDGES))
+        if any(np.any(found.unstable[: int(found.filled[0])] == 0.0) for _, found in met):
+            break
     return met
 
 
