@@ -7,14 +7,18 @@ of `curveline/rod`, the numba and Python versions and the processor's name, whic
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
+import shutil
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from llvmlite.binding import get_host_cpu_name
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -25,24 +29,42 @@ def _cache_home() -> Path:
     """The user's cache folder for curveline."""
     if os.environ.get("CURVELINE_CACHE"):
         return Path(os.environ["CURVELINE_CACHE"])
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     return Path(base) / "curveline"
 
 
 def _source_key() -> str:
     """Digest of everything the compiled code depends on."""
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {_config.CPU_NAME}".encode())
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {get_host_cpu_name()}".encode())
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-CACHE = _cache_home() / _source_key()
-"""Folder of the compiled kernels."""
+def _usable(folder: Path) -> Path:
+    """`folder`, or where it can't be written to a temporary one, for this process alone.
 
-FIRST_RUN = not CACHE.exists()
+    A shared temporary folder would let other users of the machine plant code in it.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+    except OSError:
+        pass
+    private = tempfile.mkdtemp(prefix="curveline-")
+    atexit.register(shutil.rmtree, private, ignore_errors=True)
+    return Path(private)
+
+
+_WANTED = _cache_home() / _source_key()
+
+FIRST_RUN = not _WANTED.exists()
 """True if nothing was compiled yet for these sources when this process started."""
+
+CACHE = _usable(_WANTED)
+"""Folder of the compiled kernels."""
 
 _config.CACHE_DIR = str(CACHE)
 

@@ -41,12 +41,13 @@ def test_kernels_are_compiled_once_and_again_when_a_source_changes(tmp_path: Pat
     (package / "__init__.py").write_text("")
     shutil.copy(str(_jit.__file__), package / "_jit.py")
     (package / "small.py").write_text(KERNEL.format(package="kernels"))
+    (package / "other.py").write_text("VALUE = 1\n")
     cold, warm = run(tmp_path, home), run(tmp_path, home)
     assert cold[0].parent == home
     assert list(cold[0].rglob("*.nbi"))
     assert cold[1:] == (True, 0)
     assert warm == (cold[0], False, 1)
-    (package / "other.py").write_text("VALUE = 1\n")
+    (package / "other.py").write_text("VALUE = 2\n")
     changed = run(tmp_path, home)
     assert changed[0] not in (cold[0], home)
     assert changed[1:] == (True, 0)
@@ -60,3 +61,11 @@ def test_the_folder_is_named_by_the_users_settings(monkeypatch: pytest.MonkeyPat
     assert _jit._cache_home() == Path("/caches/curveline")
     monkeypatch.delenv("XDG_CACHE_HOME")
     assert _jit._cache_home() == Path.home() / ".cache" / "curveline"
+
+
+def test_a_folder_that_cannot_be_written_is_replaced_for_the_process(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    private = _jit._usable(tmp_path / "file" / "cache")
+    assert private.is_dir()
+    assert tmp_path not in private.parents
+    assert _jit._usable(tmp_path / "new" / "cache") == tmp_path / "new" / "cache"
