@@ -120,6 +120,10 @@ def test_a_perfectly_symmetric_rod_still_falls_off_its_dead_branch() -> None:
     np.testing.assert_allclose(valley.phi, -valley.phi[::-1], atol=1e-10)
     branch = follow(rod.pose, end.pose, rod.bearing, valley.phi, valley.multipliers)
     assert branch.reached < 1.0
-    landed, angles, _ = land(end.pose, end.bearing, branch.phi, branch.multipliers)
+    # Just past the pitchfork the symmetric valley is still there, as a saddle.
+    past = replace(rod, start=1.0005 * branch.reached, end=-1.0005 * branch.reached)
+    saddle = solve_level(past, FOLLOW_EDGES, branch.phi, branch.multipliers)
+    assert saddle.unstable == 1
+    landed, angles, _ = land(past.pose, past.bearing, saddle.phi, saddle.multipliers)
     assert landed
     assert np.sum(np.sin(angles[: FOLLOW_EDGES // 2])) > 0.0
