@@ -17,7 +17,7 @@ import numpy as np
 from curveline.rod import spline
 from curveline.rod._jit import njit
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
-from curveline.rod.planar import Effort, descend, newton
+from curveline.rod.planar import Effort, descend, lowest_eigenvalue, newton
 from curveline.rod.problem import (
     Array,
     Problem,
@@ -52,6 +52,8 @@ STRIDE = 0.025
 FAR = 300.0
 NEAR = 12.0
 SHARPEST = 1.0
+BARELY = -8.0
+"""Lowest eigenvalue of a coarse equilibrium that finer edges may show to be stable after all."""
 SAME = 1e-3
 
 FOLLOW = Effort(turn=0.5, close=1e-3, iterations=12)
@@ -175,18 +177,21 @@ def predict(now, before, out):
 
 
 @njit
-def sweep_heights(problem, fine_problem, start, direction, found, found_fine):
-    """Follow the constrained minimum from state `start` of `found` while the mean height rises (+1) or falls (-1)."""
-    phi = found.shapes[start].copy()
-    multipliers = np.zeros(3)
-    copy_into(multipliers[:2], found.multipliers[start])
+def sweep_heights(problems, shape, held, direction, found, found_fine):
+    """Follow the constrained minimum `shape (n,)`, `held (3,)` while the mean height rises (+1) or falls (-1).
+
+    `problems` are the rod and the finer one for the neighbourhood of folds. What is met goes to `found`, `found_fine`.
+    """
+    problem, fine_problem = problems
+    phi = shape.copy()
+    multipliers = held.copy()
     free = released(problem)
     height = mean_height(problem, phi)
     before = phi.copy()
     before_forces = multipliers.copy()
     guess = phi.copy()
     forces = multipliers.copy()
-    slopes = np.zeros(2)
+    slopes = np.array([0.0, held[2]])
     for count in range(60):
         height += direction * STRIDE
         predict(phi, before, guess)
@@ -198,7 +203,7 @@ def sweep_heights(problem, fine_problem, start, direction, found, found_fine):
         copy_into(phi, guess)
         copy_into(multipliers, forces)
         slope = multipliers[2]
-        if count > 0 and slope * slopes[1] <= 0.0:
+        if slopes[1] != 0.0 and slope * slopes[1] <= 0.0:
             if abs(slope) > abs(slopes[1]):
                 copy_into(guess, before)
                 copy_into(forces, before_forces)
@@ -220,24 +225,31 @@ def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges and, near folds, into finer.
 
     The rod is relaxed from both splines; every stable state, also those found on the way, is swept towards all others,
-    since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways.
-    Returns pairs of edges and `Found`.
+    since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. So
+    is a spline that relaxes into the other one's state: Newton, or the spline held at its own height, may lead to a
+    state that is only just stable. Returns pairs of edges and `Found`.
     """
     edges = mesh(rod.at, n)
     parts = max(2, FOLD_EDGES // n)
     fine_edges = np.repeat(edges / parts, parts)
-    problem, fine_problem = make_problem(rod, edges), make_problem(rod, fine_edges)
+    problems = make_problem(rod, edges), make_problem(rod, fine_edges)
     found, found_fine = nothing_found(edges.size), nothing_found(fine_edges.size)
-    free = released(problem)
+    free = released(problems[0])
     for side in (1.0, -1.0):
         phi = np.empty(edges.size)
         spline.guess(rod.chord, rod.ends, side, phi)
-        relax_from(free, phi, found)
+        if not relax_from(free, phi.copy(), found):
+            seek_from(free, phi.copy(), found)
+            held = np.zeros(3)
+            if settle_at(problems[0], mean_height(problems[0], phi), phi, held, phi.copy()):
+                for direction in (1.0, -1.0):
+                    sweep_heights(problems, phi, held, direction, found, found_fine)
     swept = 0
     while swept < found.filled[0]:
         if found.unstable[swept] == 0.0:
-            for direction in _ways(problem, found, swept):
-                sweep_heights(problem, fine_problem, swept, direction, found, found_fine)
+            held = np.append(found.multipliers[swept], 0.0)
+            for direction in _ways(problems[0], found, swept):
+                sweep_heights(problems, found.shapes[swept], held, direction, found, found_fine)
         swept += 1
     return [(edges, found), (fine_edges, found_fine)]
 
@@ -279,11 +291,10 @@ def search_wide(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     return [(edges, found)]
 
 
-def relax_from(free: Problem, phi: Array, found: Found) -> None:
-    """Go downhill from the guess `phi (n,)` and keep the state it leads to."""
+def relax_from(free: Problem, phi: Array, found: Found) -> bool:
+    """Go downhill from the guess `phi (n,)` and keep the state it leads to; False if that is none or known."""
     force = np.zeros(2)
-    if descend(free, phi, force, RELAX) > 0:
-        keep(free, found, phi, force, 0)
+    return descend(free, phi, force, RELAX) > 0 and bool(keep(free, found, phi, force, 0))
 
 
 def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (0,)) -> list[Equilibrium]:
@@ -295,12 +306,20 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
     states: list[Equilibrium] = []
     for winding in windings:
         turned = replace(rod, winding=winding)
-        for edges, found in _raw(turned.scaled(), winding):
+        scaled = turned.scaled()
+        for edges, found in _raw(scaled, winding):
             for i in range(int(found.filled[0])):
-                if found.unstable[i] == 0.0:
-                    state = refine(turned, edges, found.shapes[i], found.multipliers[i], tolerance)
-                    _add(states, state)
+                if _may_be_stable(scaled, edges, found, i):
+                    _add(states, refine(turned, edges, found.shapes[i], found.multipliers[i], tolerance))
     return named(states)
+
+
+def _may_be_stable(scaled: ScaledRod, edges: Array, found: Found, i: int) -> bool:
+    """True unless a coarse equilibrium is clearly unstable: near a bifurcation only finer edges can tell."""
+    if found.unstable[i] != 1.0:
+        return bool(found.unstable[i] == 0.0)
+    free = released(make_problem(scaled, edges))
+    return bool(lowest_eigenvalue(free, found.shapes[i], found.multipliers[i], 0.1) > BARELY)
 
 
 def _raw(scaled: ScaledRod, winding: int) -> list[tuple[Array, Found]]:
@@ -331,6 +350,14 @@ def _add(states: list[Equilibrium], state: Equilibrium) -> None:
         if other.winding == state.winding and np.max(np.abs(other.curve(33) - state.curve(33))) < near:
             return
     states.append(state)
+
+
+def seek_from(free: Problem, phi: Array, found: Found) -> None:
+    """Go to an equilibrium near the guess `phi (n,)`, stable or not, and keep it; Newton heeds no ways down."""
+    force = np.zeros(2)
+    iterations, unstable = newton(free, phi, force, CERTIFY)
+    if iterations > 0:
+        keep(free, found, phi, force, unstable)
 
 
 def named(states: list[Equilibrium]) -> list[Equilibrium]:
