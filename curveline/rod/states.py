@@ -225,9 +225,9 @@ def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges and, near folds, into finer.
 
     The rod is relaxed from both splines; every stable state, also those found on the way, is swept towards all others,
-    since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. So
-    is a spline that relaxes into the other one's state: Newton, or the spline held at its own height, may lead to a
-    state that is only just stable. Returns pairs of edges and `Found`.
+    since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. A
+    spline may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
+    nothing new it is swept as well, from its own height. Returns pairs of edges and `Found`.
     """
     edges = mesh(rod.at, n)
     parts = max(2, FOLD_EDGES // n)
@@ -238,8 +238,9 @@ def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     for side in (1.0, -1.0):
         phi = np.empty(edges.size)
         spline.guess(rod.chord, rod.ends, side, phi)
-        if not relax_from(free, phi.copy(), found):
-            seek_from(free, phi.copy(), found)
+        is_new = relax_from(free, phi.copy(), found)
+        seek_from(free, phi.copy(), found)
+        if not is_new:
             held = np.zeros(3)
             if settle_at(problems[0], mean_height(problems[0], phi), phi, held, phi.copy()):
                 for direction in (1.0, -1.0):

@@ -195,3 +195,21 @@ def test_heights_count_from_the_chord_not_from_the_ground() -> None:
 
 def test_a_rod_too_short_to_reach_has_no_state() -> None:
     assert find_states(ClampedRod((0.5, 0.0), 0.5, -0.5, 0.49, 0.02, 0.028, 0.47), 1e-4) == []
+
+
+@pytest.mark.parametrize("angle", [0.8, 0.815, 0.8165, 0.8175])
+def test_a_symmetric_state_just_before_its_pitchfork_is_found(angle: float) -> None:
+    # On the coarse rod it is unstable already, and the sweep passes it on the asymmetric branch.
+    states = find_states(ClampedRod((0.5, 0.0), angle, -angle, 0.6, 0.0, 1.0, 0.0), 1e-5)
+    assert [state.name for state in states] == ["peak", "valley"]
+    assert 0.0 < states[1].lowest_eigenvalue < 6.0
+
+
+@pytest.mark.parametrize(
+    ("share", "names"), [(0.98, ["peak", "valley"]), (0.995, ["peak", "valley"]), (1.01, ["valley"])]
+)
+def test_a_loaded_arch_is_found_until_it_snaps(share: float, names: list[str]) -> None:
+    # Reference S1: a centre load of 166.4424 N on EI = 1 takes the arch's stability by a bifurcation.
+    load = (0.5, 0.0, -166.442444794162 * share)
+    states = find_states(ClampedRod((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, 1.0, 0.0, loads=(load,)), 1e-5)
+    assert [state.name for state in states] == names
