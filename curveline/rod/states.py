@@ -37,6 +37,7 @@ SEARCH_EDGES = (24, 96, 384)
 FOLD_EDGES = 384
 """Edges to look at the neighbourhood of a fold: it moves with the square of the edge, 0.1 % at about 100 edges."""
 CAPACITY = 24
+NEAR_PLACES = 8
 TURNED_EDGES = 48
 
 STEEP = 1.45
@@ -69,6 +70,23 @@ class Found(NamedTuple):
     multipliers: Array
     unstable: Array
     filled: Array
+
+
+class Near(NamedTuple):
+    """Where a sweep's slope of the energy came near zero: three heights each, and the rod in the middle one.
+
+    `heights (c, 3)`, `shapes (c, n)`, multipliers `forces (c, 3)`, `filled (1,)` how many.
+    """
+
+    heights: Array
+    shapes: Array
+    forces: Array
+    filled: Array
+
+
+def nowhere_near(n: int) -> Near:
+    """An empty `Near` for rods of n edges."""
+    return Near(np.empty((NEAR_PLACES, 3)), np.empty((NEAR_PLACES, n)), np.empty((NEAR_PLACES, 3)), np.zeros(1))
 
 
 def nothing_found(n: int) -> Found:
@@ -177,12 +195,12 @@ def predict(now, before, out):
 
 
 @njit
-def sweep_heights(problems, shape, held, direction, found, found_fine):
-    """Follow the constrained minimum `shape (n,)`, `held (3,)` while the mean height rises (+1) or falls (-1).
+def sweep_heights(problem, start, direction, found, near):
+    """Follow the constrained minimum `start`, angles (n,) and multipliers (3,), while the mean height rises or falls.
 
-    `problems` are the rod and the finer one for the neighbourhood of folds. What is met goes to `found`, `found_fine`.
+    `direction` is 1 or -1. Equilibria that are met go to `found`, places worth a closer look to `near`.
     """
-    problem, fine_problem = problems
+    shape, held = start
     phi = shape.copy()
     multipliers = held.copy()
     free = released(problem)
@@ -213,8 +231,12 @@ def sweep_heights(problems, shape, held, direction, found, found_fine):
                 keep(problem, found, guess, force, unstable)
         elif count > 1 and nearly_zero(slopes[0], slopes[1], slope):
             heights = np.array([height - 2.0 * direction * STRIDE, height - direction * STRIDE, height])
-            fine = refine_angles(problem, before, fine_problem.edges.size // before.size)
-            look_closer(fine_problem, heights, fine, before_forces.copy(), found_fine)
+            place = int(near.filled[0])
+            if place < near.heights.shape[0]:
+                copy_into(near.heights[place], heights)
+                copy_into(near.shapes[place], before)
+                copy_into(near.forces[place], before_forces)
+                near.filled[0] += 1
         if abs(slope) > FAR:
             return
         slopes[0] = slopes[1]
@@ -232,9 +254,9 @@ def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     edges = mesh(rod.at, n)
     parts = max(2, FOLD_EDGES // n)
     fine_edges = np.repeat(edges / parts, parts)
-    problems = make_problem(rod, edges), make_problem(rod, fine_edges)
-    found, found_fine = nothing_found(edges.size), nothing_found(fine_edges.size)
-    free = released(problems[0])
+    problem = make_problem(rod, edges)
+    found, found_fine, near = nothing_found(edges.size), nothing_found(fine_edges.size), nowhere_near(edges.size)
+    free = released(problem)
     for side in (1.0, -1.0):
         phi = np.empty(edges.size)
         spline.guess(rod.chord, rod.ends, side, phi)
@@ -242,16 +264,20 @@ def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
         seek_from(free, phi.copy(), found)
         if not is_new:
             held = np.zeros(3)
-            if settle_at(problems[0], mean_height(problems[0], phi), phi, held, phi.copy()):
+            if settle_at(problem, mean_height(problem, phi), phi, held, phi.copy()):
                 for direction in (1.0, -1.0):
-                    sweep_heights(problems, phi, held, direction, found, found_fine)
+                    sweep_heights(problem, (phi, held), direction, found, near)
     swept = 0
     while swept < found.filled[0]:
         if found.unstable[swept] == 0.0:
             held = np.append(found.multipliers[swept], 0.0)
-            for direction in _ways(problems[0], found, swept):
-                sweep_heights(problems, found.shapes[swept], held, direction, found, found_fine)
+            for direction in _ways(problem, found, swept):
+                sweep_heights(problem, (found.shapes[swept], held), direction, found, near)
         swept += 1
+    for place in range(int(near.filled[0])):
+        shape = refine_angles(problem, near.shapes[place], parts)
+        fine_problem = make_problem(rod, fine_edges)
+        look_closer(fine_problem, near.heights[place], shape, near.forces[place].copy(), found_fine)
     return [(edges, found), (fine_edges, found_fine)]
 
 
