@@ -41,21 +41,27 @@ NEAR_PLACES = 8
 TURNED_EDGES = 48
 
 STEEP = 1.45
-"""Clamp angle [rad] from which on, and ..."""
+"""Clamp angle [rad] from which on more guesses than the two splines are tried; the built-in displays stay below."""
 LONG = 2.0
-"""... length over chord from which on more guesses than the two splines are tried; no display reaches either."""
+"""Length over chord from which on they are tried, too."""
 
 PEAK = "peak"
 VALLEY = "valley"
 
 NUDGE = 0.03
+"""S-shaped disturbance [rad] that takes a constrained rod off an unstable symmetric shape."""
 STRIDE = 0.025
+"""Step of the mean height in a sweep, in units of the length."""
 FAR = 300.0
+"""Slope of the energy at which a sweep ends; in the scenes searched by brute force no state lay beyond."""
 NEAR = 12.0
+"""Extreme of the energy's slope below which a pair of states may hide between samples or from the coarse rod."""
 SHARPEST = 1.0
+"""Turn between neighbouring edges [rad] from which on a coarse shape counts as an artefact."""
 BARELY = -8.0
 """Lowest eigenvalue of a coarse equilibrium that finer edges may show to be stable after all."""
 SAME = 1e-3
+"""Edges' angles [rad] that differ by less belong to the same state."""
 
 FOLLOW = Effort(turn=0.5, close=1e-3, iterations=12)
 SETTLE = Effort(turn=0.5, close=1e-3, iterations=15)
