@@ -186,20 +186,13 @@ def _missed(rod: ClampedRod, known: list[float], rng: np.random.Generator) -> in
     for _ in range(STARTS):
         waves = sum(rng.normal() / k * np.sin(k * math.pi * places) for k in range(1, 5))
         angles = rod.start + (rod.end - rod.start) * places + 2.0 * waves
-        if descend(problem, angles, np.zeros(2), RELAX) < 0 or sharpest_turn(problem, angles) > 0.8:
+        forces = np.zeros(2)
+        if descend(problem, angles, forces, RELAX) < 0 or sharpest_turn(problem, angles) > 0.8:
             continue
-        height = _mean_height(rod, edges, angles)
+        height = refine(rod, edges, angles, forces, mm(0.1)).mean_height
         if all(abs(height - other) > mm(2.0) for other in known + news):
             news.append(height)
     return len(news)
-
-
-def _mean_height(rod: ClampedRod, edges: Array, angles: Array) -> float:
-    """Mean distance from the chord [m] of a rod given by its edges' angles."""
-    x, y = (np.concatenate([[0.0], np.cumsum(edges * part)]) for part in (np.cos(angles), np.sin(angles)))
-    x, y = x * rod.free_length + rod.free_start[0], y * rod.free_length + rod.free_start[1]
-    offset = (rod.chord[0] * y - rod.chord[1] * x) / math.hypot(*rod.chord)
-    return float(np.sum(0.5 * (offset[1:] + offset[:-1]) * edges))
 
 
 def _processes(paths: list[str]) -> Iterable[Row]:

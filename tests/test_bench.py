@@ -4,7 +4,6 @@ import math
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from curveline import bench
 from curveline.rod.equilibrium import ClampedRod
@@ -20,16 +19,6 @@ def test_a_state_that_is_not_known_counts_as_missed():
     assert bench._missed(rod, heights, np.random.default_rng(1)) == 0
     assert bench._missed(rod, heights[:1], np.random.default_rng(1)) == 1
     assert bench._missed(rod, [], np.random.default_rng(1)) == 2
-
-
-def test_mean_height_agrees_with_the_states_own():
-    rod = ClampedRod((0.5, 0.08), 0.5, -0.1, 0.7, 0.02, 0.028224, 0.4707192)
-    state = find_states(rod, 1e-6)[0]
-    edges = state.edges / rod.free_length
-    steps = np.diff(state.vertices_table[:, :2], axis=0)
-    assert bench._mean_height(rod, edges, np.arctan2(steps[:, 1], steps[:, 0])) == pytest.approx(
-        state.mean_height, abs=2e-4
-    )
 
 
 def test_one_state_is_measured_against_the_closed_form():
