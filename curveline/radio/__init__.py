@@ -5,7 +5,8 @@ A back end is one module with an `open(spec, drive, runs)` of the shape of `open
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Protocol, cast
@@ -14,19 +15,35 @@ from curveline.errors import InvalidInput
 from curveline.plan import DriveTable
 from curveline.radio.keys import Site
 
-BACK_ENDS = {"mock": "curveline.radio.mock"}
+BACK_ENDS = {
+    "mock": "curveline.radio.mock",
+    "nrf24": "curveline.radio.nrf24",
+    "serial": "curveline.radio.serial",
+}
 """Name of a radio -> module that opens it; loaded when first used."""
+
+BATCH = 16
+"""Frames in one exchange at most: what even a row of silent nodes answers within 50 ms."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What came back for one frame: a payload, empty if the node had none loaded, or None if nothing came.
+
+    `retries` is how often the chip repeated the packet.
+    """
+
+    payload: bytes | None
+    retries: int = 0
 
 
 class Radio(Protocol):
     """A way to the nodes of one site, and the clock that its times are told by."""
 
     site: Site
-    retries: int
-    """How often the chip repeated the packet of the last exchange."""
 
-    def exchange(self, address: str, payload: bytes) -> bytes | None:
-        """Send to a node; its answer's payload, empty if it has none, or None if nothing came back."""
+    def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
+        """Send up to `BATCH` frames, each an address and a payload, in order; what came back for each."""
         ...
 
     def close(self) -> None:
@@ -55,7 +72,7 @@ def open_radio(spec: str, drive: DriveTable, runs: Path) -> Radio:
         there = ", ".join(sorted(BACK_ENDS))
         raise InvalidInput(
             f"there is no radio {name!r} in this release of curveline; there is: {there}",
-            hint="use `--radio mock`, a model of the display",
+            hint="use `--radio mock` for a model of the display, `serial:PORT` for a dongle, `nrf24:CE,CSN` for a chip",
         )
     opener = cast(Opener, import_module(BACK_ENDS[name]).open_radio)
     return opener(settings, drive, runs)

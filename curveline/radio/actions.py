@@ -44,11 +44,18 @@ class Policy:
 
 @dataclass(frozen=True, slots=True)
 class Send:
-    """Exchange `payload` with a node and report the answer."""
+    """One frame to one node."""
 
     node: int
     address: str
     payload: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Poll:
+    """Exchange these frames, one to a node, and report the answers in the same order."""
+
+    sends: tuple[Send, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,4 +77,4 @@ class Finished:
     """The run has ended; `phase` says how."""
 
 
-Action = Send | Sleep | Write | Finished
+Action = Poll | Sleep | Write | Finished

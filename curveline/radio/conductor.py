@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 
 from curveline.errors import InvalidInput
 from curveline.plan import AXES, Plan
-from curveline.radio.actions import Action, Finished, Phase, Policy, Record, Send, Sleep, Write
+from curveline.radio import BATCH
+from curveline.radio.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
 from curveline.radio.frames import FLAG_CLEAR, FLAG_TAKEOVER, HOLD_END, Counts, Hello, Ident, State, Status
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.keys import Site
@@ -128,10 +129,11 @@ class Conductor:
             return Write(self._writing[0])
         if self.phase in ENDED:
             return Finished()
-        peer = min(self._audience(), key=_due)
-        if peer.due_ms > now_ms:
-            return Sleep(peer.due_ms)
-        return Send(peer.number, peer.address, self._frame(peer, now_ms))
+        waiting = sorted(self._audience(), key=_due)
+        due = [peer for peer in waiting[:BATCH] if peer.due_ms <= now_ms]
+        if not due:
+            return Sleep(waiting[0].due_ms)
+        return Poll(tuple(Send(peer.number, peer.address, self._frame(peer, now_ms)) for peer in due))
 
     def written(self, now_ms: int) -> None:
         """The record of the last Write is on disk."""
@@ -148,7 +150,7 @@ class Conductor:
             self.fail(now_ms, Halt(Cause.JOURNAL, step=self.step, detail=why))
 
     def heard(self, now_ms: int, node: int, payload: bytes | None, retries: int = 0) -> Status | None:
-        """What came back for the last Send, None if nothing did; returns the node's status if it proves one."""
+        """What came back for a frame of the last Poll, None if nothing; returns the node's status if it proves one."""
         peer = self.peers[node - 1]
         peer.tally.polls += 1
         peer.tally.retries += retries

@@ -12,7 +12,7 @@ from enum import IntEnum
 from curveline.errors import LinkError
 from curveline.plan import AXES, DriveTable, Plan
 from curveline.radio import Radio
-from curveline.radio.actions import Finished, Phase, Policy, Send, Sleep, Write
+from curveline.radio.actions import Finished, Phase, Policy, Poll, Sleep, Write
 from curveline.radio.conductor import Conductor
 from curveline.radio.frames import (
     ATTEMPT_MASK,
@@ -220,15 +220,20 @@ class _Run:
     def _turn(self) -> bool:
         """Do one thing; False when there is nothing left to do."""
         action = self._conductor.next(self._now_ms())
-        if isinstance(action, Send):
-            payload = self._radio.exchange(action.address, action.payload)
-            if self._conductor.heard(self._now_ms(), action.node, payload, self._radio.retries) is not None:
-                self._report.tell(action.node)
+        if isinstance(action, Poll):
+            self._poll(action)
         elif isinstance(action, Sleep):
             self._radio.sleep_until(action.until_ms * 1000)
         elif isinstance(action, Write):
             self._store(action)
         return not isinstance(action, Finished)
+
+    def _poll(self, action: Poll) -> None:
+        answers = self._radio.exchange([(send.address, send.payload) for send in action.sends])
+        now_ms = self._now_ms()
+        for send, answer in zip(action.sends, answers, strict=True):
+            if self._conductor.heard(now_ms, send.node, answer.payload, answer.retries) is not None:
+                self._report.tell(send.node)
 
     def _store(self, action: Write) -> None:
         try:
@@ -284,15 +289,15 @@ def _query(radio: Radio, number: int, address: str) -> NodeStatus:
     peer = Peer(number, address, radio.site.node_key(number), nonce)
     question = Hello(number, nonce, 0, 0, 0, FLAG_QUERY)
     for _ in range(QUERIES):
-        payload = radio.exchange(address, peer.hello(question))
+        (answer,) = radio.exchange([(address, peer.hello(question))])
         peer.tally.polls += 1
-        peer.tally.retries += radio.retries
-        if payload is None:
+        peer.tally.retries += answer.retries
+        if answer.payload is None:
             peer.tally.lost += 1
             radio.sleep_until(radio.now_us() + QUERY_GAP_US)
             continue
         peer.tally.answered += 1
-        status = decode_status(payload, peer.node_key, nonce)
+        status = decode_status(answer.payload, peer.node_key, nonce)
         if isinstance(status, Status) and status.node == number:
             return _node_status(status, address, peer.tally)
     return NodeStatus(number, address, SILENT, link=peer.tally)

@@ -15,6 +15,7 @@ from random import Random
 
 from curveline.errors import InvalidInput
 from curveline.plan import DriveTable
+from curveline.radio import Answer
 from curveline.radio.air import RATES_KBPS, Air, Antenna
 from curveline.radio.frames import Counts
 from curveline.radio.keys import ZERO_MASTER, Site
@@ -65,7 +66,6 @@ class MockRadio:
 
     def __init__(self, spec: MockSpec, drive: DriveTable, state: MockState, store: Store | None = None) -> None:
         self.site = mock_site(drive)
-        self.retries = 0
         self.rod = state.rod
         self._random = Random(spec.seed)
         self._air = Air(spec.weather, drive.data_rate, self._random)
@@ -86,8 +86,11 @@ class MockRadio:
 
     # Radio
 
-    def exchange(self, address: str, payload: bytes) -> bytes | None:
+    def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
         """See Radio; an address that nobody listens on costs as much time as a node that is off."""
+        return [self._exchange(address, payload) for address, payload in frames]
+
+    def _exchange(self, address: str, payload: bytes) -> Answer:
         begin_us = self.now_us()
         if address in self._antennas:
             index, antenna = self._antennas[address]
@@ -95,11 +98,10 @@ class MockRadio:
             heard = self._air.exchange(antenna, payload, begin_us)
         else:
             heard = self._air.unheard()
-        self.retries = heard.retries
         self.sleep_until(begin_us + heard.took_us)
         if self._progress() != self._saved:
             self.save()
-        return heard.payload
+        return Answer(heard.payload, heard.retries)
 
     def close(self) -> None:
         """Let every node come to rest as it would without a host, remember all, and unlock the display."""

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from random import Random
 
 from curveline.plan import AxisDrive, DriveTable, NodeTarget, Plan, Step
-from curveline.radio.actions import Finished, Phase, Policy, Record, Send, Sleep, Write
-from curveline.radio.air import Air, Antenna, Weather
+from curveline.radio.actions import Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
+from curveline.radio.air import Air, Antenna, Heard, Weather
 from curveline.radio.conductor import Conductor
 from curveline.radio.frames import Counts
 from curveline.radio.mock import mock_site
@@ -94,8 +94,8 @@ class Bench:
     def turn(self) -> bool:
         """Do what the conductor wants once; False when it has ended."""
         action = self.conductor.next(self.now_ms)
-        if isinstance(action, Send):
-            self.send(action)
+        if isinstance(action, Poll):
+            self.poll(action)
         elif isinstance(action, Sleep):
             self.now_us = max(self.now_us, action.until_ms * 1000)
         elif isinstance(action, Write) and self.write_error:
@@ -105,13 +105,19 @@ class Bench:
             self.conductor.written(self.now_ms)
         return not isinstance(action, Finished)
 
-    def send(self, action: Send) -> None:
+    def poll(self, action: Poll) -> None:
+        """As a radio does it: all frames of a batch are out before the first answer is looked at."""
+        answers = [self.send(each) for each in action.sends]
+        for each, heard in zip(action.sends, answers, strict=True):
+            self.conductor.heard(self.now_ms, each.node, heard.payload, heard.retries)
+
+    def send(self, action: Send) -> Heard:
         for hook in self.hooks:
             hook(action)
         self.polls += 1
         heard = self.air.exchange(self.antennas[action.node - 1], action.payload, self.now_us)
         self.now_us += heard.took_us
-        self.conductor.heard(self.now_ms, action.node, heard.payload, heard.retries)
+        return heard
 
     def run(self, until: Callable[[], bool] | None = None, limit_ms: int = 600_000) -> Phase:
         """Turn until the run has ended or `until` holds."""

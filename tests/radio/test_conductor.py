@@ -8,7 +8,7 @@ import pytest
 
 from curveline.errors import InvalidInput
 from curveline.radio import frames
-from curveline.radio.actions import Phase, Policy, Send, Write
+from curveline.radio.actions import Phase, Policy, Poll, Send, Write
 from curveline.radio.air import Weather
 from curveline.radio.conductor import Conductor
 from curveline.radio.frames import Drive, Fault, State, Stop
@@ -486,7 +486,7 @@ def test_a_hold_stops_everybody_at_once_and_resumes() -> None:
     asked_ms = bench.now_ms
     bench.conductor.hold(asked_ms)
     action = bench.conductor.next(asked_ms)
-    assert isinstance(action, Send), "the first hold frame leaves at once"
+    assert isinstance(action, Poll), "the first hold frame leaves at once"
     bench.run_to(Phase.PAUSED)
     assert bench.now_ms - asked_ms < 400
     at_rest(bench)
