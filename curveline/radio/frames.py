@@ -47,12 +47,13 @@ Counts = tuple[int, int, int]
 
 
 class Kind(IntEnum):
-    """Low nibble of byte 0; 5 is kept for read-only pages."""
+    """Low nibble of byte 0."""
 
     DRIVE = 1
     STATUS = 2
     HELLO = 3
     IDENT = 4
+    PAGE = 5
     STOP = 6
     ESTOP = 7
 
@@ -201,10 +202,10 @@ def encode_drive(frame: Drive, key: bytes) -> bytes:
         if not -TARGET_LIMIT <= counts <= TARGET_LIMIT:
             raise InvalidInput(f"a target of {counts} counts does not fit the 24 bits of a DRIVE frame")
     target = b"".join(counts.to_bytes(3, "little", signed=True) for counts in frame.target)
-    body = _pack(
+    body = pack(
         _DRIVE,
         (
-            *(_head(Kind.DRIVE), frame.node, frame.session, frame.counter),
+            *(head(Kind.DRIVE), frame.node, frame.session, frame.counter),
             *(frame.release, frame.load_step, target, frame.move_ms, frame.hold_gen),
         ),
     )
@@ -213,7 +214,7 @@ def encode_drive(frame: Drive, key: bytes) -> bytes:
 
 def decode_drive(payload: bytes, key: bytes) -> Drive | Reject:
     """DRIVE, or why it is none under `key`."""
-    if (reject := _verify(payload, Kind.DRIVE, key, FROM_HOST)) is not None:
+    if (reject := verify(payload, Kind.DRIVE, key, FROM_HOST)) is not None:
         return reject
     _, node, session, counter, release, load_step, raw, move_ms, hold_gen = _DRIVE.unpack_from(payload)
     target = (
@@ -228,14 +229,14 @@ def decode_drive(payload: bytes, key: bytes) -> Drive | Reject:
 
 def encode_estop(frame: Estop, key: bytes) -> bytes:
     """ESTOP under the session key: the layout of DRIVE with everything after the counter zero."""
-    fields = (_head(Kind.ESTOP), frame.node, frame.session, frame.counter, 0, 0, bytes(9), 0, 0)
-    body = _pack(_DRIVE, fields)
+    fields = (head(Kind.ESTOP), frame.node, frame.session, frame.counter, 0, 0, bytes(9), 0, 0)
+    body = pack(_DRIVE, fields)
     return body + tag(key, body, FROM_HOST)
 
 
 def decode_estop(payload: bytes, key: bytes) -> Estop | Reject:
     """ESTOP, or why it is none under `key`."""
-    if (reject := _verify(payload, Kind.ESTOP, key, FROM_HOST)) is not None:
+    if (reject := verify(payload, Kind.ESTOP, key, FROM_HOST)) is not None:
         return reject
     if any(payload[8:BODY_BYTES]):
         return Reject.FIELD
@@ -246,20 +247,20 @@ def decode_estop(payload: bytes, key: bytes) -> Estop | Reject:
 def encode_status(frame: Status, key: bytes, nonce: int = 0) -> bytes:
     """STATUS under the session key, or as an answer to a query under the node key and the query's nonce."""
     x, y, z = (_position_units(counts) for counts in frame.position)
-    body = _pack(
+    body = pack(
         _STATUS,
         (
-            *(_head(Kind.STATUS), frame.node, frame.session, frame.echo, frame.boot),
+            *(head(Kind.STATUS), frame.node, frame.session, frame.echo, frame.boot),
             *(frame.finished, frame.started, frame.staged),
             *(frame.state << 4 | frame.hold_low, frame.fault_axis << 4 | frame.fault, x, y, z),
         ),
     )
-    return body + tag(key, body + _nonce_bytes(nonce), FROM_NODE)
+    return body + tag(key, body + nonce_bytes(nonce), FROM_NODE)
 
 
 def decode_status(payload: bytes, key: bytes, nonce: int = 0) -> Status | Reject:
     """STATUS, or why it is none under `key` and `nonce`."""
-    if (reject := _verify(payload, Kind.STATUS, key, _nonce_bytes(nonce) + FROM_NODE)) is not None:
+    if (reject := verify(payload, Kind.STATUS, key, nonce_bytes(nonce) + FROM_NODE)) is not None:
         return reject
     _, node, session, echo, boot, finished, started, staged, mode, fault, x, y, z = _STATUS.unpack_from(payload)
     try:
@@ -276,10 +277,10 @@ def decode_status(payload: bytes, key: bytes, nonce: int = 0) -> Status | Reject
 def encode_hello(frame: Hello, key: bytes) -> bytes:
     """HELLO under the node key; the dead-man time travels in units of 50 ms, rounded up."""
     deadman = -(-frame.deadman_ms // DEADMAN_UNIT_MS)
-    body = _pack(
+    body = pack(
         _HELLO,
         (
-            *(_head(Kind.HELLO), frame.node, frame.lowest, frame.highest),
+            *(head(Kind.HELLO), frame.node, frame.lowest, frame.highest),
             *(frame.nonce, frame.run_tag, frame.config_hash, deadman, frame.flags),
         ),
     )
@@ -288,7 +289,7 @@ def encode_hello(frame: Hello, key: bytes) -> bytes:
 
 def decode_hello(payload: bytes, key: bytes) -> Hello | Reject:
     """HELLO, or why it is none under `key`."""
-    if (reject := _verify(payload, Kind.HELLO, key, FROM_HOST)) is not None:
+    if (reject := verify(payload, Kind.HELLO, key, FROM_HOST)) is not None:
         return reject
     _, node, lowest, highest, nonce, run_tag, config_hash, deadman, flags = _HELLO.unpack_from(payload)
     return Hello(node, nonce, run_tag, config_hash, deadman * DEADMAN_UNIT_MS, flags, lowest, highest)
@@ -297,19 +298,19 @@ def decode_hello(payload: bytes, key: bytes) -> Hello | Reject:
 def encode_ident(frame: Ident, key: bytes, nonce: int) -> bytes:
     """IDENT under the node key; the tag also covers the host's nonce, so that an old one is worth nothing."""
     mode = frame.state << 4 | frame.busy << 1 | frame.same_run
-    body = _pack(
+    body = pack(
         _IDENT,
         (
-            *(_head(Kind.IDENT), frame.node, frame.session, frame.nonce),
+            *(head(Kind.IDENT), frame.node, frame.session, frame.nonce),
             *(frame.chip, frame.firmware, frame.config_hash, frame.version, mode),
         ),
     )
-    return body + tag(key, body + _nonce_bytes(nonce), FROM_NODE)
+    return body + tag(key, body + nonce_bytes(nonce), FROM_NODE)
 
 
 def decode_ident(payload: bytes, key: bytes, nonce: int) -> Ident | Reject:
     """IDENT, or why it is none under `key` for the handshake `nonce`."""
-    if (reject := _verify(payload, Kind.IDENT, key, _nonce_bytes(nonce) + FROM_NODE)) is not None:
+    if (reject := verify(payload, Kind.IDENT, key, nonce_bytes(nonce) + FROM_NODE)) is not None:
         return reject
     _, node, session, node_nonce, chip, firmware, config_hash, version, mode = _IDENT.unpack_from(payload)
     try:
@@ -323,31 +324,33 @@ def decode_ident(payload: bytes, key: bytes, nonce: int) -> Ident | Reject:
 
 def encode_stop(frame: Stop, key: bytes) -> bytes:
     """STOP under the stop key of the site."""
-    body = _pack(_STOP, (_head(Kind.STOP), EVERY_NODE, frame.purpose))
+    body = pack(_STOP, (head(Kind.STOP), EVERY_NODE, frame.purpose))
     return body + tag(key, body, FROM_HOST)
 
 
 def decode_stop(payload: bytes, key: bytes) -> Stop | Reject:
     """STOP, or why it is none under `key`."""
-    if (reject := _verify(payload, Kind.STOP, key, FROM_HOST)) is not None:
+    if (reject := verify(payload, Kind.STOP, key, FROM_HOST)) is not None:
         return reject
     if payload[1] != EVERY_NODE or any(payload[3:BODY_BYTES]):
         return Reject.FIELD
     return Stop(payload[2])
 
 
-def _head(kind: Kind) -> int:
+def head(kind: Kind) -> int:
+    """First byte of a frame."""
     return VERSION << 4 | kind
 
 
-def _pack(layout: struct.Struct, fields: tuple[int | bytes, ...]) -> bytes:
+def pack(layout: struct.Struct, fields: tuple[int | bytes, ...]) -> bytes:
+    """A frame body; InvalidInput for a value that does not fit its field."""
     try:
         return layout.pack(*fields)
     except struct.error as error:
         raise InvalidInput(f"a value does not fit its field in a radio frame: {error}") from None
 
 
-def _verify(payload: bytes, kind: Kind, key: bytes, trailer: bytes) -> Reject | None:
+def verify(payload: bytes, kind: Kind, key: bytes, trailer: bytes) -> Reject | None:
     """None if `payload` is a frame of this kind with a good tag; `trailer` is what the tag covers besides the body."""
     found = kind_of(payload)
     if isinstance(found, Reject):
@@ -359,7 +362,7 @@ def _verify(payload: bytes, kind: Kind, key: bytes, trailer: bytes) -> Reject | 
     return None
 
 
-def _nonce_bytes(nonce: int) -> bytes:
+def nonce_bytes(nonce: int) -> bytes:
     """The nonce a tag covers besides the body; 0 stands for none, because a session's key is fresh by itself."""
     return nonce.to_bytes(8, "little") if nonce else b""
 

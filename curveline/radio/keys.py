@@ -24,6 +24,10 @@ def tag(key: bytes, body: bytes, direction: bytes) -> bytes:
     return blake2s(body + direction, digest_size=TAG_BYTES, key=key).digest()
 
 
+OPEN_KEY = derive(ZERO_MASTER, b"page")
+"""Key of frames that are no secret and no evidence: it only tells a whole frame from a damaged one."""
+
+
 def session_key(node_key: bytes, host_nonce: int, node_nonce: int, run_tag: int) -> bytes:
     """Key of one session: fresh on both sides, and bound to the run."""
     return derive(node_key, b"session", *(part.to_bytes(8, "little") for part in (host_nonce, node_nonce, run_tag)))

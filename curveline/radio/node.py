@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from curveline.radio.frames import (
     COUNTER_END,
+    EVERY_NODE,
     FLAG_CLEAR,
     FLAG_QUERY,
     FLAG_RESUME,
@@ -34,6 +35,7 @@ from curveline.radio.frames import (
 from curveline.radio.keys import session_key
 from curveline.radio.motion import Axes, Move, config_hash, outside, plan_move, rest_ms
 from curveline.radio.nodestate import LOST_POSITION, Identity, Memory, Session, Tally
+from curveline.radio.pages import WHO, Page, decode_ask, encode_page
 from curveline.radio.plant import Plant, PlantFault
 
 
@@ -61,6 +63,7 @@ class Node:
             Kind.DRIVE: self._on_drive,
             Kind.ESTOP: self._on_estop,
             Kind.HELLO: self._on_hello,
+            Kind.PAGE: self._on_ask,
             Kind.STOP: self._on_stop,
         }
 
@@ -98,8 +101,13 @@ class Node:
         """Take a payload from the radio; anything but a good frame changes nothing."""
         self.advance(now_ms)
         kind = kind_of(payload)
-        if not isinstance(kind, Reject) and kind in self._handlers:
+        if not isinstance(kind, Reject) and kind in self._handlers and not self.tally.is_flooded(now_ms):
             self._handlers[kind](now_ms, payload)
+
+    def notice(self, now_ms: int) -> None:
+        """The plant has news, an arrival or a fault that it could not foretell."""
+        self._schedule()
+        self.advance(now_ms)
 
     def start_homing(self, now_ms: int) -> None:
         """A person asks the idle node to find its zero; the position is void until `finish_homing`."""
@@ -196,7 +204,7 @@ class Node:
             return
         frame = decode_drive(payload, session.key)
         if isinstance(frame, Reject):
-            self.tally.bad_tags += frame is Reject.TAG
+            self.tally.refuse(now_ms, frame)
             return
         if not self._admit(now_ms, session, frame.node, frame.counter):
             return
@@ -297,15 +305,16 @@ class Node:
             return
         frame = decode_estop(payload, session.key)
         if isinstance(frame, Reject):
-            self.tally.bad_tags += frame is Reject.TAG
+            self.tally.refuse(now_ms, frame)
         elif self._admit(now_ms, session, frame.node, frame.counter):
             self.memory.estop = True
             self._brake(now_ms)
             self._reload(now_ms)
 
     def _on_stop(self, now_ms: int, payload: bytes) -> None:
-        if isinstance(decode_stop(payload, self.identity.site.stop_key), Reject):
-            self.tally.bad_tags += 1
+        frame = decode_stop(payload, self.identity.site.stop_key)
+        if isinstance(frame, Reject):
+            self.tally.refuse(now_ms, frame)
             return
         self._stopped = True
         self._lift_above = max(self._lift_above, self._session.hold_gen if self._session else 0)
@@ -316,7 +325,7 @@ class Node:
         key = self.identity.node_key
         hello = decode_hello(payload, key)
         if isinstance(hello, Reject):
-            self.tally.bad_tags += 1
+            self.tally.refuse(now_ms, hello)
         elif hello.node == self.identity.number and hello.flags & FLAG_QUERY:
             status = self._status(now_ms, 0, hello.nonce & 0xFFFFFFFF)
             self.ack = encode_status(status, key, hello.handshake)
@@ -344,6 +353,20 @@ class Node:
             busy=not self._owner_gone(now_ms),
         )
         self.ack = encode_ident(ident, key, hello.handshake)
+
+    def _on_ask(self, now_ms: int, payload: bytes) -> None:
+        ask = decode_ask(payload)
+        if isinstance(ask, Reject):
+            self.tally.refuse(now_ms, ask)
+        elif ask.node in (self.identity.number, EVERY_NODE) and ask.page == WHO:
+            page = Page(
+                *(self.identity.number, self.identity.chip, self.identity.firmware),
+                *(self.memory.boot, self._hash),
+                state=self.state,
+                bad_tags=self.tally.bad_tags,
+                old_counters=self.tally.old_counters,
+            )
+            self.ack = encode_page(page, ask.handshake)
 
     def _nonce(self) -> int:
         """Boot number, offers made since, and noise taken at boot: never the same twice for one chip."""

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from curveline.radio.frames import Counts, Fault, Hello
+from curveline.radio.frames import Counts, Fault, Hello, Reject
 from curveline.radio.keys import Site
 
 FIRMWARE = 1
+FLOOD = 50
+FLOOD_WINDOW_MS = 1000
+DEAF_MS = 100
+"""More than `FLOOD` bad tags within the window that the first of them opens make a node ignore frames for so long."""
 LOST_POSITION = frozenset({Fault.ENCODER, Fault.BROWN_OUT})
 """Faults after which the counts cannot be trusted: only homing clears them."""
 
@@ -68,7 +72,27 @@ class Session:
 
 @dataclass
 class Tally:
-    """What a node counts for diagnosis."""
+    """What a node counts for diagnosis; a flood of bad tags makes it deaf for a while, so that it can do its work."""
 
     bad_tags: int = 0
     old_counters: int = 0
+    floods: int = 0
+    _window_ms: int = -FLOOD_WINDOW_MS
+    _in_window: int = 0
+    _deaf_until_ms: int = 0
+
+    def refuse(self, now_ms: int, reject: Reject) -> None:
+        """Count a frame that was not accepted, if its tag was why."""
+        if reject is not Reject.TAG:
+            return
+        self.bad_tags += 1
+        if now_ms - self._window_ms >= FLOOD_WINDOW_MS:
+            self._window_ms, self._in_window = now_ms, 0
+        self._in_window += 1
+        if self._in_window > FLOOD:
+            self.floods += 1
+            self._deaf_until_ms, self._in_window = now_ms + DEAF_MS, 0
+
+    def is_flooded(self, now_ms: int) -> bool:
+        """Whether frames are to be ignored now."""
+        return now_ms < self._deaf_until_ms

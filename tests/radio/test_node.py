@@ -11,7 +11,8 @@ from curveline.radio.frames import Counts, Drive, Estop, Fault, Hello, Ident, St
 from curveline.radio.keys import ZERO_MASTER, Site, session_key
 from curveline.radio.motion import Move, axes_of, config_hash
 from curveline.radio.node import Node
-from curveline.radio.nodestate import FIRMWARE, Identity, Memory
+from curveline.radio.nodestate import DEAF_MS, FIRMWARE, FLOOD, Identity, Memory
+from curveline.radio.pages import Ask, Page, decode_page, encode_ask
 from curveline.radio.plant import MotorPlant, PlantFault
 
 from .bench import drive_table
@@ -32,6 +33,15 @@ class FaultyPlant(MotorPlant):
 
     def fault(self) -> PlantFault | None:
         return self.coming
+
+
+class NewsPlant(MotorPlant):
+    """A plant that does not know in advance when it will arrive, as real motors."""
+
+    arrived_ms: int | None = None
+
+    def settles_ms(self) -> int | None:
+        return self.arrived_ms
 
 
 class Host:
@@ -219,6 +229,79 @@ def test_a_query_tells_everything_and_changes_nothing(host: Host) -> None:
 
 
 # Staging, release, motion
+
+
+def test_anybody_is_told_who_a_node_is_and_that_changes_nothing_else(host: Host) -> None:
+    host.start(0)
+    node = host.node
+    before = (vars(node.memory).copy(), node.state, host.counter)
+    for number in (1, frames.EVERY_NODE):
+        ask = Ask(number, 0x7700)
+        node.receive(10, encode_ask(replace(ask, nonce=0x7703)))
+        page = decode_page(node.ack, ask.handshake)
+        assert page == Page(1, 0xC0FFEE, FIRMWARE, 1, config_hash(AXES), State.MOVING)
+    assert (vars(node.memory), node.state, host.counter) == before
+    assert host.drive(20, release=1).started == 1, "the session goes on"
+
+
+def test_a_question_for_somebody_else_or_an_unknown_page_is_not_answered(host: Host) -> None:
+    before = host.node.ack
+    for ask in (Ask(2, 0x7700), Ask(1, 0x7700, page=1)):
+        host.node.receive(0, encode_ask(ask))
+        assert host.node.ack == before
+    damaged = bytearray(encode_ask(Ask(1, 0x7700)))
+    damaged[31] ^= 1
+    host.node.receive(0, bytes(damaged))
+    assert host.node.ack == before
+    assert host.node.tally.bad_tags == 1
+
+
+def forged(host: Host, number: int) -> bytes:
+    frame = Drive(1, host.session, 1000 + number, release=9)
+    return frames.encode_drive(frame, bytes(16))
+
+
+def test_a_flood_of_forgeries_makes_a_node_deaf_for_a_tenth_of_a_second(host: Host) -> None:
+    for number in range(FLOOD):
+        host.node.receive(5, forged(host, number))
+    assert host.drive(5).echo == host.counter, "fifty are borne"
+    host.node.receive(6, forged(host, FLOOD))
+    assert (host.node.tally.bad_tags, host.node.tally.floods) == (FLOOD + 1, 1)
+    heard = host.counter
+    assert host.drive(6 + DEAF_MS - 1).echo == heard
+    host.node.receive(6 + DEAF_MS - 1, forged(host, 0))
+    assert host.node.tally.bad_tags == FLOOD + 1, "nothing is even looked at"
+    assert host.drive(6 + DEAF_MS).echo == host.counter
+
+
+def test_forgeries_spread_over_time_are_borne(host: Host) -> None:
+    for number in range(10 * FLOOD):
+        host.node.receive(21 * number, forged(host, number))
+        host.drive(21 * number)
+    assert host.node.tally.floods == 0
+    assert host.node.tally.bad_tags == 10 * FLOOD
+
+
+def test_a_deaf_node_still_falls_silent_and_brakes(host: Host) -> None:
+    host.start(0, target=FAR)
+    for moment in range(0, DEADMAN + 20, 20):
+        for number in range(FLOOD + 1):
+            host.node.receive(moment, forged(host, number))
+    host.node.advance(DEADMAN + 5000)
+    assert host.node.state is State.HOLD_LINK
+
+
+def test_news_of_the_plant_count_from_the_moment_they_are_told() -> None:
+    plant = NewsPlant((0, 0, 0))
+    host = Host(Node(Identity(1, SITE), AXES, plant, Memory()))
+    host.offer(0)
+    host.start(0)
+    for moment in range(0, 5000, 100):
+        host.drive(moment, release=1)
+    assert host.node.state is State.MOVING, "nobody has said that it has arrived"
+    plant.arrived_ms = 4990
+    host.node.notice(4995)
+    assert host.status().finished == 1
 
 
 def test_a_step_is_staged_released_and_done_in_order(host: Host) -> None:
