@@ -20,6 +20,11 @@ class Cause(Enum):
         "node {node} does not answer{detail}",
         "check its power and antenna, the channel and the address; `curveline status` shows who answers",
     )
+    DEAF = (
+        "no node answers{detail}",
+        "see that the nodes have power and that the radio is on the display's channel and data rate; something may be "
+        "jamming that channel, too",
+    )
     UNTRUSTED = (
         "node {node} answers, but not to the key of this site",
         "load the site's key into it; see that no two nodes share an address and that no other host is sending",
@@ -37,8 +42,8 @@ class Cause(Enum):
         "write the display's settings to the node again, or correct the display file",
     )
     BUSY = (
-        "node {node} belongs to another host that is sending to it",
-        "wait until the other host is done, or stop it",
+        "node {node} belongs to another host that is sending to it{detail}",
+        "wait until the other host is done, or stop it; `--takeover` takes nodes over that stand still",
     )
     TAKEN = (
         "node {node} no longer obeys this session; another host may have taken it over",
@@ -87,7 +92,11 @@ class Cause(Enum):
     )
     HELD = (
         "node {node} heard nothing for longer than its dead-man time and holds{when}",
-        "improve the radio link; then send the shape again from where the display stands",
+        "improve the radio link; then resume the run, or send the shape again from where the display stands",
+    )
+    SUSPENDED = (
+        "this computer was suspended{when} ({detail}), and the nodes hold",
+        "keep it awake while a display moves",
     )
     STOPPED = (
         "node {node} was stopped{when} by a stop broadcast that this run did not send",
@@ -96,6 +105,14 @@ class Cause(Enum):
     AHEAD = (
         "node {node} is at step {detail}, which this run never released",
         "another host has driven it, or the run's record is not the newest; do not go on with this run",
+    )
+    BEHIND = (
+        "node {node} has not done what the record of the run says that it did: {detail}",
+        "it was homed, or its run was given up; send the shape again from where the display stands",
+    )
+    OTHER_RUN = (
+        "node {node} knows nothing of this run; it has been sent something else since",
+        "send the shape again from where the display stands",
     )
     JOURNAL = (
         "the record of the run cannot be written, so no further step is released: {detail}",
