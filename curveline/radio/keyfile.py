@@ -1,0 +1,237 @@
+"""The key file of a site: its master key and which device listens on which address; read with suspicion, kept private.
+
+Nothing here ever shows the key: errors name the file and what is wrong with it, never what stands in it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import secrets
+import stat
+import struct
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+from curveline.errors import InvalidInput
+from curveline.plan import DriveTable
+from curveline.radio.air import RATES_KBPS
+from curveline.radio.keys import KEY_BYTES, ZERO_MASTER, Site, derive
+from curveline.radio.motion import axes_of
+
+MARKER = "curveline_site"
+FORMAT = 1
+SIZE_LIMIT = 1_000_000
+PRIVATE = 0o600
+OTHERS = 0o077
+UNKNOWN_CHIP = 0
+"""Stands for the chip id of an address that was never adopted."""
+
+SETTINGS_MAGIC = b"CLN1"
+_SETTINGS = struct.Struct("<4sHBBB5sH16s")
+_AXIS = struct.Struct("<iiII")
+SETTINGS_BYTES = _SETTINGS.size + 3 * _AXIS.size + 4
+
+_LENIENT: ContextVar[bool] = ContextVar("lenient", default=False)
+
+
+@dataclass(frozen=True)
+class SiteFile:
+    """What a key file says; `chips` by address in capital letters."""
+
+    path: Path
+    master: bytes = field(repr=False)
+    chips: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def fingerprint(self) -> str:
+        """A short name of the master key that tells nothing about it."""
+        return derive(self.master, b"fingerprint")[:4].hex()
+
+    def site(self, drive: DriveTable) -> Site:
+        """Keys and chips of a display; InvalidInput if one of its nodes was never adopted."""
+        missing = [address for address in drive.addresses if address.upper() not in self.chips]
+        if missing and not _LENIENT.get():
+            raise InvalidInput(
+                f"{self.path} does not say which device listens on {', '.join(missing)} of display {drive.display!r}",
+                hint=f"`curveline keys adopt --radio ... --display {drive.display}` asks the nodes and records them",
+            )
+        return Site(self.master, tuple(self.chips.get(address.upper(), UNKNOWN_CHIP) for address in drive.addresses))
+
+
+def default_path() -> Path:
+    """Where the key file is: CURVELINE_KEYS, or curveline/site.json in XDG_CONFIG_HOME or ~/.config."""
+    if chosen := os.environ.get("CURVELINE_KEYS"):
+        return Path(chosen)
+    config = os.environ.get("XDG_CONFIG_HOME")
+    return (Path(config) if config else Path.home() / ".config") / "curveline" / "site.json"
+
+
+def hardware_site(drive: DriveTable) -> Site:
+    """Keys of a display of real nodes; InvalidInput, with what to do, if there are none or not for all nodes."""
+    path = default_path()
+    if _LENIENT.get() and not path.exists():
+        return Site(ZERO_MASTER, (UNKNOWN_CHIP,) * drive.node_count)
+    return read_site(path).site(drive)
+
+
+@contextmanager
+def lenient() -> Iterator[None]:
+    """Within this, radios open without a key file, too, and for nodes nobody adopted: to ask who they are."""
+    token = _LENIENT.set(True)
+    try:
+        yield
+    finally:
+        _LENIENT.reset(token)
+
+
+def new_site(path: Path) -> SiteFile:
+    """A new key file with a fresh master key, for its owner only; InvalidInput if there is a file already."""
+    site = SiteFile(path, secrets.token_bytes(KEY_BYTES))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        _create(path, site)
+    except FileExistsError:
+        hint = "nodes that hold its key would no longer be reached: move it away if you really want a new one"
+        raise InvalidInput(f"{path} exists already and is not overwritten", hint) from None
+    except OSError as error:
+        raise _refused(path, f"it cannot be written: {error.strerror or error}") from None
+    return site
+
+
+def adopt(site: SiteFile, chips: Mapping[str, int]) -> SiteFile:
+    """Record which devices listen on some addresses; the file is replaced whole or not at all.
+
+    A device that was known on another address before has moved: a chip is in one place only.
+    """
+    kept = {address: chip for address, chip in site.chips.items() if chip not in chips.values()}
+    known = replace(site, chips={**kept, **{address.upper(): chip for address, chip in chips.items()}})
+    partial = site.path.with_name(f".{site.path.name}.{os.getpid()}.part")
+    try:
+        with suppress(FileNotFoundError):
+            partial.unlink()
+        _create(partial, known)
+        os.replace(partial, site.path)
+    except OSError as error:
+        raise _refused(site.path, f"it cannot be written: {error.strerror or error}") from None
+    return known
+
+
+def read_site(path: Path) -> SiteFile:
+    """The key file at `path`; InvalidInput if there is none, if others may read it, or if it is damaged."""
+    try:
+        document = json.loads(_read_private(path).decode("utf-8"), object_pairs_hook=_unique)
+        return SiteFile(path, *_checked(document))
+    except RecursionError:
+        raise _refused(path, "it is nested without end") from None
+    except json.JSONDecodeError as error:
+        raise _refused(path, f"it is not JSON, from line {error.lineno}, column {error.colno} on") from None
+    except UnicodeDecodeError:
+        raise _refused(path, "it is not text") from None
+    except ValueError as error:
+        raise _refused(path, str(error)) from None
+
+
+def settings_record(master: bytes, drive: DriveTable, number: int) -> bytes:
+    """What node `number` (from 1) of a display must know before it can be reached, as its program reads it.
+
+    Little-endian: magic, size with checksum u16, number u8, data rate u8 (0 250 kbps, 1 1 Mbps, 2 2 Mbps), channel u8,
+    address 5 bytes in the order of its digits, zero u16, master key 16 bytes; per axis low and high i32, speed and
+    acceleration u32 in counts; CRC-32 of all before.
+    """
+    if not 1 <= number <= drive.node_count:
+        raise InvalidInput(f"there is no node {number}: display {drive.display!r} has nodes 1 to {drive.node_count}")
+    rate = list(RATES_KBPS).index(drive.data_rate)
+    address = bytes.fromhex(drive.addresses[number - 1])
+    body = _SETTINGS.pack(SETTINGS_MAGIC, SETTINGS_BYTES, number, rate, drive.channel, address, 0, master)
+    for axis in axes_of(drive):
+        body += _AXIS.pack(axis.low, axis.high, axis.speed, axis.acceleration)
+    return body + crc32(body).to_bytes(4, "little")
+
+
+def write_private(path: Path, data: bytes) -> None:
+    """A new file that only its owner may read, on disk when this returns; OSError otherwise, and no half of it."""
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, PRIVATE)
+    try:
+        with os.fdopen(descriptor, "wb") as stream:
+            os.fchmod(descriptor, PRIVATE)
+            stream.write(data)
+            stream.flush()
+            os.fsync(descriptor)
+    except BaseException:
+        with suppress(OSError):
+            path.unlink()
+        raise
+
+
+def _create(path: Path, site: SiteFile) -> None:
+    nodes = {address: f"{chip:08x}" for address, chip in sorted(site.chips.items())}
+    document = {MARKER: FORMAT, "master": site.master.hex(), "nodes": nodes}
+    write_private(path, json.dumps(document, indent=1).encode() + b"\n")
+
+
+def _read_private(path: Path) -> bytes:
+    """Bytes of a file that belongs to its reader alone; what is asked of it is asked of the open file."""
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    except (FileNotFoundError, NotADirectoryError):
+        hint = "make keys with `curveline keys new`, then load them into the nodes; `--radio mock` needs none"
+        raise InvalidInput(f"there is no key file {path}", hint) from None
+    except (OSError, ValueError) as error:
+        raise _refused(path, f"it cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    try:
+        facts = os.fstat(descriptor)
+        if not stat.S_ISREG(facts.st_mode):
+            raise _refused(path, "it is no regular file")
+        if facts.st_mode & OTHERS:
+            hint = f"chmod 600 {path}; if others may have read it, make new keys and load them into the nodes"
+            raise InvalidInput(f"the key file {path} can be read or changed by others, so it is not used", hint)
+        data = os.read(descriptor, SIZE_LIMIT + 1)
+    except OSError as error:
+        raise _refused(path, f"it cannot be read: {error.strerror or error}") from None
+    finally:
+        os.close(descriptor)
+    if len(data) > SIZE_LIMIT:
+        raise _refused(path, "it is far too large")
+    return data
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    record = dict(pairs)
+    if len(record) < len(pairs):
+        raise ValueError("it says something twice")
+    return record
+
+
+def _checked(document: Any) -> tuple[bytes, Mapping[str, int]]:
+    """Master key and chips; ValueError says what is wrong, in words of ours only: the file holds a secret."""
+    if not isinstance(document, dict) or document.get(MARKER) != FORMAT:
+        raise ValueError(f"{MARKER} is not {FORMAT}")
+    if document.keys() != {MARKER, "master", "nodes"}:
+        raise ValueError("it has missing or unknown entries")
+    master, nodes = document["master"], document["nodes"]
+    if not isinstance(master, str) or re.fullmatch(r"[0-9a-f]{32}", master) is None:
+        raise ValueError("its master key is not 32 hexadecimal digits")
+    if master == ZERO_MASTER.hex():
+        raise ValueError("its master key is nothing but zeros")
+    if not isinstance(nodes, dict):
+        raise ValueError("its nodes are no table of addresses")
+    for address, chip in nodes.items():
+        if re.fullmatch(r"[0-9A-F]{10}", address) is None:
+            raise ValueError("an address is not ten hexadecimal digits in capitals")
+        if not isinstance(chip, str) or re.fullmatch(r"[0-9a-f]{8}", chip) is None:
+            raise ValueError(f"the chip id of {address} is not eight hexadecimal digits")
+    chips = {address: int(chip, 16) for address, chip in nodes.items()}
+    if len(set(chips.values())) < len(chips):
+        raise ValueError("two addresses have the same chip id")
+    return bytes.fromhex(master), chips
+
+
+def _refused(path: Path, why: str) -> InvalidInput:
+    return InvalidInput(f"the key file {path} is of no use: {why}", "restore it from a copy, or make new keys")
