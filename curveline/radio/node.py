@@ -148,18 +148,18 @@ class Node:
             self._fail(now_ms, fault.fault, fault.axis)
         settles = self.plant.settles_ms()
         if self.move is not None and settles is not None and settles <= now_ms:
-            self._arrive(now_ms)
+            self._arrive(now_ms, self.move)
         if session is not None and not session.closed and now_ms >= session.heard_ms + session.hello.deadman_ms:
             self._fall_silent(now_ms)
         self._reload(now_ms)
 
-    def _arrive(self, now_ms: int) -> None:
+    def _arrive(self, now_ms: int, move: Move) -> None:
         memory = self.memory
+        self.move = None
         if self.plant.positions(now_ms) == memory.target:
-            self.move = None
             memory.finished = memory.started
-        elif self.move is not None:
-            memory.move_ms, self.move = rest_ms(self.move), None
+        else:
+            memory.move_ms = rest_ms(move)
             self._go_on(now_ms)
 
     def _fall_silent(self, now_ms: int) -> None:

@@ -356,6 +356,12 @@ def test_contradicting_targets_are_a_conflict(host: Host, fields: dict[str, obje
     assert host.drive(2, release=1).started == 0
 
 
+def test_the_first_fault_is_the_one_that_is_told(host: Host) -> None:
+    assert host.drive(0, load_step=1, target=(AXES[0].high + 1, 0, 0)).fault is Fault.LIMIT
+    status = host.drive(1, load_step=2, target=TARGET)
+    assert (status.fault, status.fault_axis) == (Fault.LIMIT, 1)
+
+
 def test_skipping_a_step_is_a_conflict(host: Host) -> None:
     assert host.drive(0, load_step=2, target=TARGET).fault is Fault.CONFLICT
 
