@@ -17,7 +17,7 @@ from curveline.errors import InvalidInput
 from curveline.plan import DriveTable
 from curveline.radio import Answer
 from curveline.radio.air import RATES_KBPS, Air, Antenna
-from curveline.radio.frames import Counts
+from curveline.radio.frames import Counts, Fault
 from curveline.radio.keys import ZERO_MASTER, Site
 from curveline.radio.mockspec import Mishap, MockSpec, parse_spec
 from curveline.radio.motion import axes_of
@@ -168,7 +168,7 @@ class MockRadio:
         """Let the mishaps that were asked for happen when their moment has come."""
         node = self.nodes[index]
         if self._stall is not None and self._stall.node == index + 1:
-            self._plants[index].sticks = node.memory.staged == self._stall.step
+            self._plants[index].trouble = Fault.STALL if node.memory.staged == self._stall.step else Fault.NONE
         if self._reboot is not None and self._is_due(self._reboot, index):
             self._reboot = None
             self._restart(index, antenna)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -12,6 +12,10 @@ from curveline.radio.motion import Move
 PER_MILLE = 1000
 STALL_MS = 200
 """How long an axis may stand still against its command before a node calls it a stall."""
+MUTE_MS = 100
+"""How long an encoder may give no counts from a motor that is driven."""
+RUNAWAY_COUNTS = 50
+"""How far an axis may go against its command."""
 
 
 @dataclass(frozen=True)
@@ -45,24 +49,34 @@ class Plant(Protocol):
 
 @dataclass(frozen=True)
 class _AxisRun:
-    """One axis following a move at `pace` thousandths of the commanded one, stuck from `stuck_ms` of it on."""
+    """One axis following a move at `pace` thousandths of the commanded one, stuck from `stuck_ms` of it on.
+
+    With `runs_away` it goes the other way.
+    """
 
     move: Move
     pace: int
     stuck_ms: int | None = None
+    runs_away: bool = False
 
     def progress(self, elapsed_ms: int) -> int:
         """Where in the move's own time the axis is."""
         at_ms = elapsed_ms * self.pace // PER_MILLE
         return at_ms if self.stuck_ms is None else min(at_ms, self.stuck_ms)
 
+    def at(self, index: int, elapsed_ms: int) -> int:
+        """Counts of the axis, which is number `index` (from 0) of the move."""
+        counts = self.move.axis_at(index, self.progress(elapsed_ms))
+        return 2 * self.move.start[index] - counts if self.runs_away else counts
+
     def braked(self, elapsed_ms: int) -> _AxisRun:
         """The axis slowing down from where it is, which is behind its command if it is slow; a stuck one stays."""
         return replace(self, move=self.move.braked(self.progress(elapsed_ms)))
 
     def needs_ms(self) -> int | None:
-        """How long after its start the axis comes to rest, None if it is stuck short of the end."""
-        if self.stuck_ms is not None and self.stuck_ms < self.move.end_ms and self.move.brake_ms is None:
+        """How long after its start the axis comes to rest, None if it will not get to the end."""
+        falls_short = self.runs_away or (self.stuck_ms is not None and self.stuck_ms < self.move.end_ms)
+        if falls_short and self.move.brake_ms is None:
             return None
         return -(-self.move.end_ms * PER_MILLE // self.pace)
 
@@ -73,15 +87,15 @@ class _AxisRun:
 
 @dataclass(frozen=True)
 class _Stretch:
-    """What the axes do from `begin_ms` on, in a move that began at `start_ms`."""
+    """What the axes do from `begin_ms` on, in a move that began at `start_ms`, and the fault it runs into."""
 
     begin_ms: int
     start_ms: int
     axes: tuple[_AxisRun, _AxisRun, _AxisRun]
+    fault: PlantFault | None = None
 
     def at(self, now_ms: int) -> Counts:
-        elapsed = now_ms - self.start_ms
-        x, y, z = (run.move.axis_at(index, run.progress(elapsed)) for index, run in enumerate(self.axes))
+        x, y, z = (run.at(index, now_ms - self.start_ms) for index, run in enumerate(self.axes))
         return x, y, z
 
     def end_ms(self) -> int | None:
@@ -91,14 +105,14 @@ class _Stretch:
 
 
 class MotorPlant:
-    """Axes that follow exactly, or slower than told, or get stuck; it remembers all motion since it was made.
+    """Axes that follow exactly, or slower than told, or into a fault; it remembers all motion since it was made.
 
-    `paces` are the speeds of the axes in thousandths of the commanded ones. What it leaves out: gear play, following
-    error in steady motion, and the rod's forces.
+    `paces` are the speeds of the axes in thousandths of the commanded ones; `trouble` is what the next move runs into.
+    What it leaves out: gear play, following error in steady motion, and the rod's forces.
     """
 
     def __init__(self, counts: Counts, paces: tuple[int, int, int] = (PER_MILLE, PER_MILLE, PER_MILLE)) -> None:
-        self.sticks = False
+        self.trouble = Fault.NONE
         self._home = counts
         self._paces = paces
         self._past: list[_Stretch] = []
@@ -109,14 +123,30 @@ class MotorPlant:
         last = self._past[-1] if self._past else None
         if last is not None and last.start_ms == start_ms and move.brake_ms is not None:
             x, y, z = (run.braked(now_ms - start_ms) for run in last.axes)
+            stretch = _Stretch(now_ms, start_ms, (x, y, z), last.fault)
         else:
-            stuck = self._longest(move) if self.sticks else None
-            x, y, z = (
-                _AxisRun(move, pace, move.duration_ms // 2 if index == stuck else None)
-                for index, pace in enumerate(self._paces)
-            )
-        self._past.append(_Stretch(now_ms, start_ms, (x, y, z)))
+            stretch = self._set_off(now_ms, start_ms, move)
+        self._past.append(stretch)
         self._begins.append(now_ms)
+
+    def _set_off(self, now_ms: int, start_ms: int, move: Move) -> _Stretch:
+        """A new move; what goes wrong with it concerns the axis with the longest way, half of which it does."""
+        axis, half_ms = _longest(move), move.duration_ms // 2
+        runs = [_AxisRun(move, pace) for pace in self._paces]
+        bad = runs[axis]
+        fault = None
+        if self.trouble in _STICKING:
+            runs[axis] = replace(bad, stuck_ms=half_ms)
+            at_ms = start_ms + bad.reaches_ms(half_ms) + _STICKING[self.trouble]
+            fault = PlantFault(at_ms, self.trouble, axis + 1)
+        elif self.trouble is Fault.RUNAWAY:
+            runs[axis] = replace(bad, runs_away=True)
+            far_ms = bisect_left(range(move.duration_ms), RUNAWAY_COUNTS, key=lambda ms: _way(move, axis, ms))
+            fault = PlantFault(start_ms + bad.reaches_ms(far_ms), self.trouble, axis + 1)
+        elif self.trouble is not Fault.NONE:
+            fault = PlantFault(start_ms + half_ms, self.trouble, 0)
+        x, y, z = runs
+        return _Stretch(now_ms, start_ms, (x, y, z), fault)
 
     def positions(self, now_ms: int) -> Counts:
         """Encoder counts at any time since the plant was made."""
@@ -128,13 +158,8 @@ class MotorPlant:
         return self._past[-1].end_ms() if self._past else None
 
     def fault(self) -> PlantFault | None:
-        """A stuck axis is noticed a while after it stopped."""
-        if self._past:
-            stretch = self._past[-1]
-            for axis, run in enumerate(stretch.axes, start=1):
-                if run.stuck_ms is not None:
-                    return PlantFault(stretch.start_ms + run.reaches_ms(run.stuck_ms) + STALL_MS, Fault.STALL, axis)
-        return None
+        """See Plant."""
+        return self._past[-1].fault if self._past else None
 
     def spans(self) -> list[tuple[int, int]]:
         """When anything moved: begin and end of every stretch [ms], in order."""
@@ -147,7 +172,15 @@ class MotorPlant:
         spans.reverse()
         return spans
 
-    @staticmethod
-    def _longest(move: Move) -> int:
-        distances = [abs(end - begin) for begin, end in zip(move.start, move.target, strict=True)]
-        return distances.index(max(distances))
+
+_STICKING = {Fault.STALL: STALL_MS, Fault.ENCODER: MUTE_MS}
+"""Faults of one axis whose counts stand still, and how long it takes until a node calls them so."""
+
+
+def _longest(move: Move) -> int:
+    distances = [abs(end - begin) for begin, end in zip(move.start, move.target, strict=True)]
+    return distances.index(max(distances))
+
+
+def _way(move: Move, index: int, at_ms: int) -> int:
+    return abs(move.axis_at(index, at_ms) - move.start[index])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from curveline.radio.frames import Fault
 from curveline.radio.motion import axes_of, plan_move
-from curveline.radio.plant import STALL_MS, MotorPlant
+from curveline.radio.plant import MUTE_MS, RUNAWAY_COUNTS, STALL_MS, MotorPlant
 
 from .bench import drive_table
 
@@ -56,7 +56,7 @@ def test_a_slow_axis_comes_late_but_exactly(pace: int, brake_ms: int) -> None:
 
 def test_the_axis_with_the_longest_way_gets_stuck_half_way() -> None:
     plant = MotorPlant((0, 0, 0))
-    plant.sticks = True
+    plant.trouble = Fault.STALL
     plant.follow(0, 0, MOVE)
     half = MOVE.duration_ms // 2
     assert plant.settles_ms() is None
@@ -70,3 +70,44 @@ def test_the_axis_with_the_longest_way_gets_stuck_half_way() -> None:
     assert end is not None
     assert plant.positions(end)[0] == MOVE.at(half)[0]
     assert plant.positions(end)[1] < MOVE.target[1]
+
+
+def test_an_encoder_that_falls_mute_is_noticed_sooner_than_a_stall() -> None:
+    plant = MotorPlant((0, 0, 0))
+    plant.trouble = Fault.ENCODER
+    plant.follow(0, 0, MOVE)
+    fault = plant.fault()
+    assert fault is not None
+    assert (fault.at_ms, fault.fault, fault.axis) == (MOVE.duration_ms // 2 + MUTE_MS, Fault.ENCODER, 1)
+    assert plant.positions(fault.at_ms)[0] == MOVE.at(MOVE.duration_ms // 2)[0]
+
+
+def test_a_runaway_goes_against_its_command_until_it_is_braked() -> None:
+    plant = MotorPlant((0, 0, 0), (500, 1000, 1000))
+    plant.trouble = Fault.RUNAWAY
+    plant.follow(0, 0, MOVE)
+    fault = plant.fault()
+    assert fault is not None
+    assert (fault.fault, fault.axis) == (Fault.RUNAWAY, 1)
+    assert plant.positions(fault.at_ms - 2)[0] > -RUNAWAY_COUNTS >= plant.positions(fault.at_ms)[0]
+    assert plant.settles_ms() is None
+    before = plant.positions(fault.at_ms)
+    plant.follow(fault.at_ms, 0, MOVE.braked(fault.at_ms))
+    assert plant.positions(fault.at_ms) == before
+    end = plant.settles_ms()
+    assert end is not None
+    assert plant.positions(end)[0] < before[0]
+
+
+def test_what_befalls_the_whole_drive_names_no_axis() -> None:
+    for trouble in (Fault.DRIVER, Fault.BROWN_OUT):
+        plant = MotorPlant((0, 0, 0))
+        plant.trouble = trouble
+        plant.follow(100, 100, MOVE)
+        fault = plant.fault()
+        assert fault is not None
+        assert (fault.at_ms, fault.fault, fault.axis) == (100 + MOVE.duration_ms // 2, trouble, 0)
+        assert plant.positions(fault.at_ms) == MOVE.at(MOVE.duration_ms // 2)
+        plant.trouble = Fault.NONE
+        plant.follow(5000, 5000, MOVE)
+        assert plant.fault() is None
