@@ -8,7 +8,7 @@ import pytest
 
 from curveline.radio import frames
 from curveline.radio.frames import Counts, Drive, Estop, Fault, Hello, Ident, State, Status, Stop
-from curveline.radio.keys import ZERO_MASTER, Site, session_key
+from curveline.radio.keys import FROM_HOST, OPEN_KEY, ZERO_MASTER, Site, session_key, tag
 from curveline.radio.motion import Move, axes_of, config_hash
 from curveline.radio.node import Node
 from curveline.radio.nodestate import DEAF_MS, FIRMWARE, FLOOD, Identity, Memory
@@ -254,6 +254,14 @@ def test_a_question_for_somebody_else_or_an_unknown_page_is_not_answered(host: H
     host.node.receive(0, bytes(damaged))
     assert host.node.ack == before
     assert host.node.tally.bad_tags == 1
+
+
+def test_a_field_with_no_meaning_is_no_forgery(host: Host) -> None:
+    before, body = host.node.ack, bytearray(encode_ask(Ask(1, 0x7700))[:24])
+    body[3] = 1
+    host.node.receive(0, bytes(body) + tag(OPEN_KEY, bytes(body), FROM_HOST))
+    assert host.node.ack == before
+    assert host.node.tally.bad_tags == 0
 
 
 def forged(host: Host, number: int) -> bytes:
