@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Protocol, cast
 
-from curveline.errors import InvalidInput
+from curveline.errors import InvalidInput, LinkError
 from curveline.plan import DriveTable
 from curveline.radio.keys import Site
 
@@ -35,6 +35,14 @@ class Answer:
 
     payload: bytes | None
     retries: int = 0
+
+
+class RadioGone(LinkError):
+    """The radio itself went away, not a node; while it `may_return`, a further exchange tries to reach it again."""
+
+    def __init__(self, message: str, hint: str = "", *, may_return: bool) -> None:
+        super().__init__(message, hint)
+        self.may_return = may_return
 
 
 class Radio(Protocol):
