@@ -1,0 +1,152 @@
+#include "frames.h"
+
+#include <string.h>
+
+#include "bytes.h"
+
+enum { CL_ESTOP_FIELDS_END = 8 };
+
+static uint8_t head(uint8_t kind) { return (uint8_t)(CL_VERSION << 4 | kind); }
+
+uint8_t cl_kind_of(const uint8_t *payload, size_t length) {
+    if (length != CL_FRAME_BYTES || payload[0] >> 4 != CL_VERSION) return 0;
+    uint8_t kind = payload[0] & 0xF;
+    return kind <= CL_KIND_ESTOP ? kind : 0;
+}
+
+uint16_t cl_session_of(const uint8_t payload[CL_FRAME_BYTES]) { return cl_get16(payload + 2); }
+
+/* Whether the tag is right; every byte is compared, so that time does not tell a forger how far he got. */
+static cl_verdict verify(const uint8_t *payload, uint8_t kind, const cl_keyed *key) {
+    if (payload[0] != head(kind)) return CL_REJECT_KIND;
+    uint8_t tag[CL_TAG_BYTES], wrong = 0;
+    cl_tag(key, payload, 0, CL_FROM_HOST, tag);
+    for (unsigned i = 0; i < CL_TAG_BYTES; i++) wrong |= (uint8_t)(tag[i] ^ payload[CL_BODY_BYTES + i]);
+    return wrong ? CL_REJECT_TAG : CL_GOOD;
+}
+
+static bool zero_from(const uint8_t *payload, unsigned first) {
+    uint8_t any = 0;
+    for (unsigned i = first; i < CL_BODY_BYTES; i++) any |= payload[i];
+    return any == 0;
+}
+
+static int32_t get24(const uint8_t *from) {
+    int32_t value = from[0] | from[1] << 8 | from[2] << 16;
+    return from[2] & 0x80 ? value - 0x1000000 : value;
+}
+
+cl_verdict cl_decode_drive(const uint8_t *payload, const cl_keyed *key, cl_drive_frame *frame) {
+    cl_verdict verdict = verify(payload, CL_KIND_DRIVE, key);
+    if (verdict != CL_GOOD) return verdict;
+    cl_counts target;
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        target.at[axis] = get24(payload + 12 + 3 * axis);
+        if (target.at[axis] < -CL_TARGET_LIMIT) return CL_REJECT_FIELD;
+    }
+    *frame = (cl_drive_frame){
+        .node = payload[1],
+        .counter = cl_get32(payload + 4),
+        .release = cl_get16(payload + 8),
+        .load_step = cl_get16(payload + 10),
+        .target = target,
+        .move_ms = cl_get16(payload + 21),
+        .hold_gen = payload[23],
+    };
+    return CL_GOOD;
+}
+
+cl_verdict cl_decode_estop(const uint8_t *payload, const cl_keyed *key, cl_estop_frame *frame) {
+    cl_verdict verdict = verify(payload, CL_KIND_ESTOP, key);
+    if (verdict != CL_GOOD) return verdict;
+    if (!zero_from(payload, CL_ESTOP_FIELDS_END)) return CL_REJECT_FIELD;
+    *frame = (cl_estop_frame){.node = payload[1], .counter = cl_get32(payload + 4)};
+    return CL_GOOD;
+}
+
+cl_verdict cl_decode_hello(const uint8_t *payload, const cl_keyed *key, cl_hello_frame *frame) {
+    cl_verdict verdict = verify(payload, CL_KIND_HELLO, key);
+    if (verdict != CL_GOOD) return verdict;
+    *frame = (cl_hello_frame){
+        .node = payload[1],
+        .nonce = cl_get64(payload + 4),
+        .run_tag = cl_get64(payload + 12),
+        .deadman_ms = (uint16_t)(payload[22] * CL_DEADMAN_UNIT_MS),
+        .flags = payload[23],
+    };
+    return CL_GOOD;
+}
+
+cl_verdict cl_decode_ask(const uint8_t *payload, const cl_keyed *key, cl_ask_frame *frame) {
+    cl_verdict verdict = verify(payload, CL_KIND_PAGE, key);
+    if (verdict != CL_GOOD) return verdict;
+    if (payload[3] != 0 || !zero_from(payload, 12)) return CL_REJECT_FIELD;
+    *frame = (cl_ask_frame){.node = payload[1], .page = payload[2], .nonce = cl_get64(payload + 4)};
+    return CL_GOOD;
+}
+
+cl_verdict cl_decode_stop(const uint8_t *payload, const cl_keyed *key) {
+    cl_verdict verdict = verify(payload, CL_KIND_STOP, key);
+    if (verdict != CL_GOOD) return verdict;
+    return payload[1] == CL_EVERY_NODE && zero_from(payload, 3) ? CL_GOOD : CL_REJECT_FIELD;
+}
+
+/* Nearest number of position units, saturated: a position that far out is reported as the end of the scale. */
+static uint16_t position_units(int32_t counts) {
+    const int32_t most = CL_POSITION_LIMIT / CL_POSITION_UNIT;
+    if (counts > CL_POSITION_LIMIT) return (uint16_t)most;
+    if (counts < -CL_POSITION_LIMIT) return (uint16_t)-most;
+    /* Lifted above zero first, because division rounds towards it. */
+    int32_t units = (counts + CL_POSITION_LIMIT + CL_POSITION_UNIT / 2) / CL_POSITION_UNIT - most;
+    return (uint16_t)units;
+}
+
+static void seal(uint8_t *payload, const cl_keyed *key, uint64_t nonce) {
+    cl_tag(key, payload, nonce, CL_FROM_NODE, payload + CL_BODY_BYTES);
+}
+
+void cl_encode_status(uint8_t *payload, const cl_status_frame *frame, const cl_keyed *key, uint64_t nonce) {
+    payload[0] = head(CL_KIND_STATUS);
+    payload[1] = frame->node;
+    cl_put16(payload + 2, frame->session);
+    cl_put32(payload + 4, frame->echo);
+    cl_put16(payload + 8, frame->boot);
+    cl_put16(payload + 10, frame->finished);
+    cl_put16(payload + 12, frame->started);
+    cl_put16(payload + 14, frame->staged);
+    payload[16] = (uint8_t)(frame->state << 4 | frame->hold_low);
+    payload[17] = (uint8_t)(frame->fault_axis << 4 | frame->fault);
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        cl_put16(payload + 18 + 2 * axis, position_units(frame->position.at[axis]));
+    }
+    seal(payload, key, nonce);
+}
+
+void cl_encode_ident(uint8_t *payload, const cl_ident_frame *frame, const cl_keyed *key, uint64_t nonce) {
+    payload[0] = head(CL_KIND_IDENT);
+    payload[1] = frame->node;
+    cl_put16(payload + 2, frame->session);
+    cl_put64(payload + 4, frame->nonce);
+    cl_put32(payload + 12, frame->chip);
+    cl_put32(payload + 16, frame->firmware);
+    cl_put16(payload + 20, frame->config_hash);
+    payload[22] = CL_VERSION;
+    payload[23] = (uint8_t)(frame->state << 4 | frame->busy << 1 | frame->same_run);
+    seal(payload, key, nonce);
+}
+
+void cl_encode_page(uint8_t *payload, const cl_page_frame *frame, const cl_keyed *key, uint64_t nonce) {
+    memset(payload, 0, CL_BODY_BYTES);
+    payload[0] = head(CL_KIND_PAGE);
+    payload[1] = frame->node;
+    payload[2] = CL_WHO;
+    cl_put32(payload + 4, frame->chip);
+    cl_put32(payload + 8, frame->firmware);
+    cl_put16(payload + 12, frame->boot);
+    cl_put16(payload + 14, frame->config_hash);
+    payload[16] = frame->state;
+    payload[17] = CL_VERSION;
+    cl_put16(payload + 18, frame->bad_tags);
+    cl_put16(payload + 20, frame->old_counters);
+    seal(payload, key, nonce);
+}

@@ -1,0 +1,141 @@
+/* Bytes <-> messages of the link protocol, docs/radio-protocol.md: the frames that a node takes and gives.
+   The names and numbers below are those of curveline/radio/frames.py; a test compares every one of them. */
+#ifndef CL_FRAMES_H
+#define CL_FRAMES_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "keys.h"
+
+#define CL_VERSION 1
+#define CL_FRAME_BYTES 32
+#define CL_BODY_BYTES 24
+#define CL_EVERY_NODE 0xFF
+#define CL_COUNTER_END 0x80000000u
+#define CL_HOLD_END 254
+#define CL_TARGET_LIMIT 8388607
+#define CL_POSITION_UNIT 8
+#define CL_POSITION_LIMIT 262136
+#define CL_DEADMAN_UNIT_MS 50
+#define CL_ATTEMPT_MASK 0xFF
+#define CL_WHO 0 /* the one page there is */
+
+enum { CL_FLAG_TAKEOVER = 1, CL_FLAG_RESUME = 2, CL_FLAG_QUERY = 4, CL_FLAG_CLEAR = 8 };
+
+enum {
+    CL_KIND_DRIVE = 1,
+    CL_KIND_STATUS = 2,
+    CL_KIND_HELLO = 3,
+    CL_KIND_IDENT = 4,
+    CL_KIND_PAGE = 5,
+    CL_KIND_STOP = 6,
+    CL_KIND_ESTOP = 7,
+};
+
+enum {
+    CL_STATE_BOOT = 0,
+    CL_STATE_UNHOMED = 1,
+    CL_STATE_HOMING = 2,
+    CL_STATE_READY = 3,
+    CL_STATE_MOVING = 4,
+    CL_STATE_HOLD = 5,
+    CL_STATE_HOLD_LINK = 6,
+    CL_STATE_FAULT = 7,
+    CL_STATE_POSITION_LOST = 8,
+    CL_STATE_ESTOP = 9,
+};
+
+enum {
+    CL_FAULT_NONE = 0,
+    CL_FAULT_CONFLICT = 1,
+    CL_FAULT_LIMIT = 2,
+    CL_FAULT_STALL = 3,
+    CL_FAULT_RUNAWAY = 4,
+    CL_FAULT_ENCODER = 5,
+    CL_FAULT_DRIVER = 6,
+    CL_FAULT_BROWN_OUT = 7,
+};
+
+/* What a payload turns out to be when it is looked at as a certain frame. */
+typedef enum { CL_GOOD, CL_REJECT_KIND, CL_REJECT_TAG, CL_REJECT_FIELD } cl_verdict;
+
+enum { CL_AXES = 3 };
+
+typedef struct {
+    int32_t at[CL_AXES]; /* encoder counts: extrude, bias, translate */
+} cl_counts;
+
+typedef struct {
+    uint8_t node;
+    uint32_t counter;
+    uint16_t release, load_step;
+    cl_counts target;
+    uint16_t move_ms;
+    uint8_t hold_gen;
+} cl_drive_frame;
+
+typedef struct {
+    uint8_t node;
+    uint32_t counter;
+} cl_estop_frame;
+
+typedef struct {
+    uint8_t node;
+    uint64_t nonce, run_tag;
+    uint16_t deadman_ms;
+    uint8_t flags;
+} cl_hello_frame;
+
+typedef struct {
+    uint8_t node, page;
+    uint64_t nonce;
+} cl_ask_frame;
+
+typedef struct {
+    uint8_t node;
+    uint16_t session;
+    uint32_t echo;
+    uint16_t boot, finished, started, staged;
+    uint8_t state, hold_low, fault, fault_axis;
+    cl_counts position;
+} cl_status_frame;
+
+typedef struct {
+    uint8_t node;
+    uint16_t session;
+    uint64_t nonce;
+    uint32_t chip, firmware;
+    uint16_t config_hash;
+    uint8_t state;
+    bool same_run, busy;
+} cl_ident_frame;
+
+typedef struct {
+    uint8_t node;
+    uint32_t chip, firmware;
+    uint16_t boot, config_hash;
+    uint8_t state;
+    uint16_t bad_tags, old_counters;
+} cl_page_frame;
+
+/* What the first byte says a payload is, 0 if it can be no frame of this version; nothing is verified yet. */
+uint8_t cl_kind_of(const uint8_t *payload, size_t length);
+
+/* The session that a DRIVE or an ESTOP names. */
+uint16_t cl_session_of(const uint8_t payload[CL_FRAME_BYTES]);
+
+/* Decoders read CL_FRAME_BYTES and write `frame` only when they return CL_GOOD. */
+cl_verdict cl_decode_drive(const uint8_t *payload, const cl_keyed *key, cl_drive_frame *frame);
+cl_verdict cl_decode_estop(const uint8_t *payload, const cl_keyed *key, cl_estop_frame *frame);
+cl_verdict cl_decode_hello(const uint8_t *payload, const cl_keyed *key, cl_hello_frame *frame);
+cl_verdict cl_decode_ask(const uint8_t *payload, const cl_keyed *key, cl_ask_frame *frame);
+cl_verdict cl_decode_stop(const uint8_t *payload, const cl_keyed *key);
+
+/* Encoders fill CL_FRAME_BYTES; the tag covers `nonce` too, unless it is 0. */
+void cl_encode_status(uint8_t *payload, const cl_status_frame *frame, const cl_keyed *key, uint64_t nonce);
+void cl_encode_ident(uint8_t *payload, const cl_ident_frame *frame, const cl_keyed *key, uint64_t nonce);
+void cl_encode_page(uint8_t *payload, const cl_page_frame *frame, const cl_keyed *key, uint64_t nonce);
+
+#endif

@@ -1,0 +1,37 @@
+/* Keys of the link protocol, docs/radio-protocol.md: master key -> node key -> session key, and the tags of frames. */
+#ifndef CL_KEYS_H
+#define CL_KEYS_H
+
+#include <stdint.h>
+
+#include "blake2s.h"
+
+#define CL_KEY_BYTES 16
+#define CL_TAG_BYTES 8
+#define CL_FROM_HOST 'H'
+#define CL_FROM_NODE 'N'
+
+typedef struct {
+    uint8_t bytes[CL_KEY_BYTES];
+} cl_key;
+
+/* What a session key is made of besides the node key: fresh on both sides, and bound to the run. */
+typedef struct {
+    uint64_t host_nonce, node_nonce, run_tag;
+} cl_handshake;
+
+void cl_node_key(cl_key *key, const cl_key *master, uint32_t chip);
+void cl_stop_key(cl_key *key, const cl_key *master);
+void cl_session_key(cl_key *key, const cl_key *node_key, const cl_handshake *handshake);
+
+/* The key of pages: everybody has it, so a tag under it is a checksum and no evidence. */
+void cl_open_key(cl_key *key);
+
+/* Make `keyed` ready for tags under `key`. */
+void cl_tag_key(cl_keyed *keyed, const cl_key *key);
+
+/* Tag of a frame's body. The direction is bound in, so that a frame cannot be reflected to its sender; so is the nonce
+   of the handshake that is answered, unless it is 0: there is none under a session key, which is fresh by itself. */
+void cl_tag(const cl_keyed *keyed, const uint8_t *body, uint64_t nonce, char direction, uint8_t tag[CL_TAG_BYTES]);
+
+#endif

@@ -1,0 +1,216 @@
+#include "node.h"
+
+#include <string.h>
+
+#include "node_parts.h"
+
+#define NEVER INT64_MAX
+
+bool cl_node_has_owner(const cl_node *node) { return node->session.exists && !node->session.closed; }
+
+bool cl_lost_position(uint8_t fault) { return fault == CL_FAULT_ENCODER || fault == CL_FAULT_BROWN_OUT; }
+
+static bool held(const cl_node *node) { return node->stopped || (node->session.exists && node->session.hold_gen & 1); }
+
+int64_t cl_node_deadman_ms(const cl_node *node) { return node->session.heard_ms + node->session.deadman_ms; }
+
+void cl_node_init(
+    cl_node *node, const cl_identity *identity, const cl_axis_limits axes[CL_AXES], cl_plant plant,
+    const cl_memory *memory
+) {
+    cl_key key;
+    memset(node, 0, sizeof *node);
+    node->number = identity->number;
+    node->chip = identity->chip;
+    node->firmware = identity->firmware;
+    node->config_hash = cl_config_hash(axes);
+    node->plant = plant;
+    node->memory = *memory;
+    node->tally.window_ms = -CL_FLOOD_WINDOW_MS;
+    node->next_ms = NEVER;
+    node->silent = memory->started > memory->finished;
+    memcpy(node->axes, axes, sizeof node->axes);
+    cl_node_key(&node->key, &identity->master, identity->chip);
+    cl_tag_key(&node->node_key, &node->key);
+    cl_stop_key(&key, &identity->master);
+    cl_tag_key(&node->stop_key, &key);
+    cl_open_key(&key);
+    cl_tag_key(&node->open_key, &key);
+}
+
+uint8_t cl_node_state(const cl_node *node) {
+    const cl_memory *memory = &node->memory;
+    if (!node->booted) return CL_STATE_BOOT;
+    if (memory->estop) return CL_STATE_ESTOP;
+    if (memory->fault != CL_FAULT_NONE) return cl_lost_position(memory->fault) ? CL_STATE_POSITION_LOST : CL_STATE_FAULT;
+    if (!memory->homed) return memory->homing ? CL_STATE_HOMING : CL_STATE_UNHOMED;
+    if (node->moving) return CL_STATE_MOVING;
+    if (held(node)) return CL_STATE_HOLD;
+    return node->silent ? CL_STATE_HOLD_LINK : CL_STATE_READY;
+}
+
+void cl_node_setpoint(const cl_node *node, int64_t now_ms, cl_counts *counts) {
+    if (node->moving) {
+        cl_move_at(&node->move, now_ms - node->move_start_ms, counts);
+    } else {
+        node->plant.positions(node->plant.self, now_ms, counts);
+    }
+}
+
+/* What is answered */
+
+void cl_node_load(cl_node *node) {
+    node->ack_length = CL_FRAME_BYTES;
+    node->ack_serial++;
+}
+
+void cl_node_fill_status(const cl_node *node, int64_t now_ms, cl_status_frame *status) {
+    const cl_memory *memory = &node->memory;
+    *status = (cl_status_frame){
+        .node = node->number,
+        .boot = memory->boot,
+        .finished = memory->finished,
+        .started = memory->started,
+        .staged = memory->staged,
+        .state = cl_node_state(node),
+        .hold_low = node->session.exists ? node->session.hold_gen & 0xF : 0,
+        .fault = memory->fault,
+        .fault_axis = memory->fault_axis,
+    };
+    node->plant.positions(node->plant.self, now_ms, &status->position);
+}
+
+static bool coming_fault(const cl_node *node, cl_plant_fault *fault) {
+    return node->memory.fault == CL_FAULT_NONE && node->plant.fault(node->plant.self, fault);
+}
+
+static void schedule(cl_node *node) {
+    int64_t next_ms = NEVER, settles_ms;
+    cl_plant_fault fault;
+    if (cl_node_has_owner(node) && !node->silent) next_ms = cl_node_deadman_ms(node);
+    if (node->moving) {
+        if (node->plant.settles(node->plant.self, &settles_ms) && settles_ms < next_ms) next_ms = settles_ms;
+        if (coming_fault(node, &fault) && fault.at_ms < next_ms) next_ms = fault.at_ms;
+    }
+    node->next_ms = next_ms;
+}
+
+void cl_node_reload(cl_node *node, int64_t now_ms) {
+    schedule(node);
+    if (!node->session.exists) return;
+    cl_status_frame status;
+    cl_node_fill_status(node, now_ms, &status);
+    status.session = node->session.number;
+    status.echo = node->session.counter;
+    cl_encode_status(node->ack, &status, &node->session.key, 0);
+    cl_node_load(node);
+}
+
+/* Motion */
+
+bool cl_node_may_move(const cl_node *node) {
+    const cl_memory *memory = &node->memory;
+    bool able = memory->homed && !memory->estop && memory->fault == CL_FAULT_NONE;
+    return able && cl_node_has_owner(node) && !node->silent && !held(node);
+}
+
+void cl_node_go_on(cl_node *node, int64_t now_ms) {
+    const cl_memory *memory = &node->memory;
+    if (node->moving || memory->finished >= memory->started || !cl_node_may_move(node)) return;
+    node->plant.positions(node->plant.self, now_ms, &node->move.start);
+    cl_plan_move(&node->move, &memory->target, node->axes, memory->move_ms);
+    node->moving = true;
+    node->move_start_ms = now_ms;
+    node->plant.follow(node->plant.self, now_ms, now_ms, &node->move);
+}
+
+void cl_node_brake(cl_node *node, int64_t now_ms) {
+    if (!node->moving || node->move.brake_ms != CL_UNBRAKED) return;
+    cl_move_brake(&node->move, now_ms - node->move_start_ms);
+    node->plant.follow(node->plant.self, now_ms, node->move_start_ms, &node->move);
+}
+
+void cl_node_abandon_run(cl_node *node) {
+    node->memory.finished = node->memory.started = node->memory.staged = 0;
+    node->memory.move_ms = 0;
+}
+
+void cl_node_forget_fault(cl_node *node) {
+    node->memory.fault = CL_FAULT_NONE;
+    node->memory.fault_axis = 0;
+}
+
+/* What time brings */
+
+static void arrive(cl_node *node, int64_t now_ms) {
+    cl_memory *memory = &node->memory;
+    cl_counts at;
+    node->plant.positions(node->plant.self, now_ms, &at);
+    node->moving = false;
+    if (memcmp(&at, &memory->target, sizeof at) == 0) {
+        memory->finished = memory->started;
+    } else {
+        memory->move_ms = cl_move_rest_ms(&node->move);
+        cl_node_go_on(node, now_ms);
+    }
+}
+
+static void fall_silent(cl_node *node, int64_t now_ms) {
+    if (node->silent) return;
+    node->silent = true;
+    node->lift_above = node->session.hold_gen;
+    cl_node_brake(node, now_ms);
+}
+
+void cl_node_fail(cl_node *node, int64_t now_ms, uint8_t fault, uint8_t axis) {
+    cl_memory *memory = &node->memory;
+    if (memory->fault == CL_FAULT_NONE) {
+        memory->fault = fault;
+        memory->fault_axis = axis;
+        memory->homed = memory->homed && !cl_lost_position(fault);
+    }
+    cl_node_brake(node, now_ms);
+}
+
+static void wake(cl_node *node, int64_t now_ms) {
+    cl_plant_fault fault;
+    int64_t settles_ms;
+    if (node->moving && coming_fault(node, &fault) && fault.at_ms <= now_ms) {
+        cl_node_fail(node, now_ms, fault.fault, fault.axis);
+    }
+    if (node->moving && node->plant.settles(node->plant.self, &settles_ms) && settles_ms <= now_ms) {
+        arrive(node, now_ms);
+    }
+    if (cl_node_has_owner(node) && now_ms >= cl_node_deadman_ms(node)) fall_silent(node, now_ms);
+    cl_node_reload(node, now_ms);
+}
+
+void cl_node_advance(cl_node *node, int64_t now_ms) {
+    if (!node->booted) {
+        node->booted = true;
+        cl_node_reload(node, now_ms);
+    }
+    while (node->next_ms <= now_ms) wake(node, node->next_ms);
+}
+
+void cl_node_notice(cl_node *node, int64_t now_ms) {
+    schedule(node);
+    cl_node_advance(node, now_ms);
+}
+
+void cl_node_start_homing(cl_node *node, int64_t now_ms) {
+    if (node->moving || node->memory.estop) return;
+    node->memory.homed = false;
+    node->memory.homing = true;
+    cl_node_reload(node, now_ms);
+}
+
+/* The position is known again, which also ends a fault that had put it in doubt. */
+void cl_node_finish_homing(cl_node *node, int64_t now_ms) {
+    if (!node->memory.homing) return;
+    node->memory.homed = true;
+    node->memory.homing = false;
+    if (cl_lost_position(node->memory.fault)) cl_node_forget_fault(node);
+    cl_node_abandon_run(node);
+    cl_node_reload(node, now_ms);
+}

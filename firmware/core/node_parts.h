@@ -1,0 +1,33 @@
+/* What the two halves of a node share: time and motion in node.c, frames in receive.c. Nobody else includes this. */
+#ifndef CL_NODE_PARTS_H
+#define CL_NODE_PARTS_H
+
+#include "node.h"
+
+bool cl_lost_position(uint8_t fault);
+bool cl_node_has_owner(const cl_node *node);
+bool cl_node_may_move(const cl_node *node);
+
+/* When the owner will have been silent for too long. */
+int64_t cl_node_deadman_ms(const cl_node *node);
+
+/* Everything in a STATUS but the session and the echo. */
+void cl_node_fill_status(const cl_node *node, int64_t now_ms, cl_status_frame *status);
+
+/* Say that `ack` holds another answer. */
+void cl_node_load(cl_node *node);
+
+/* Load a fresh answer after a change of state, and find out when the next one is due. */
+void cl_node_reload(cl_node *node, int64_t now_ms);
+
+/* Set off for the target of the started step, if there is one and nothing forbids it. */
+void cl_node_go_on(cl_node *node, int64_t now_ms);
+
+void cl_node_brake(cl_node *node, int64_t now_ms);
+void cl_node_abandon_run(cl_node *node);
+void cl_node_forget_fault(cl_node *node);
+
+/* Halt for a fault, of which the first one is remembered. */
+void cl_node_fail(cl_node *node, int64_t now_ms, uint8_t fault, uint8_t axis);
+
+#endif

@@ -1,0 +1,263 @@
+/* What frames bring to a node. */
+#include <string.h>
+
+#include "node.h"
+#include "node_parts.h"
+
+static void saturating_count(uint16_t *count) {
+    if (*count < UINT16_MAX) (*count)++;
+}
+
+/* Count a frame that was not accepted, if its tag was why; a flood of them makes the node deaf for a while. */
+static void refuse(cl_node *node, int64_t now_ms, cl_verdict verdict) {
+    cl_tally *tally = &node->tally;
+    if (verdict != CL_REJECT_TAG) return;
+    saturating_count(&tally->bad_tags);
+    if (now_ms - tally->window_ms >= CL_FLOOD_WINDOW_MS) {
+        tally->window_ms = now_ms;
+        tally->in_window = 0;
+    }
+    tally->in_window++;
+    if (tally->in_window > CL_FLOOD) {
+        tally->floods++;
+        tally->deaf_until_ms = now_ms + CL_DEAF_MS;
+        tally->in_window = 0;
+    }
+}
+
+/* The live or offered session that a frame names; the tag decides whether it is telling the truth. */
+static cl_session *named_session(cl_node *node, const uint8_t *payload) {
+    uint16_t number = cl_session_of(payload);
+    if (cl_node_has_owner(node) && node->session.number == number) return &node->session;
+    return node->pending.exists && node->pending.number == number ? &node->pending : NULL;
+}
+
+static bool owner_gone(const cl_node *node, int64_t now_ms) {
+    return !cl_node_has_owner(node) || now_ms >= cl_node_deadman_ms(node);
+}
+
+/* The offered session becomes the live one; what was done stays known only if the same run is resumed. */
+static void take_over(cl_node *node, int64_t now_ms) {
+    cl_session *session = &node->session;
+    cl_node_brake(node, now_ms);
+    *session = node->pending;
+    node->pending.exists = false;
+    node->lift_above = 0;
+    if (!(session->flags & CL_FLAG_RESUME) || session->run_tag != node->memory.run_tag) {
+        cl_node_abandon_run(node);
+        node->silent = node->stopped = false;
+        node->memory.run_tag = session->run_tag;
+    }
+    if (session->flags & CL_FLAG_CLEAR && !cl_lost_position(node->memory.fault)) cl_node_forget_fault(node);
+}
+
+/* Whether a frame with a good tag counts; if it does, the dead-man is fed and a pending session takes over. */
+static bool admit(cl_node *node, int64_t now_ms, const cl_session *session, uint8_t number, uint32_t counter) {
+    if (number != node->number) return false;
+    if (counter <= session->counter || counter >= CL_COUNTER_END) {
+        saturating_count(&node->tally.old_counters);
+        return false;
+    }
+    if (session == &node->pending) {
+        if (node->moving && !owner_gone(node, now_ms)) return false;
+        take_over(node, now_ms);
+    }
+    node->session.counter = counter;
+    node->session.heard_ms = now_ms;
+    return true;
+}
+
+static bool same_order(const cl_memory *memory, const cl_drive_frame *frame) {
+    return frame->load_step == memory->staged && frame->move_ms == memory->next_ms &&
+           memcmp(&frame->target, &memory->next_target, sizeof frame->target) == 0;
+}
+
+static void stage(cl_node *node, int64_t now_ms, const cl_drive_frame *frame) {
+    cl_memory *memory = &node->memory;
+    uint8_t axis;
+    if (frame->load_step <= memory->started) return; /* step 0, which is none, is among these */
+    if (memory->staged > memory->started) {
+        if (!same_order(memory, frame)) cl_node_fail(node, now_ms, CL_FAULT_CONFLICT, 0);
+    } else if (frame->load_step != memory->started + 1) {
+        cl_node_fail(node, now_ms, CL_FAULT_CONFLICT, 0);
+    } else if ((axis = cl_outside(node->axes, &frame->target)) != 0) {
+        cl_node_fail(node, now_ms, CL_FAULT_LIMIT, axis);
+    } else {
+        memory->staged = frame->load_step;
+        memory->next_target = frame->target;
+        memory->next_ms = frame->move_ms;
+    }
+}
+
+static void start(cl_node *node) {
+    cl_memory *memory = &node->memory;
+    bool idle = memory->finished == memory->started;
+    bool next = memory->staged == memory->started + 1 && node->session.release >= memory->staged;
+    if (!idle || !next || !cl_node_may_move(node)) return;
+    memory->started = memory->staged;
+    memory->target = memory->next_target;
+    memory->move_ms = memory->next_ms;
+}
+
+static void obey(cl_node *node, int64_t now_ms, const cl_drive_frame *frame) {
+    cl_session *session = &node->session;
+    if (session->hold_gen & 1) {
+        cl_node_brake(node, now_ms);
+    } else if (session->hold_gen > node->lift_above) {
+        node->silent = node->stopped = false;
+    }
+    stage(node, now_ms, frame);
+    if (frame->release > session->release) session->release = frame->release;
+    start(node);
+    cl_node_go_on(node, now_ms);
+}
+
+/* The host gives the node back; its last answer stays loaded. */
+static void close_session(cl_node *node, int64_t now_ms) {
+    node->session.closed = true;
+    node->silent = node->memory.started > node->memory.finished;
+    cl_node_brake(node, now_ms);
+}
+
+static void on_drive(cl_node *node, int64_t now_ms, const uint8_t *payload) {
+    cl_session *session = named_session(node, payload);
+    cl_drive_frame frame;
+    if (session == NULL) return;
+    cl_verdict verdict = cl_decode_drive(payload, &session->key, &frame);
+    if (verdict != CL_GOOD) {
+        refuse(node, now_ms, verdict);
+        return;
+    }
+    if (!admit(node, now_ms, session, frame.node, frame.counter)) return;
+    session = &node->session;
+    if (frame.hold_gen > session->hold_gen) session->hold_gen = frame.hold_gen;
+    if (session->hold_gen >= CL_HOLD_END || session->counter == CL_COUNTER_END - 1) {
+        close_session(node, now_ms);
+    } else {
+        obey(node, now_ms, &frame);
+    }
+    cl_node_reload(node, now_ms);
+}
+
+static void on_estop(cl_node *node, int64_t now_ms, const uint8_t *payload) {
+    const cl_session *session = named_session(node, payload);
+    cl_estop_frame frame;
+    if (session == NULL) return;
+    cl_verdict verdict = cl_decode_estop(payload, &session->key, &frame);
+    if (verdict != CL_GOOD) {
+        refuse(node, now_ms, verdict);
+    } else if (admit(node, now_ms, session, frame.node, frame.counter)) {
+        node->memory.estop = true;
+        cl_node_brake(node, now_ms);
+        cl_node_reload(node, now_ms);
+    }
+}
+
+static void on_stop(cl_node *node, int64_t now_ms, const uint8_t *payload) {
+    cl_verdict verdict = cl_decode_stop(payload, &node->stop_key);
+    if (verdict != CL_GOOD) {
+        refuse(node, now_ms, verdict);
+        return;
+    }
+    node->stopped = true;
+    if (node->session.exists && node->session.hold_gen > node->lift_above) node->lift_above = node->session.hold_gen;
+    cl_node_brake(node, now_ms);
+    cl_node_reload(node, now_ms);
+}
+
+/* Boot number, offers made since, and noise taken at boot: never the same twice for one chip. */
+static uint64_t own_nonce(const cl_memory *memory) {
+    return (uint64_t)memory->boot << 48 | (uint64_t)memory->offers << 32 | memory->noise;
+}
+
+/* A new offer takes the place of the one before, which nobody has taken up. */
+static void renew_offer(cl_node *node, const cl_hello_frame *hello, uint64_t handshake) {
+    cl_memory *memory = &node->memory;
+    memory->offers = (uint16_t)(memory->offers % UINT16_MAX + 1);
+    node->pending = (cl_session){
+        .handshake = handshake,
+        .run_tag = hello->run_tag,
+        .deadman_ms = hello->deadman_ms,
+        .flags = hello->flags,
+        .number = memory->offers,
+        .exists = true,
+    };
+    cl_key key;
+    cl_session_key(&key, &node->key, &(cl_handshake){handshake, own_nonce(memory), hello->run_tag});
+    cl_tag_key(&node->pending.key, &key);
+}
+
+/* Answer a HELLO; repeated attempts of one handshake get the same session offered. */
+static void offer(cl_node *node, int64_t now_ms, const cl_hello_frame *hello, uint64_t handshake) {
+    if (!node->pending.exists || node->pending.handshake != handshake) renew_offer(node, hello, handshake);
+    cl_ident_frame ident = {
+        .node = node->number,
+        .session = node->memory.offers,
+        .nonce = own_nonce(&node->memory),
+        .chip = node->chip,
+        .firmware = node->firmware,
+        .config_hash = node->config_hash,
+        .state = cl_node_state(node),
+        .same_run = node->memory.run_tag == hello->run_tag,
+        .busy = !owner_gone(node, now_ms),
+    };
+    cl_encode_ident(node->ack, &ident, &node->node_key, handshake);
+    cl_node_load(node);
+}
+
+static void answer_query(cl_node *node, int64_t now_ms, const cl_hello_frame *hello, uint64_t handshake) {
+    cl_status_frame status;
+    cl_node_fill_status(node, now_ms, &status);
+    status.echo = (uint32_t)hello->nonce;
+    cl_encode_status(node->ack, &status, &node->node_key, handshake);
+    cl_node_load(node);
+}
+
+static void on_hello(cl_node *node, int64_t now_ms, const uint8_t *payload) {
+    cl_hello_frame hello;
+    cl_verdict verdict = cl_decode_hello(payload, &node->node_key, &hello);
+    if (verdict != CL_GOOD) {
+        refuse(node, now_ms, verdict);
+        return;
+    }
+    if (hello.node != node->number) return;
+    uint64_t handshake = hello.nonce & ~(uint64_t)CL_ATTEMPT_MASK;
+    if (hello.flags & CL_FLAG_QUERY) {
+        answer_query(node, now_ms, &hello, handshake);
+    } else {
+        offer(node, now_ms, &hello, handshake);
+    }
+}
+
+static void on_ask(cl_node *node, int64_t now_ms, const uint8_t *payload) {
+    cl_ask_frame ask;
+    cl_verdict verdict = cl_decode_ask(payload, &node->open_key, &ask);
+    if (verdict != CL_GOOD) {
+        refuse(node, now_ms, verdict);
+        return;
+    }
+    if ((ask.node != node->number && ask.node != CL_EVERY_NODE) || ask.page != CL_WHO) return;
+    cl_page_frame page = {
+        .node = node->number,
+        .chip = node->chip,
+        .firmware = node->firmware,
+        .boot = node->memory.boot,
+        .config_hash = node->config_hash,
+        .state = cl_node_state(node),
+        .bad_tags = node->tally.bad_tags,
+        .old_counters = node->tally.old_counters,
+    };
+    cl_encode_page(node->ack, &page, &node->open_key, ask.nonce & ~(uint64_t)CL_ATTEMPT_MASK);
+    cl_node_load(node);
+}
+
+void cl_node_receive(cl_node *node, int64_t now_ms, const uint8_t *payload, size_t length) {
+    cl_node_advance(node, now_ms);
+    uint8_t kind = cl_kind_of(payload, length);
+    if (now_ms < node->tally.deaf_until_ms) return;
+    if (kind == CL_KIND_DRIVE) on_drive(node, now_ms, payload);
+    if (kind == CL_KIND_ESTOP) on_estop(node, now_ms, payload);
+    if (kind == CL_KIND_HELLO) on_hello(node, now_ms, payload);
+    if (kind == CL_KIND_PAGE) on_ask(node, now_ms, payload);
+    if (kind == CL_KIND_STOP) on_stop(node, now_ms, payload);
+}
