@@ -80,6 +80,10 @@ class Air:
         self._delay_us = max(500, self._way_us + 250)
         self._packet_id = 0
 
+    def reset(self) -> None:
+        """The sending chip restarts and numbers its packets from the beginning."""
+        self._packet_id = 0
+
     def unheard(self) -> Heard:
         """What sending to an address comes to on which nobody listens."""
         return Heard(None, RETRIES, HOST_US + (1 + RETRIES) * (self._way_us + self._delay_us))

@@ -16,14 +16,17 @@ from random import Random
 from curveline.errors import InvalidInput
 from curveline.plan import DriveTable
 from curveline.radio import Answer
-from curveline.radio.air import RATES_KBPS, Air, Antenna
-from curveline.radio.frames import Counts, Fault
+from curveline.radio.air import RATES_KBPS, Air
+from curveline.radio.frames import Counts
+from curveline.radio.keyfile import hardware_site
 from curveline.radio.keys import ZERO_MASTER, Site
-from curveline.radio.mockspec import Mishap, MockSpec, parse_spec
+from curveline.radio.mishaps import MockDisk, Packet, Stage, Troubles
+from curveline.radio.mockspec import MockSpec, parse_spec
 from curveline.radio.motion import axes_of
 from curveline.radio.node import Node
-from curveline.radio.nodestate import Identity, Memory
+from curveline.radio.nodestate import Identity
 from curveline.radio.plant import PER_MILLE, MotorPlant
+from curveline.radio.station import Station
 from curveline.radio.store import MockState, Standing, Store, state_at_home
 
 SAMPLE_MS = 20
@@ -44,9 +47,9 @@ def open_radio(settings: str, drive: DriveTable, runs: Path) -> MockRadio:
             f"the mock radio was asked for {spec.nodes} nodes, but the display {drive.display!r} has {count}",
             hint="leave `nodes=` out, or name a display file with that many nodes",
         )
-    for mishap in (spec.stall, spec.reboot):
-        if mishap is not None and mishap.node > count:
-            raise InvalidInput(f"there is no node {mishap.node} to fail: the display has {count}")
+    for mishap in spec.mishaps:
+        if mishap.node > count:
+            raise InvalidInput(f"there is no node {mishap.node} for {mishap.key!r}: the display has {count}")
     if drive.data_rate not in RATES_KBPS:
         raise InvalidInput(f"data rate {drive.data_rate!r} is unknown; there are {', '.join(RATES_KBPS)}")
     store = Store(runs, drive)
@@ -65,24 +68,27 @@ class MockRadio:
     """A `Radio` whose nodes are modelled in this process; `rod` names the states the segments were last seen in."""
 
     def __init__(self, spec: MockSpec, drive: DriveTable, state: MockState, store: Store | None = None) -> None:
-        self.site = mock_site(drive)
+        self.site = hardware_site(drive) if spec.keys else mock_site(drive)
         self.rod = state.rod
         self._random = Random(spec.seed)
         self._air = Air(spec.weather, drive.data_rate, self._random)
         self._realtime = spec.realtime
         self._start_us = time.monotonic_ns() // 1000
         self._virtual_us = 0
-        self._stall = spec.stall
-        self._reboot = spec.reboot
         self._store = store
-        self._axes = axes_of(drive)
-        self._plants = [MotorPlant(node.counts, self._paces(spec.spread)) for node in state.nodes]
-        self.nodes = [self._new_node(index, node.memory) for index, node in enumerate(state.nodes)]
-        self._antennas = {
-            address: (index, Antenna(node))
-            for index, (address, node) in enumerate(zip(drive.addresses, self.nodes, strict=True))
-        }
+        self._stations = self._build(drive, state, spec.spread)
+        self._numbers = {address: number for number, address in enumerate(drive.addresses, start=1)}
+        stage = Stage(self._stations, self._air, self._random)
+        self._troubles = Troubles(spec.mishaps, stage)
+        self.disk = MockDisk(stage)
+        for station in self._stations:
+            station.power_up(self._random)
         self._saved = self._progress()
+
+    @property
+    def nodes(self) -> list[Node]:
+        """The nodes as they are now: one that restarts is another one."""
+        return [station.node for station in self._stations]
 
     # Radio
 
@@ -92,12 +98,10 @@ class MockRadio:
 
     def _exchange(self, address: str, payload: bytes) -> Answer:
         begin_us = self.now_us()
-        if address in self._antennas:
-            index, antenna = self._antennas[address]
-            self._strike(index, antenna)
-            heard = self._air.exchange(antenna, payload, begin_us)
-        else:
-            heard = self._air.unheard()
+        number = self._numbers.get(address, 0)
+        self._troubles.before(Packet(begin_us // 1000, number, payload))
+        station = self._stations[number - 1] if number else None
+        heard = station.exchange(self._air, payload, begin_us) if station else self._air.unheard()
         self.sleep_until(begin_us + heard.took_us)
         if self._progress() != self._saved:
             self.save()
@@ -130,7 +134,7 @@ class MockRadio:
 
     def motion(self) -> Motion:
         """Where all nodes were while anything moved: every 20 ms, and whenever a node set off or came to rest."""
-        spans = sorted(span for plant in self._plants for span in plant.spans())
+        spans = sorted(span for station in self._stations for span in station.plant.spans())
         moments = {0, self._now_ms()}
         for begin, end in spans:
             moments.update(range(begin + -begin % SAMPLE_MS, end, SAMPLE_MS))
@@ -148,7 +152,7 @@ class MockRadio:
             self._store.save(MockState([Standing(counts, node.memory) for node, counts in pairs], self.rod))
 
     def _positions_at(self, now_ms: int) -> tuple[Counts, ...]:
-        return tuple(plant.positions(now_ms) for plant in self._plants)
+        return tuple(station.plant.positions(now_ms) for station in self._stations)
 
     def _now_ms(self) -> int:
         return self.now_us() // 1000
@@ -160,34 +164,12 @@ class MockRadio:
         x, y, z = (PER_MILLE - round(PER_MILLE * spread * self._random.random()) for _ in range(3))
         return x, y, z
 
-    def _new_node(self, index: int, memory: Memory) -> Node:
-        memory.noise = self._random.getrandbits(32)
-        return Node(Identity(index + 1, self.site), self._axes, self._plants[index], memory)
-
-    def _strike(self, index: int, antenna: Antenna) -> None:
-        """Let the mishaps that were asked for happen when their moment has come."""
-        node = self.nodes[index]
-        if self._stall is not None and self._stall.node == index + 1:
-            self._plants[index].trouble = Fault.STALL if node.memory.staged == self._stall.step else Fault.NONE
-        if self._reboot is not None and self._is_due(self._reboot, index):
-            self._reboot = None
-            self._restart(index, antenna)
-
-    def _is_due(self, mishap: Mishap, index: int) -> bool:
-        node = self.nodes[index]
-        if mishap.node != index + 1 or node.memory.started != mishap.step or node.move is None:
-            return False
-        return 2 * (self._now_ms() - node.move_start_ms) >= node.move.duration_ms
-
-    def _restart(self, index: int, antenna: Antenna) -> None:
-        """Power fails and comes back: motors stop, and a node that was moving cannot trust its counts any more."""
-        old, now_ms = self.nodes[index], self._now_ms()
-        if old.move is not None:
-            self._plants[index].follow(now_ms, old.move_start_ms, old.move.braked(now_ms - old.move_start_ms))
-        memory = Memory(boot=old.memory.boot % 0xFFFF + 1, homed=old.memory.homed and old.move is None)
-        self.nodes[index] = self._new_node(index, memory)
-        antenna.node = self.nodes[index]
-        antenna.past.clear()
+    def _build(self, drive: DriveTable, state: MockState, spread: float) -> list[Station]:
+        axes, site = axes_of(drive), Site(self.site.master, mock_site(drive).chips)
+        return [
+            Station(Identity(number, site), axes, MotorPlant(node.counts, self._paces(spread)), node.memory)
+            for number, node in enumerate(state.nodes, start=1)
+        ]
 
     def _settle(self) -> None:
         now_ms = self._now_ms()

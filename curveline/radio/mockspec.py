@@ -11,19 +11,15 @@ from typing import Any
 
 from curveline.errors import InvalidInput
 from curveline.radio.air import Weather
-
-
-@dataclass(frozen=True)
-class Mishap:
-    """Something that happens to a node (from 1) in the middle of a step (from 1)."""
-
-    node: int
-    step: int
+from curveline.radio.mishaps import MISHAPS, Form, Mishap
 
 
 @dataclass(frozen=True)
 class MockSpec:
-    """What kind of display and air to model; `spread` is the largest part by which a motor is slower than told."""
+    """What kind of display and air to model; `spread` is the largest part by which a motor is slower than told.
+
+    With `keys` the nodes hold the master key of the site's key file instead of the mock's open one.
+    """
 
     weather: Weather = field(default_factory=Weather)
     seed: int = 0
@@ -31,25 +27,29 @@ class MockSpec:
     spread: float = 0.0
     realtime: bool = False
     fresh: bool = False
-    stall: Mishap | None = None
-    reboot: Mishap | None = None
+    keys: bool = False
+    mishaps: tuple[Mishap, ...] = ()
 
 
 def parse_spec(text: str) -> MockSpec:
     """Settings after `mock:`; InvalidInput names the first one that is unknown, malformed or given twice."""
     values: dict[str, Any] = {}
+    mishaps: dict[str, Mishap] = {}
     for part in filter(None, (piece.strip() for piece in text.split(","))):
-        key, equals, value = part.partition("=")
-        if key in values:
+        key = re.split("[=@]", part, maxsplit=1)[0]
+        value = part[len(key) :]
+        if key in values or key in mishaps:
             raise InvalidInput(f"the mock radio's setting {key!r} is given twice")
-        if key in _FLAGS and not equals:
+        if key in MISHAPS:
+            mishaps[key] = _mishap(key, value)
+        elif key in _FLAGS and not value:
             values[key] = True
-        elif key in _READERS and equals:
-            values[key] = _read(key, value)
+        elif key in _READERS and value.startswith("="):
+            values[key] = _read(key, value[1:])
         else:
             raise _unknown(key)
     weather = Weather(**{_WEATHER[key]: values.pop(key) for key in list(values) if key in _WEATHER})
-    return MockSpec(weather=weather, **values)
+    return MockSpec(weather=weather, mishaps=tuple(mishaps.values()), **values)
 
 
 def _read(key: str, value: str) -> object:
@@ -61,7 +61,7 @@ def _read(key: str, value: str) -> object:
 
 
 def _unknown(key: str) -> InvalidInput:
-    close = difflib.get_close_matches(key, [*_READERS, *_FLAGS], n=1)
+    close = difflib.get_close_matches(key, [*_READERS, *_FLAGS, *MISHAPS], n=1)
     guess = f"; did you mean {close[0]!r}?" if close else ""
     if key in _READERS or key in _FLAGS:
         guess = "; it takes a value" if key in _READERS else "; it takes no value"
@@ -70,7 +70,22 @@ def _unknown(key: str) -> InvalidInput:
 
 def _takes() -> str:
     examples = [f"{key}={form}" for key, (_, form) in _READERS.items()]
-    return "it takes, separated by commas: " + ", ".join([*examples, *_FLAGS])
+    faults = [key + row.form.value for key, row in MISHAPS.items()]
+    return "it takes, separated by commas: " + ", ".join([*examples, *_FLAGS, *faults])
+
+
+def _mishap(key: str, value: str) -> Mishap:
+    """The mishap `key` out of what follows its name."""
+    form = MISHAPS[key].form
+    match = re.fullmatch(_FORMS[form], value)
+    try:
+        if match is None:
+            raise ValueError
+        found = match.groupdict()
+        chance = _chance(found["chance"]) if "chance" in found else 0.0
+        return Mishap(key, int(found.get("node", 0)), int(found.get("step", 0)), chance)
+    except ValueError:
+        raise InvalidInput(f"the mock radio's {key}{value} is not {key}{form.value}", hint=_takes()) from None
 
 
 def _chance(text: str) -> float:
@@ -93,14 +108,7 @@ def _whole(text: str) -> int:
     return int(text)
 
 
-def _mishap(text: str) -> Mishap:
-    match = re.fullmatch(r"([1-9][0-9]{0,2})@step([1-9][0-9]{0,4})", text)
-    if match is None:
-        raise ValueError
-    return Mishap(int(match[1]), int(match[2]))
-
-
-_FLAGS = ("realtime", "fresh")
+_FLAGS = ("realtime", "fresh", "keys")
 _WEATHER = {"loss": "loss", "dup": "duplicate", "stale": "stale", "corrupt": "corrupt"}
 _A_CHANCE = "<number from 0 to below 1>"
 _READERS: Mapping[str, tuple[Callable[[str], object], str]] = {
@@ -111,6 +119,13 @@ _READERS: Mapping[str, tuple[Callable[[str], object], str]] = {
     "seed": (_whole, "<whole number>"),
     "nodes": (_whole, "<whole number>"),
     "spread": (_slowness, "<number from 0 to 0.9>"),
-    "stall": (_mishap, "<node>@step<number>"),
-    "reboot": (_mishap, "<node>@step<number>"),
+}
+_NODE = "=(?P<node>[1-9][0-9]{0,2})"
+_STEP = "@step(?P<step>[1-9][0-9]{0,4})"
+_FORMS = {
+    Form.NODE_STEP: _NODE + _STEP,
+    Form.NODE: _NODE,
+    Form.STEP: _STEP,
+    Form.FULL_STEP: "=full" + _STEP,
+    Form.CHANCE: "=(?P<chance>.*)",
 }

@@ -9,6 +9,7 @@ import time
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from random import Random
 
 import pytest
 
@@ -19,8 +20,9 @@ from curveline.radio.air import Weather
 from curveline.radio.frames import State
 from curveline.radio.journal import Journal, new_run
 from curveline.radio.link import RunReport, read_status, send_plan
+from curveline.radio.mishaps import MISHAPS, Mishap
 from curveline.radio.mock import MockRadio, open_radio
-from curveline.radio.mockspec import Mishap, MockSpec, parse_spec
+from curveline.radio.mockspec import MockSpec, parse_spec
 
 from .bench import HOME, POSES, drive_table, make_plan, target
 
@@ -42,7 +44,8 @@ def send(runs: Path, radio: MockRadio, count: int = 2) -> RunReport:
 def test_settings_are_read() -> None:
     assert parse_spec("") == MockSpec()
     text = (
-        "loss=0.3,seed=7, nodes=2,spread=0.1,realtime,fresh,dup=.25,stale=0.5,corrupt=1e-3,stall=1@step2,reboot=2@step3"
+        "loss=0.3,seed=7, nodes=2,spread=0.1,realtime,fresh,keys,dup=.25,stale=0.5,corrupt=1e-3,"
+        "stall=1@step2,reboot=2@step3,jam@step4,twin=2,replay=0.5,disk=full@step7"
     )
     assert parse_spec(text) == MockSpec(
         weather=Weather(0.3, 0.25, 0.5, 1e-3),
@@ -51,8 +54,15 @@ def test_settings_are_read() -> None:
         spread=0.1,
         realtime=True,
         fresh=True,
-        stall=Mishap(1, 2),
-        reboot=Mishap(2, 3),
+        keys=True,
+        mishaps=(
+            Mishap("stall", node=1, step=2),
+            Mishap("reboot", node=2, step=3),
+            Mishap("jam", step=4),
+            Mishap("twin", node=2),
+            Mishap("replay", chance=0.5),
+            Mishap("disk", step=7),
+        ),
     )
 
 
@@ -75,6 +85,18 @@ def test_settings_are_read() -> None:
         ("reboot=0@step1", "<node>@step<number>"),
         ("stall=1@step0", "<node>@step<number>"),
         ("loss=0.1,loss=0.2", "given twice"),
+        ("stall=1@step2,stall=2@step3", "given twice"),
+        ("jam=1@step2", "jam=1@step2 is not jam@step<number>"),
+        ("jam", "jam is not jam@step<number>"),
+        ("off@step2", "<node>@step<number>"),
+        ("twin=1@step2", "twin=1@step2 is not twin=<node>"),
+        ("twin=0", "twin=<node>"),
+        ("stranger=1", "number from 0 to below 1"),
+        ("replay=often", "number from 0"),
+        ("disk=half@step1", "disk=full@step<number>"),
+        ("loss@step2", "it takes a value"),
+        ("keys=1", "it takes no value"),
+        ("strangr=0.5", "did you mean 'stranger'"),
         ("=3", "no setting ''"),
     ],
 )
@@ -82,7 +104,7 @@ def test_malformed_settings_are_refused_with_the_list_of_keys(text: str, says: s
     with pytest.raises(InvalidInput, match=says) as caught:
         parse_spec(text)
     if "twice" not in says:
-        for key in ("loss=", "seed=", "nodes=", "spread=", "stall=", "reboot=", "fresh", "realtime"):
+        for key in ("loss=", "seed=", "nodes=", "spread=", "fresh", "realtime", *MISHAPS):
             assert key in caught.value.hint
 
 
@@ -442,7 +464,7 @@ def test_a_restart_halts_the_run_and_the_node_needs_homing(tmp_path: Path) -> No
 
 def test_a_node_that_restarts_while_idle_knows_its_place(tmp_path: Path) -> None:
     radio = open_radio("", drive_table(), tmp_path)
-    radio._restart(0, radio._antennas[drive_table().addresses[0]][1])
+    radio._stations[0].restart(0, Random(0))
     radio.nodes[0].advance(0)
     assert (radio.nodes[0].state, radio.nodes[0].memory.boot) == (State.READY, 2)
     radio.close()

@@ -1,0 +1,117 @@
+"""Whom a display may meet besides its host: another host with the keys, a second device, strangers, other firmware."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from random import Random
+from typing import TYPE_CHECKING
+
+from curveline.radio.frames import (
+    ATTEMPT_MASK,
+    BODY_BYTES,
+    FLAG_TAKEOVER,
+    Hello,
+    Ident,
+    Kind,
+    Reject,
+    State,
+    decode_ident,
+    encode_ident,
+    head,
+    kind_of,
+)
+from curveline.radio.node import Node
+from curveline.radio.nodestate import Identity
+from curveline.radio.pages import decode_ask, decode_page, encode_page
+from curveline.radio.peer import Peer
+
+if TYPE_CHECKING:
+    from curveline.radio.station import Station
+
+NEXT_VERSION = 2
+FEED_MS = 100
+DEADMAN_MS = 1000
+REPLAYS = 500
+"""Frames that an eavesdropper keeps of each node."""
+
+
+class NextVersion(Node):
+    """A node whose firmware speaks another version of the protocol and says so."""
+
+    def receive(self, now_ms: int, payload: bytes) -> None:
+        """See Node."""
+        super().receive(now_ms, payload)
+        kind = kind_of(self.ack)
+        if kind is Kind.IDENT and kind_of(payload) is Kind.HELLO:
+            nonce = int.from_bytes(payload[4:12], "little") & ~ATTEMPT_MASK
+            ident = decode_ident(self.ack, self.identity.node_key, nonce)
+            if not isinstance(ident, Reject):
+                self.ack = encode_ident(replace(ident, version=NEXT_VERSION), self.identity.node_key, nonce)
+        elif kind is Kind.PAGE and not isinstance(ask := decode_ask(payload), Reject):
+            page = decode_page(self.ack, ask.handshake)
+            if not isinstance(page, Reject):
+                self.ack = encode_page(replace(page, version=NEXT_VERSION), ask.handshake)
+
+
+class Pair:
+    """Two devices on one address: both hear everything, and one of them, by chance, drowns the other's answer."""
+
+    def __init__(self, first: Node, second: Node, random: Random) -> None:
+        self._both = (first, second)
+        self._random = random
+
+    @property
+    def ack(self) -> bytes:
+        """See Receiver."""
+        return self._random.choice(self._both).ack
+
+    def receive(self, now_ms: int, payload: bytes) -> None:
+        """See Receiver."""
+        for node in self._both:
+            node.receive(now_ms, payload)
+
+    def advance(self, now_ms: int) -> None:
+        """See Receiver."""
+        for node in self._both:
+            node.advance(now_ms)
+
+
+class Rival:
+    """Another host that has the keys: takes a node over as soon as it stands still, and keeps it."""
+
+    def __init__(self, station: Station, random: Random) -> None:
+        identity = station.identity
+        nonce = random.getrandbits(64) & ~ATTEMPT_MASK
+        self._station = station
+        self._run = random.getrandbits(64)
+        self._peer = Peer(identity.number, "", identity.node_key, nonce)
+        self._fed_ms = -FEED_MS
+
+    def act(self, now_ms: int) -> None:
+        """Claim the node, or tell it that its owner is alive; by an antenna of its own, right beside the node."""
+        node, peer = self._station.node, self._peer
+        if peer.session == 0:
+            node.advance(now_ms)
+            if node.move is None and node.state is not State.MOVING:
+                node.receive(now_ms, peer.hello(Hello(0, 0, self._run, 0, DEADMAN_MS, FLAG_TAKEOVER)))
+                ident = peer.take(node.ack)
+                if isinstance(ident, Ident):
+                    peer.accept(ident, self._run)
+        if peer.session and now_ms - self._fed_ms >= FEED_MS:
+            self._fed_ms = now_ms
+            node.receive(now_ms, peer.drive(0, 0, (0, (0, 0, 0), 0)))
+
+
+def stranger_identity(identity: Identity) -> Identity:
+    """The same place in the row, but another chip, whose keys are other ones."""
+    chips = list(identity.site.chips)
+    chips[identity.number - 1] ^= 1
+    return Identity(identity.number, replace(identity.site, chips=tuple(chips)))
+
+
+def forged(payload: bytes, random: Random) -> bytes:
+    """What somebody without the keys makes of a frame that was overheard: all that can be read, and a guessed tag."""
+    kind = random.choice((Kind.DRIVE, Kind.ESTOP, Kind.HELLO, Kind.STOP))
+    known = payload[1 : random.choice((4, 8, BODY_BYTES))]
+    body = (bytes([head(kind)]) + known + random.randbytes(BODY_BYTES))[:BODY_BYTES]
+    return body + random.randbytes(len(payload) - BODY_BYTES)

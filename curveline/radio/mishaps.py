@@ -1,0 +1,267 @@
+"""Faults that a mock display can be asked for: a row of `MISHAPS` each, with the form of its setting and what it does.
+
+The table follows the faults that the link must survive or explain; `tests/radio/test_faults.py` holds every row to its
+message.
+"""
+
+from __future__ import annotations
+
+import errno
+from collections import defaultdict, deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from random import Random
+
+from curveline.errors import LinkError
+from curveline.radio.air import Air
+from curveline.radio.frames import Fault
+from curveline.radio.intruders import REPLAYS, NextVersion, Rival, forged, stranger_identity
+from curveline.radio.journal import SystemDisk
+from curveline.radio.node import Node
+from curveline.radio.nodestate import Memory
+from curveline.radio.plant import MotorPlant
+from curveline.radio.station import FOR_EVER, Station
+
+SILENCE_MS = 3000
+RESET_MS = 200
+
+
+class Form(Enum):
+    """How the setting of a mishap is written."""
+
+    NODE_STEP = "=<node>@step<number>"
+    NODE = "=<node>"
+    STEP = "@step<number>"
+    FULL_STEP = "=full@step<number>"
+    CHANCE = "=<number from 0 to below 1>"
+
+
+@dataclass(frozen=True)
+class Mishap:
+    """What was asked for: a key of `MISHAPS`, and node (from 1), step (from 1) or chance as its form has them."""
+
+    key: str
+    node: int = 0
+    step: int = 0
+    chance: float = 0.0
+
+
+@dataclass
+class Stage:
+    """The display that mishaps befall."""
+
+    stations: Sequence[Station]
+    air: Air
+    random: Random
+    rivals: list[Rival] = field(default_factory=list)
+    heard: Mapping[int, deque[bytes]] = field(default_factory=lambda: defaultdict(lambda: deque(maxlen=REPLAYS)))
+    is_gone: bool = False
+    disk_is_full: bool = False
+
+    def station(self, mishap: Mishap) -> Station:
+        """The node that a mishap is about."""
+        return self.stations[mishap.node - 1]
+
+
+@dataclass(frozen=True)
+class Packet:
+    """A packet about to be sent to a node (from 1), 0 for an address that none has."""
+
+    now_ms: int
+    node: int
+    payload: bytes
+
+
+Prepare = Callable[[Stage, Mishap], None]
+Strike = Callable[[Stage, Mishap, int], None]
+Meddle = Callable[[Stage, Mishap, Packet], None]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A mishap: what people are told of it, and what it does.
+
+    It acts before power is switched on, when half of its step is done, or before every packet.
+    """
+
+    form: Form
+    text: str
+    prepare: Prepare | None = None
+    strike: Strike | None = None
+    meddle: Meddle | None = None
+
+
+class Troubles:
+    """The mishaps of one display, each waiting for its moment."""
+
+    def __init__(self, mishaps: Sequence[Mishap], stage: Stage) -> None:
+        self._stage = stage
+        self._mishaps = [(mishap, MISHAPS[mishap.key]) for mishap in mishaps]
+        self._waiting = [mishap for mishap, row in self._mishaps if row.strike]
+        for mishap, row in self._mishaps:
+            if row.prepare is not None:
+                row.prepare(stage, mishap)
+
+    def before(self, packet: Packet) -> None:
+        """Let happen what is due before a packet leaves; LinkError if the radio itself is gone."""
+        if not self._mishaps:
+            return
+        for mishap in [each for each in self._waiting if self._is_due(each, packet.now_ms)]:
+            self._waiting.remove(mishap)
+            strike = MISHAPS[mishap.key].strike
+            assert strike is not None
+            strike(self._stage, mishap, packet.now_ms)
+        for rival in self._stage.rivals:
+            rival.act(packet.now_ms)
+        for mishap, row in self._mishaps:
+            if row.meddle is not None:
+                row.meddle(self._stage, mishap, packet)
+        if self._stage.is_gone:
+            raise LinkError(
+                "the radio is gone: it does not answer the computer any more",
+                hint="plug it in again; the nodes hold by themselves. Then resume the run, or send the shape again",
+            )
+
+    def _is_due(self, mishap: Mishap, now_ms: int) -> bool:
+        """At one node when it has half of the step done, at the whole display when the first node has."""
+        stations = [self._stage.station(mishap)] if mishap.node else self._stage.stations
+        return any(station.has_half_done(mishap.step, now_ms) for station in stations)
+
+
+class MockDisk(SystemDisk):
+    """The disk under a run's record, full when a mishap says so."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
+
+    def write(self, descriptor: int, data: bytes, offset: int) -> int:
+        """See Disk."""
+        if self._stage.disk_is_full:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return super().write(descriptor, data, offset)
+
+
+def _fails(fault: Fault) -> Meddle:
+    """The node's motors run into `fault` in the step that was named."""
+
+    def meddle(stage: Stage, mishap: Mishap, packet: Packet) -> None:
+        station = stage.station(mishap)
+        if station.driven and station.node.memory.staged == mishap.step:
+            station.plant.trouble = fault
+        elif station.plant.trouble is fault:
+            station.plant.trouble = Fault.NONE
+
+    return meddle
+
+
+def _reboot(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    stage.station(mishap).restart(now_ms, stage.random)
+
+
+def _off(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    stage.station(mishap).restart(now_ms, stage.random)
+    stage.station(mishap).deaf_until_ms = FOR_EVER
+
+
+def _silence(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    stage.station(mishap).deaf_until_ms = now_ms + SILENCE_MS
+
+
+def _jam(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    for station in stage.stations:
+        station.deaf_until_ms = FOR_EVER
+
+
+def _reset(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    stage.air.reset()
+    for station in stage.stations:
+        station.deaf_until_ms = max(station.deaf_until_ms, now_ms + RESET_MS)
+
+
+def _gone(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    stage.is_gone = True
+
+
+def _disk(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    stage.disk_is_full = True
+
+
+def _taken(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    stage.rivals.append(Rival(stage.station(mishap), stage.random))
+
+
+def _busy(stage: Stage, mishap: Mishap) -> None:
+    stage.rivals.append(Rival(stage.station(mishap), stage.random))
+
+
+def _unhomed(stage: Stage, mishap: Mishap) -> None:
+    stage.station(mishap).memory.homed = False
+
+
+def _estop(stage: Stage, mishap: Mishap) -> None:
+    stage.station(mishap).memory.estop = True
+
+
+def _version(stage: Stage, mishap: Mishap) -> None:
+    stage.station(mishap).kind = NextVersion
+
+
+def _config(stage: Stage, mishap: Mishap) -> None:
+    station = stage.station(mishap)
+    extrude, bias, translate = station.axes
+    station.axes = (extrude, bias, replace(translate, high=translate.high - 1))
+
+
+def _chip(stage: Stage, mishap: Mishap) -> None:
+    station = stage.station(mishap)
+    station.identity = stranger_identity(station.identity)
+
+
+def _twin(stage: Stage, mishap: Mishap) -> None:
+    station = stage.station(mishap)
+    memory = Memory(noise=stage.random.getrandbits(32))
+    station.twin = Node(stranger_identity(station.identity), station.axes, MotorPlant((0, 0, 0)), memory)
+
+
+def _clone(stage: Stage, mishap: Mishap) -> None:
+    stage.station(mishap).is_clone = True
+
+
+def _stranger(stage: Stage, mishap: Mishap, packet: Packet) -> None:
+    if packet.node and stage.random.random() < mishap.chance:
+        stage.stations[packet.node - 1].intrude(packet.now_ms, forged(packet.payload, stage.random))
+
+
+def _replay(stage: Stage, mishap: Mishap, packet: Packet) -> None:
+    past = stage.heard[packet.node]
+    if packet.node and past and stage.random.random() < mishap.chance:
+        stage.stations[packet.node - 1].intrude(packet.now_ms, stage.random.choice(past))
+    past.append(packet.payload)
+
+
+MISHAPS: Mapping[str, Row] = {
+    "stall": Row(Form.NODE_STEP, "a motor is blocked", meddle=_fails(Fault.STALL)),
+    "encoder": Row(Form.NODE_STEP, "an encoder gives no counts any more", meddle=_fails(Fault.ENCODER)),
+    "runaway": Row(Form.NODE_STEP, "a motor turns the wrong way", meddle=_fails(Fault.RUNAWAY)),
+    "driver": Row(Form.NODE_STEP, "the motor driver reports a fault", meddle=_fails(Fault.DRIVER)),
+    "brownout": Row(Form.NODE_STEP, "the supply sags", meddle=_fails(Fault.BROWN_OUT)),
+    "reboot": Row(Form.NODE_STEP, "a node restarts", strike=_reboot),
+    "off": Row(Form.NODE_STEP, "a node loses power for good", strike=_off),
+    "silence": Row(Form.NODE_STEP, "a node hears nothing for 3 s", strike=_silence),
+    "taken": Row(Form.NODE_STEP, "another host takes a node over", strike=_taken),
+    "jam": Row(Form.STEP, "no node hears or answers any more", strike=_jam),
+    "reset": Row(Form.STEP, "the radio's chip restarts and comes back", strike=_reset),
+    "gone": Row(Form.STEP, "the radio is unplugged", strike=_gone),
+    "disk": Row(Form.FULL_STEP, "the disk under the run's record is full", strike=_disk),
+    "unhomed": Row(Form.NODE, "a node has not been homed", prepare=_unhomed),
+    "estop": Row(Form.NODE, "a node was stopped for good", prepare=_estop),
+    "version": Row(Form.NODE, "a node has firmware for another protocol", prepare=_version),
+    "config": Row(Form.NODE, "a node holds other limits", prepare=_config),
+    "chip": Row(Form.NODE, "another device stands in a node's place", prepare=_chip),
+    "twin": Row(Form.NODE, "two devices listen on one address", prepare=_twin),
+    "busy": Row(Form.NODE, "another host is sending to a node", prepare=_busy),
+    "clone": Row(Form.NODE, "a node's radio chip is a bad copy", prepare=_clone),
+    "stranger": Row(Form.CHANCE, "a forged frame before a packet", meddle=_stranger),
+    "replay": Row(Form.CHANCE, "an old frame once more before a packet", meddle=_replay),
+}
