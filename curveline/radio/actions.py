@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from curveline.radio.frames import FLAG_CLEAR, FLAG_TAKEOVER
+
 Record = Mapping[str, Any]
 """Body of one journal record."""
 
@@ -40,6 +42,11 @@ class Policy:
     slack_ms: int = 1000
     takeover: bool = False
     clear_faults: bool = False
+
+    @property
+    def flags(self) -> int:
+        """What a HELLO asks of the nodes on the operator's behalf."""
+        return FLAG_TAKEOVER * self.takeover | FLAG_CLEAR * self.clear_faults
 
 
 @dataclass(frozen=True, slots=True)

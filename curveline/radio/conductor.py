@@ -10,35 +10,37 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from curveline.errors import InvalidInput
-from curveline.plan import AXES, Plan
-from curveline.radio import BATCH
+from curveline.plan import Plan
 from curveline.radio.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
-from curveline.radio.frames import FLAG_CLEAR, FLAG_TAKEOVER, HOLD_END, Counts, Hello, Ident, State, Status
+from curveline.radio.frames import HOLD_END, Counts, Hello, Ident, State, Status, Stop, encode_stop
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.keys import Site
 from curveline.radio.motion import axes_of, config_hash
+from curveline.radio.pacing import Pace
 from curveline.radio.peer import Peer
 from curveline.radio.preflight import (
-    check_fit,
     check_ident,
+    check_running,
     check_start,
     check_targets,
+    halt_record,
     loads_of,
     node_facts,
     run_tag,
     start_record,
+    what_is_left,
+    why_missing,
 )
+from curveline.radio.resume import ResumePoint, check_identity, check_progress, resume_record
 
 NO_LOAD: tuple[int, Counts, int] = (0, (0, 0, 0), 0)
 ENDED = frozenset({Phase.DONE, Phase.HALTED})
 STOPPING = frozenset({Phase.PAUSING, Phase.HALTING})
+GOING = frozenset({Phase.STAGING, Phase.RELEASED})
 UNCLAIMED = frozenset({Phase.DISCOVER, Phase.PREFLIGHT})
 WATCHED = frozenset({Phase.STAGING, Phase.RELEASED, Phase.PAUSING, Phase.PAUSED})
-UNREACHABLE = frozenset({Cause.SILENT, Cause.REBOOT, Cause.TAKEN})
-"""Causes after which the node at fault will not answer under its session any more."""
-DEADMAN_LIMIT_MS = 5000
-CYCLES = 10
-"""Poll cycles without a word after which a node counts as lost."""
+UNREACHABLE = frozenset({Cause.SILENT, Cause.DEAF, Cause.REBOOT, Cause.TAKEN})
+"""Causes after which the node at fault, or every node, will not answer under its session any more."""
 STRANGE = 3
 """Answers in a row that are no status, after which a node is asked who it is."""
 
@@ -46,7 +48,10 @@ STRANGE = 3
 class Conductor:
     """Takes a plan from barrier to barrier; `phase`, `step`, `released`, `barrier`, `halt` and `peers` tell how far."""
 
-    def __init__(self, plan: Plan, site: Site, nonce: int, policy: Policy | None = None) -> None:
+    def __init__(
+        self, plan: Plan, site: Site, nonce: int, policy: Policy | None = None, resume: ResumePoint | None = None
+    ) -> None:
+        """`resume` is where to go on with a run that was broken off; without it a new one begins."""
         count = plan.drive.node_count
         if len(site.chips) != count:
             raise InvalidInput(f"the plan is for {count} nodes, but the radio reaches {len(site.chips)}")
@@ -55,7 +60,7 @@ class Conductor:
         self.plan = plan
         self.policy = policy or Policy()
         self.phase = Phase.DISCOVER
-        self.step = 1
+        self.step = 1 if resume is None else resume.barrier + 1
         self.released = 0
         self.barrier = 0
         self.halt: Halt | None = None
@@ -65,16 +70,19 @@ class Conductor:
             for number, address in enumerate(plan.drive.addresses, start=1)
         )
         self._chips = site.chips
+        self._stop = encode_stop(Stop(0), site.stop_key)
         self._loads = loads_of(plan)
-        cycle_ms = max(self.policy.poll_ms, 2 * count)
-        self._silence_ms = min(DEADMAN_LIMIT_MS, max(self.policy.silence_ms, CYCLES * cycle_ms))
-        flags = FLAG_TAKEOVER * self.policy.takeover | FLAG_CLEAR * self.policy.clear_faults
-        self._hello = Hello(0, 0, self.run_tag, config_hash(axes), self._silence_ms, flags)
-        self._hold_gen = 0
+        self._pace = Pace(self.policy, count, plan.drive.data_rate)
+        flags = self.policy.flags | (0 if resume is None else resume.flags)
+        self._hello = Hello(0, 0, self.run_tag, config_hash(axes), self._pace.silence_ms, flags)
+        self._point = resume
+        self._hold_gen = 0 if resume is None else 1
         self._estop = False
         self._claimed = False
         self._pause_wanted = False
+        self._hold_wanted = False
         self._entered_ms: int | None = None
+        self._awake_ms = 0
         self._moving_ms = 0
         self._resume_to = Phase.STAGING
         self._writing: tuple[Record, Callable[[int], None]] | None = None
@@ -87,13 +95,13 @@ class Conductor:
 
     def hold(self, now_ms: int) -> None:
         """Hold now, wherever the nodes are; before the first step is staged that is a pause at the barrier."""
-        self._pause_wanted = True
-        if self.phase in (Phase.STAGING, Phase.RELEASED):
+        self._pause_wanted = self._hold_wanted = True
+        if self.phase in GOING:
             self._hold_all(now_ms)
 
     def resume(self, now_ms: int) -> None:
         """Go on after a pause, or forget the wish for one."""
-        self._pause_wanted = False
+        self._pause_wanted = self._hold_wanted = False
         if self.phase is Phase.PAUSED and self._hold_gen + 1 >= HOLD_END:
             self.fail(now_ms, Halt(Cause.WORN, step=self.step))
         elif self.phase is Phase.PAUSED:
@@ -111,8 +119,8 @@ class Conductor:
         """Hold all nodes and end the run with this reason, unless it is ending for another one already."""
         if self.halt is None and self.phase not in ENDED:
             self.halt = halt
-            if halt.cause in UNREACHABLE:
-                self.peers[halt.node - 1].gone = True
+            for peer in self.peers if halt.cause in UNREACHABLE else ():
+                peer.gone = peer.gone or halt.node in (0, peer.number)
             self._writing = None
             self._hold_gen = HOLD_END if self.phase in UNCLAIMED else self._hold_gen | 1
             self._enter(Phase.HALTING, now_ms)
@@ -123,16 +131,18 @@ class Conductor:
         """The one thing to do now."""
         if self._entered_ms is None:
             self._enter(Phase.DISCOVER, now_ms)
+        self._notice(now_ms, "as if suspended")
         if self._writing is None:
             self._proceed(now_ms)
         if self._writing is not None:
             return Write(self._writing[0])
         if self.phase in ENDED:
             return Finished()
-        waiting = sorted(self._audience(), key=_due)
-        due = [peer for peer in waiting[:BATCH] if peer.due_ms <= now_ms]
+        audience = self._audience()
+        due = self._pace.batch(audience, now_ms)
         if not due:
-            return Sleep(waiting[0].due_ms)
+            self._awake_ms = min(peer.due_ms for peer in audience)
+            return Sleep(self._awake_ms)
         return Poll(tuple(Send(peer.number, peer.address, self._frame(peer, now_ms)) for peer in due))
 
     def written(self, now_ms: int) -> None:
@@ -141,6 +151,7 @@ class Conductor:
             commit = self._writing[1]
             self._writing = None
             commit(now_ms)
+        self._notice(now_ms, "while a record was being stored")
 
     def unwritten(self, now_ms: int, why: str) -> None:
         """The record of the last Write could not be stored: nothing further is released, all nodes hold."""
@@ -157,10 +168,10 @@ class Conductor:
         peer.unheard += 1
         if payload is None:
             peer.tally.lost += 1
-            peer.due_ms = now_ms + (self.policy.lost_poll_ms if self.is_lost(peer, now_ms) else self.policy.retry_ms)
+            self._pace.after_loss(self.peers, peer, now_ms)
             return None
         peer.tally.answered += 1
-        peer.due_ms = now_ms + self.policy.poll_ms
+        self._pace.after_answer(peer, now_ms)
         fact = peer.take(payload)
         if isinstance(fact, Status):
             peer.strange, peer.unheard, peer.heard_ms = 0, 0, now_ms
@@ -173,17 +184,16 @@ class Conductor:
             self._identify(now_ms, peer, fact)
         return None
 
-    def is_lost(self, peer: Peer, now_ms: int) -> bool:
-        """Whether a node has been polled long enough without a word from it."""
-        return peer.unheard >= CYCLES and now_ms - peer.heard_ms > self._silence_ms
-
     # What an answer means
 
     def _identify(self, now_ms: int, peer: Peer, ident: Ident) -> None:
         peer.ident_ms = now_ms
         if self.phase is Phase.DISCOVER:
-            peer.busy = ident.busy and not self.policy.takeover
+            peer.unheard, peer.heard_ms = 0, now_ms
+            peer.busy = ident.busy and not (self.policy.takeover and ident.state is not State.MOVING)
             halt = check_ident(ident, peer, self._chips[peer.number - 1], self._hello.config_hash)
+            if halt is None and self._point is not None:
+                halt = check_identity(self._point, ident)
             if halt is not None:
                 self.fail(now_ms, halt)
             elif not peer.busy:
@@ -194,19 +204,7 @@ class Conductor:
 
     def _judge(self, now_ms: int, peer: Peer) -> None:
         """Halt on anything in a node's newest status that a running plan does not allow."""
-        status = peer.status
-        if status is None or self.phase not in WATCHED:
-            return
-        halt = check_fit(status, self.step)
-        if status.boot != peer.boot:
-            halt = Halt(Cause.REBOOT, peer.number, self.step, f"boot number {status.boot} instead of {peer.boot}")
-        elif peer.started > self.released:
-            halt = Halt(Cause.AHEAD, peer.number, self.step, str(peer.started))
-        elif status.state is State.HOLD_LINK:
-            halt = Halt(Cause.HELD, peer.number, self.step)
-        elif status.state is State.HOLD and not status.hold_low & 1:
-            halt = Halt(Cause.STOPPED, peer.number, self.step)
-        if halt is not None:
+        if self.phase in WATCHED and (halt := check_running(peer, self.step, self.released)) is not None:
             self.fail(now_ms, halt)
 
     # Phases
@@ -246,21 +244,38 @@ class Conductor:
         if not missing:
             self._claimed = True
             self._enter(Phase.PREFLIGHT, now_ms)
-        elif self._since(now_ms) > self.policy.budget_ms:
-            self.fail(now_ms, _why_missing(missing))
+        elif self._since(now_ms) > self._pace.patience_ms(missing):
+            self.fail(now_ms, why_missing(missing, len(self.peers)))
 
     def _preflight(self, now_ms: int) -> None:
         answered = [peer for peer in self.peers if peer.status is not None and peer.status.state is not State.MOVING]
         if len(answered) == len(self.peers):
-            if (halt := check_start(self.plan, self.peers)) is not None:
-                self.fail(now_ms, halt)
-            else:
-                self._write(start_record(self.plan, self.peers, self.run_tag), self._begin_staging)
+            self._check_in(now_ms)
         elif self._since(now_ms) > self.policy.budget_ms:
-            self.fail(now_ms, _why_missing([peer for peer in self.peers if peer not in answered]))
+            self.fail(now_ms, why_missing([peer for peer in self.peers if peer not in answered], len(self.peers)))
 
-    def _begin_staging(self, now_ms: int) -> None:
+    def _check_in(self, now_ms: int) -> None:
+        point = self._point
+        halt = check_start(self.plan, self.peers) if point is None else check_progress(self.plan, point, self.peers)
+        if halt is not None:
+            self.fail(now_ms, halt)
+        elif point is None:
+            self._write(start_record(self.plan, self.peers, self.run_tag), self._begin)
+        else:
+            self._write(resume_record(point, self.peers), self._go_on)
+
+    def _begin(self, now_ms: int) -> None:
         self._enter(Phase.STAGING, now_ms)
+
+    def _go_on(self, now_ms: int) -> None:
+        """Lift the hold under which the nodes were taken over, and take up the run where its record leaves it."""
+        assert self._point is not None
+        self.released, self.barrier = self._point.released, self._point.barrier
+        self._point = None
+        self._hold_gen += 1
+        self._enter(Phase.RELEASED if self.released > self.barrier else Phase.STAGING, now_ms)
+        if self._hold_wanted:
+            self._hold_all(now_ms)
 
     def _stage(self, now_ms: int) -> None:
         if self._pause_wanted:
@@ -269,7 +284,7 @@ class Conductor:
             self._write({"type": "end", **node_facts(self.peers)}, self._close)
         elif all(peer.staged >= self.step for peer in self.peers):
             self._write({"type": "release", "step": self.step}, self._release)
-        elif self._since(now_ms) > self._silence_ms + self.policy.budget_ms:
+        elif self._since(now_ms) > self._pace.silence_ms + self.policy.budget_ms:
             late = next(peer for peer in self.peers if peer.staged < self.step)
             self.fail(now_ms, Halt(Cause.DEADLINE, late.number, self.step, "it has not taken its target"))
 
@@ -284,9 +299,10 @@ class Conductor:
         if not late:
             self._write({"type": "barrier", "step": self.step, **node_facts(self.peers)}, self._pass_barrier)
         elif self._moving_ms + self._since(now_ms) > allowed_ms:
-            known = [peer for peer in late if not self.is_lost(peer, now_ms)]
-            if known:
-                self.fail(now_ms, Halt(Cause.DEADLINE, known[0].number, self.step, self._behind(known[0])))
+            for peer in late:
+                if not self._pace.is_lost(peer, now_ms):
+                    left = what_is_left(self.plan, self.step, peer)
+                    self.fail(now_ms, Halt(Cause.DEADLINE, peer.number, self.step, left))
 
     def _pass_barrier(self, now_ms: int) -> None:
         self.barrier = self.step
@@ -307,9 +323,11 @@ class Conductor:
             record = {"type": "pause", "step": self.step, "hold": self._hold_gen, **node_facts(self.peers)}
             self._write(record, self._paused)
         elif self.phase is Phase.HALTING and (resting or self._since(now_ms) > self.policy.settle_ms):
-            why = self.halt or Halt(Cause.ESTOP, step=self.step)
-            record = {"type": "halt", "cause": why.cause.name.lower(), "node": why.node, "step": why.step}
-            self._write({**record, "message": why.message, **node_facts(self.peers)}, self._halted)
+            assert self.halt is not None
+            if self._point is None:
+                self._write(halt_record(self.halt, self.peers), self._halted)
+            else:
+                self._halted(now_ms)  # what was not gone on with keeps its record as it was
 
     def _rests(self, peer: Peer) -> bool:
         """Whether a node has answered this phase's frames and stands still, or cannot be asked any more."""
@@ -331,13 +349,23 @@ class Conductor:
         self._enter(Phase.CLOSING, now_ms)
 
     def _watch(self, now_ms: int) -> None:
-        for peer in self.peers:
+        """Halt for a node that has not been heard for too long, or that answers but no longer under this session."""
+        lost = [peer for peer in self.peers if self._pace.is_lost(peer, now_ms)]
+        for peer in lost:
             silent_ms = now_ms - peer.heard_ms
-            if silent_ms > self._silence_ms + self.policy.budget_ms and self.is_lost(peer, now_ms):
-                taken = now_ms - peer.ident_ms < self._silence_ms
-                detail = f" any more, for {silent_ms / 1000:.1f} s"
-                cause = Cause.TAKEN if taken else Cause.SILENT
-                self.fail(now_ms, Halt(cause, peer.number, self.step, detail))
+            detail = f" any more, for {silent_ms / 1000:.1f} s"
+            if peer.strange > 2 * STRANGE and now_ms - peer.ident_ms < self._pace.silence_ms:
+                self.fail(now_ms, Halt(Cause.TAKEN, peer.number, self.step))
+            elif silent_ms > self._pace.silence_ms + self.policy.budget_ms and len(lost) == len(self.peers):
+                self.fail(now_ms, Halt(Cause.DEAF, step=self.step, detail=detail))
+            elif silent_ms > self._pace.silence_ms + self.policy.budget_ms:
+                self.fail(now_ms, Halt(Cause.SILENT, peer.number, self.step, detail))
+
+    def _notice(self, now_ms: int, excuse: str) -> None:
+        """Halt if the host itself was away for so long that the nodes have held by themselves."""
+        away_ms, self._awake_ms = now_ms - self._awake_ms, now_ms
+        if away_ms > self._pace.silence_ms and self.phase in GOING:
+            self.fail(now_ms, Halt(Cause.SUSPENDED, step=self.step, detail=f"for {away_ms / 1000:.1f} s, {excuse}"))
 
     # Frames
 
@@ -355,7 +383,7 @@ class Conductor:
         if strange and self.phase in WATCHED and peer.tally.polls & 1:
             return peer.hello(self._hello)
         if self._estop:
-            return peer.estop()
+            return self._stop if strange and peer.tally.polls & 1 else peer.estop()
         return peer.drive(self.released, self._hold_gen, self._load(peer))
 
     def _load(self, peer: Peer) -> tuple[int, Counts, int]:
@@ -366,27 +394,3 @@ class Conductor:
 
     def _write(self, record: Record, commit: Callable[[int], None]) -> None:
         self._writing = (record, commit)
-
-    def _behind(self, peer: Peer) -> str:
-        """Which axis of a late node is how far from its target."""
-        if peer.status is None or peer.started < self.step:
-            return "it has not set off"
-        goal = self.plan.steps[self.step - 1].targets[peer.number - 1].counts
-        gaps = (want - found for want, found in zip(goal, peer.status.position, strict=True))
-        left = [drive.value(gap) for drive, gap in zip(self.plan.drive.axes, gaps, strict=True)]
-        far = max(range(len(AXES)), key=lambda axis: abs(left[axis]))
-        return f"its {AXES[far]} has {abs(left[far]):.1f} {'deg' if AXES[far] == 'bias' else 'mm'} to go"
-
-
-def _due(peer: Peer) -> int:
-    return peer.due_ms
-
-
-def _why_missing(missing: Sequence[Peer]) -> Halt:
-    """The best explanation of why nodes could not be taken over, for the first of them."""
-    peer = missing[0]
-    if peer.busy or peer.status is not None:
-        return Halt(Cause.BUSY, peer.number)
-    if not peer.tally.answered:
-        return Halt(Cause.SILENT, peer.number)
-    return Halt(Cause.UNTRUSTED if peer.ident is None else Cause.TAKEN, peer.number)

@@ -95,8 +95,8 @@ class Cause(Enum):
         "improve the radio link; then resume the run, or send the shape again from where the display stands",
     )
     SUSPENDED = (
-        "this computer was suspended{when} ({detail}), and the nodes hold",
-        "keep it awake while a display moves",
+        "this computer fell silent{when} ({detail}), so the nodes hold",
+        "keep it awake and its disk free while a display moves; the run can be resumed",
     )
     STOPPED = (
         "node {node} was stopped{when} by a stop broadcast that this run did not send",

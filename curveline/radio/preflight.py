@@ -91,6 +91,47 @@ def check_fit(status: Status, step: int) -> Halt | None:
     return None
 
 
+def why_missing(missing: Sequence[Peer], count: int) -> Halt:
+    """The best explanation of why some of `count` nodes could not be taken over, for the first of them."""
+    peer = missing[0]
+    busy = [each.number for each in missing if each.busy or each.status is not None]
+    if busy:
+        others = ", ".join(map(str, busy[1:]))
+        return Halt(Cause.BUSY, busy[0], detail=f"; so does node {others}" if others else "")
+    if len(missing) == count and not any(each.tally.answered for each in missing):
+        return Halt(Cause.DEAF)
+    if not peer.tally.answered:
+        return Halt(Cause.SILENT, peer.number)
+    return Halt(Cause.UNTRUSTED if peer.ident is None else Cause.TAKEN, peer.number)
+
+
+def what_is_left(plan: Plan, step: int, peer: Peer) -> str:
+    """Which axis of a late node is how far from its target."""
+    if peer.status is None or peer.started < step:
+        return "it has not set off"
+    goal = plan.steps[step - 1].targets[peer.number - 1].counts
+    gaps = (want - found for want, found in zip(goal, peer.status.position, strict=True))
+    left = [drive.value(gap) for drive, gap in zip(plan.drive.axes, gaps, strict=True)]
+    far = max(range(len(AXES)), key=lambda axis: abs(left[axis]))
+    return f"its {AXES[far]} has {abs(left[far]):.1f} {'deg' if AXES[far] == 'bias' else 'mm'} to go"
+
+
+def check_running(peer: Peer, step: int, released: int) -> Halt | None:
+    """Whether a node's newest status is one that a run in `step` allows."""
+    status = peer.status
+    assert status is not None
+    halt = check_fit(status, step)
+    if status.boot != peer.boot:
+        return Halt(Cause.REBOOT, peer.number, step, f"boot number {status.boot} instead of {peer.boot}")
+    if peer.started > released:
+        return Halt(Cause.AHEAD, peer.number, step, str(peer.started))
+    if halt is None and status.state is State.HOLD_LINK:
+        return Halt(Cause.HELD, peer.number, step)
+    if halt is None and status.state is State.HOLD and not status.hold_low & 1:
+        return Halt(Cause.STOPPED, peer.number, step)
+    return halt
+
+
 def start_record(plan: Plan, peers: Sequence[Peer], tag: int) -> Record:
     """The first record of a run: all that a resume needs to know of plan and nodes."""
     return {
@@ -104,6 +145,12 @@ def start_record(plan: Plan, peers: Sequence[Peer], tag: int) -> Record:
         "sessions": [peer.session for peer in peers],
         **node_facts(peers),
     }
+
+
+def halt_record(halt: Halt, peers: Sequence[Peer]) -> Record:
+    """Why a run has ended before its end."""
+    record = {"type": "halt", "cause": halt.cause.name.lower(), "node": halt.node, "step": halt.step}
+    return {**record, "message": halt.message, **node_facts(peers)}
 
 
 def node_facts(peers: Sequence[Peer]) -> Record:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from random import Random
 
@@ -15,6 +16,7 @@ from curveline.radio.motion import axes_of
 from curveline.radio.node import Node
 from curveline.radio.nodestate import Identity, Memory
 from curveline.radio.plant import MotorPlant
+from curveline.radio.resume import resume_point
 
 AXES = (
     AxisDrive(221.3263, 20.0, 100.0, -1000.0, 1000.0),
@@ -118,6 +120,11 @@ class Bench:
         heard = self.air.exchange(self.antennas[action.node - 1], action.payload, self.now_us)
         self.now_us += heard.took_us
         return heard
+
+    def new_host(self, nonce: int = 0x66554433221100, policy: Policy | None = None) -> None:
+        """Another host goes on with the run by the records that the first one left; nodes and air stay as they are."""
+        records = json.loads(json.dumps(self.records))
+        self.conductor = Conductor(self.plan, self.site, nonce, policy, resume_point(self.plan, records))
 
     def run(self, until: Callable[[], bool] | None = None, limit_ms: int = 600_000) -> Phase:
         """Turn until the run has ended or `until` holds."""
