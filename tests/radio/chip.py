@@ -149,7 +149,7 @@ class Chip:
         now_us = self._ether.now_us
         if level:
             self._rise_us = now_us
-        elif self.mode is Mode.TX_SETTLING and now_us - self._rise_us < PULSE_US:
+        elif self.mode is Mode.TX_SETTLING and not self.bank.arc and now_us - self._rise_us < PULSE_US:
             self._enter(Mode.STANDBY)  # too short a pulse starts nothing
         self._review()
 
@@ -264,7 +264,8 @@ class Chip:
     def _unanswered(self) -> None:
         if self.bank.arc < self.bank[SETUP_RETR] & 0x0F:
             self.bank.arc += 1
-            self._send()
+            self._enter(Mode.TX_SETTLING)  # it listened to the end of the delay, so it has yet to turn
+            self._after(TURN_US, self._send)
             return
         self.bank.plos = min(self.bank.plos + 1, 15)
         self._enter(Mode.STANDBY)
