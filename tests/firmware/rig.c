@@ -1,0 +1,170 @@
+/* Test bench for the control half of the core: modelled gear motors on a drive, in virtual time.
+
+   The model is that of the control numbers: a motor with a time constant, friction that holds it up to a part of full
+   duty, a load, whole encoder counts. The encoder sits on the motor; a seized axis leaves the motor the play of the
+   gears to turn in. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "drive.h"
+
+#define STEPS_PER_MS 10
+
+typedef struct {
+    double counts_per_s;  /* at full duty, without load */
+    double time_constant; /* s */
+    double stiction, friction; /* parts of full duty: to break loose, to keep moving */
+    double load;          /* part of full duty that pulls at the axis */
+    double low, high;     /* obstacles: motor positions that cannot be passed */
+    double position, speed;
+    int32_t wiring;       /* 1, or -1 for crossed wires */
+    int32_t encoder;      /* 1 alive, 0 dead, 2 one channel dead */
+    int32_t count, jump;  /* what the encoder says; what is added to it */
+} motor;
+
+typedef struct {
+    int64_t now_ms;
+    int64_t settled_ms;     /* -1 while unknown */
+    int64_t fault_ms;       /* -1 for none */
+    int64_t driver_low_ms;  /* how long the driver's pin will be low */
+    int32_t fault, fault_axis;
+    int32_t worst[3];       /* largest distance from the set-point since rig_reset_worst */
+    int32_t off_ms[3];      /* ms with PWM 0 in a row */
+    int32_t setpoint[3];
+    int16_t pwm[3];
+    motor motors[3];
+    cl_drive drive;
+    cl_plant plant;
+    cl_move move;
+    int64_t start_ms;
+} rig;
+
+static void turn(motor *m, double duty) {
+    double dt = 0.001 / STEPS_PER_MS, pull = duty * m->wiring + m->load;
+    for (int step = 0; step < STEPS_PER_MS; step++) {
+        if (m->speed == 0.0 && fabs(pull) <= m->stiction) continue;
+        double way = m->speed != 0.0 ? copysign(1.0, m->speed) : copysign(1.0, pull);
+        double speed = m->speed + dt / m->time_constant *
+                       (m->counts_per_s * (pull - way * m->friction) - m->speed);
+        m->speed = speed * way < 0.0 && m->speed != 0.0 ? 0.0 : speed;
+        m->position += m->speed * dt;
+        if (m->position < m->low || m->position > m->high) m->speed = 0.0;
+        m->position = fmin(fmax(m->position, m->low), m->high);
+    }
+    int32_t count = (int32_t)floor(m->position);
+    if (m->encoder == 1) m->count = count + m->jump;
+    if (m->encoder == 2) m->count = (m->count & ~1) | (count & 1);
+}
+
+static void encoders(const rig *r, cl_counts *counts) {
+    for (int axis = 0; axis < 3; axis++) counts->at[axis] = r->motors[axis].count;
+}
+
+rig *rig_new(void);
+void rig_free(rig *r);
+motor *rig_motor(rig *r, int axis);
+void rig_place(rig *r, const int32_t at[3]);
+void rig_plan(rig *r, const int32_t target[3], const cl_axis_limits axes[3], int32_t least_ms);
+void rig_brake(rig *r);
+int64_t rig_run(rig *r, int64_t ms);
+void rig_fail(rig *r, uint8_t fault, uint8_t axis);
+void rig_positions(rig *r, int32_t at[3]);
+bool rig_still(const rig *r);
+bool rig_coasts(const rig *r, int axis);
+
+rig *rig_new(void) {
+    static const cl_servo_config *const configs[3] = {&cl_servo_linear, &cl_servo_bias, &cl_servo_linear};
+    rig *r = calloc(1, sizeof *r);
+    if (r == NULL) abort();
+    for (int axis = 0; axis < 3; axis++) {
+        r->motors[axis] = (motor){.counts_per_s = 6953, .time_constant = 0.03, .stiction = 0.08, .friction = 0.06,
+                                  .low = -1e9, .high = 1e9, .wiring = 1, .encoder = 1};
+    }
+    r->settled_ms = r->fault_ms = -1;
+    cl_counts zero = {{0, 0, 0}};
+    cl_drive_init(&r->drive, configs, &zero);
+    r->plant = cl_drive_plant(&r->drive);
+    return r;
+}
+
+void rig_free(rig *r) { free(r); }
+
+motor *rig_motor(rig *r, int axis) { return &r->motors[axis]; }
+
+void rig_place(rig *r, const int32_t at[3]) {
+    cl_counts counts;
+    for (int axis = 0; axis < 3; axis++) {
+        r->motors[axis].position = at[axis] + 0.5;
+        r->motors[axis].count = counts.at[axis] = at[axis];
+    }
+    cl_drive_place(&r->drive, &counts);
+    r->fault = 0;
+    r->settled_ms = r->fault_ms = -1;
+}
+
+/* What the node does when it sets off. */
+void rig_plan(rig *r, const int32_t target[3], const cl_axis_limits axes[3], int32_t least_ms) {
+    cl_counts to = {{target[0], target[1], target[2]}};
+    r->plant.positions(r->plant.self, r->now_ms, &r->move.start);
+    cl_plan_move(&r->move, &to, axes, least_ms);
+    r->start_ms = r->now_ms;
+    r->settled_ms = r->fault_ms = -1;
+    r->fault = r->fault_axis = 0;
+    memset(r->worst, 0, sizeof r->worst);
+    r->plant.follow(r->plant.self, r->now_ms, r->start_ms, &r->move);
+}
+
+void rig_brake(rig *r) {
+    cl_move_brake(&r->move, r->now_ms - r->start_ms);
+    r->settled_ms = -1;
+    r->plant.follow(r->plant.self, r->now_ms, r->start_ms, &r->move);
+}
+
+static void learn(rig *r) {
+    cl_plant_fault found;
+    int64_t at_ms;
+    if (r->plant.settles(r->plant.self, &at_ms)) r->settled_ms = at_ms;
+    if (r->plant.fault(r->plant.self, &found)) {
+        r->fault_ms = found.at_ms;
+        r->fault = found.fault;
+        r->fault_axis = found.axis;
+    }
+}
+
+/* Let up to `ms` pass, less if there is news; how many did. */
+int64_t rig_run(rig *r, int64_t ms) {
+    for (int64_t passed = 1; passed <= ms; passed++) {
+        cl_counts counts, wanted;
+        r->now_ms++;
+        for (int axis = 0; axis < 3; axis++) turn(&r->motors[axis], r->pwm[axis] / 2400.0);
+        encoders(r, &counts);
+        bool low = r->driver_low_ms > 0 && r->driver_low_ms-- > 0;
+        bool news = cl_drive_tick(&r->drive, r->now_ms, &counts, low, r->pwm);
+        if (r->move.duration_ms > 0) cl_move_at(&r->move, r->now_ms - r->start_ms, &wanted);
+        else wanted = counts;
+        for (int axis = 0; axis < 3; axis++) {
+            int32_t off = abs(counts.at[axis] - wanted.at[axis]);
+            if (off > r->worst[axis]) r->worst[axis] = off;
+            r->off_ms[axis] = r->pwm[axis] == 0 ? r->off_ms[axis] + 1 : 0;
+            r->setpoint[axis] = wanted.at[axis];
+        }
+        if (news) {
+            learn(r);
+            return passed;
+        }
+    }
+    return ms;
+}
+
+void rig_fail(rig *r, uint8_t fault, uint8_t axis) { cl_drive_fail(&r->drive, r->now_ms, fault, axis); }
+
+void rig_positions(rig *r, int32_t at[3]) {
+    cl_counts counts;
+    r->plant.positions(r->plant.self, r->now_ms, &counts);
+    memcpy(at, counts.at, sizeof counts.at);
+}
+
+bool rig_still(const rig *r) { return cl_drive_still(&r->drive); }
+
+bool rig_coasts(const rig *r, int axis) { return cl_servo_coasts(&r->drive.servo[axis]); }

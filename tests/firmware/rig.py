@@ -1,0 +1,124 @@
+"""The control half of the firmware's core on modelled motors, in virtual time; rig.c is the bench itself."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from functools import lru_cache
+from types import TracebackType
+
+from . import build
+
+CORE = tuple(build.CORE / f"{name}.c" for name in ("blake2s", "drive", "motion", "servo", "track"))
+LINEAR = (-260_000, 260_000, 4426, 22132)
+BIAS = (-5215, 5215, 3129, 13906)
+LIFT = (-48_700, 48_700, 2213, 11066)
+AXES = (LINEAR, BIAS, LIFT)
+"""Limits of the axes in counts, counts/s and counts/s^2: 20 mm/s, 45 deg/s, 10 mm/s."""
+
+BANDS = (22, 10, 22)
+REENGAGES = (66, 31, 66)
+STALL, RUNAWAY, ENCODER, DRIVER = 3, 4, 5, 6
+
+Triple = ctypes.c_int32 * 3
+Limits = (ctypes.c_int32 * 4) * 3
+
+
+class Motor(ctypes.Structure):
+    """A modelled motor; see rig.c for what the fields mean."""
+
+    _fields_ = (
+        *((name, ctypes.c_double) for name in ("counts_per_s", "time_constant", "stiction", "friction", "load")),
+        *((name, ctypes.c_double) for name in ("low", "high", "position", "speed")),
+        *((name, ctypes.c_int32) for name in ("wiring", "encoder", "count", "jump")),
+    )
+
+
+class Report(ctypes.Structure):
+    """What the bench saw."""
+
+    _fields_ = (
+        *((name, ctypes.c_int64) for name in ("now_ms", "settled_ms", "fault_ms", "driver_low_ms")),
+        *((name, ctypes.c_int32) for name in ("fault", "fault_axis")),
+        *((name, Triple) for name in ("worst", "off_ms", "setpoint")),
+        ("pwm", ctypes.c_int16 * 3),
+    )
+
+
+@lru_cache
+def library(*flags: str, command: tuple[str, ...] | None = None) -> ctypes.CDLL:
+    """The bench, compiled with more flags or by another compiler where asked for."""
+    path = build.shared_library("rig", [*CORE, build.HERE / "rig.c"], [*flags, "-lm"], command)
+    loaded = ctypes.CDLL(str(path))
+    loaded.rig_new.restype = ctypes.POINTER(Report)
+    loaded.rig_motor.restype = ctypes.POINTER(Motor)
+    loaded.rig_run.restype = ctypes.c_int64
+    loaded.rig_run.argtypes = [ctypes.c_void_p, ctypes.c_int64]
+    loaded.rig_still.restype = loaded.rig_coasts.restype = ctypes.c_bool
+    return loaded
+
+
+class Rig:
+    """Three motors on a drive."""
+
+    def __init__(self, loaded: ctypes.CDLL | None = None) -> None:
+        self._c = loaded or library()
+        self._self = self._c.rig_new()
+        self.motors = [self._c.rig_motor(self._self, axis).contents for axis in range(3)]
+
+    def __enter__(self) -> Rig:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._c.rig_free(self._self)
+
+    @property
+    def seen(self) -> Report:
+        return self._self.contents
+
+    @property
+    def counts(self) -> list[int]:
+        return [motor.count for motor in self.motors]
+
+    @property
+    def errors(self) -> list[int]:
+        return [abs(motor.count - at) for motor, at in zip(self.motors, self.seen.setpoint, strict=True)]
+
+    @property
+    def positions(self) -> list[int]:
+        at = Triple()
+        self._c.rig_positions(self._self, at)
+        return list(at)
+
+    @property
+    def still(self) -> bool:
+        return bool(self._c.rig_still(self._self))
+
+    def coasts(self, axis: int) -> bool:
+        return bool(self._c.rig_coasts(self._self, axis))
+
+    def place(self, at: Sequence[int]) -> None:
+        self._c.rig_place(self._self, Triple(*at))
+
+    def plan(self, target: Sequence[int], least_ms: int = 0, axes: Sequence[Sequence[int]] = AXES) -> None:
+        """Set off for `target`, as the node would."""
+        limits = Limits(*((ctypes.c_int32 * 4)(*axis) for axis in axes))
+        self._c.rig_plan(self._self, Triple(*target), limits, least_ms)
+
+    def brake(self) -> None:
+        self._c.rig_brake(self._self)
+
+    def fail(self, fault: int, axis: int) -> None:
+        self._c.rig_fail(self._self, fault, axis)
+
+    def run(self, ms: int) -> int:
+        """Let up to `ms` pass, less if there is news; how many did."""
+        return int(self._c.rig_run(self._self, ms))
+
+    def arrive(self, limit_ms: int = 60_000) -> int:
+        """Run until the drive says that the move has ended or failed; how long that took."""
+        passed = 0
+        while self.seen.settled_ms < 0 and self.seen.fault == 0:
+            passed += self.run(limit_ms - passed)
+            assert passed < limit_ms, f"no news within {limit_ms} ms; off by {self.errors}, PWM {list(self.seen.pwm)}"
+        return passed
