@@ -7,22 +7,27 @@ JSON body. A record counts only when it is on disk; the reader drops a torn end 
 from __future__ import annotations
 
 import errno
+import fcntl
 import json
 import os
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 from zlib import crc32
 
 from curveline.errors import InvalidInput, LinkError
+from curveline.files import read_file
 from curveline.radio.actions import Record
 
 FILE_NAME = "journal"
 HEAD = re.compile(rb"([0-9]{6}) ([0-9]{8}) ([0-9a-f]{8}) ")
 HEAD_BYTES = 25
 BODY_LIMIT = 999_999
+SIZE_LIMIT = 200_000_000
+"""More than the record of any run; what is larger is not one."""
 NO_RESERVE = frozenset({errno.EOPNOTSUPP, errno.EINVAL, errno.ENOSYS})
 """What file systems answer that cannot reserve space."""
 
@@ -64,7 +69,7 @@ class SystemDisk:
 
 
 class Journal:
-    """An open record of one run."""
+    """An open record of one run, which no other process can open meanwhile."""
 
     def __init__(self, run: Path, disk: Disk | None = None) -> None:
         """Begin the record in the folder `run`; LinkError if the disk refuses, InvalidInput if there is one already."""
@@ -73,24 +78,21 @@ class Journal:
         self._sequence = 0
         self._end = 0
         self._broken = ""
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
         try:
-            self._descriptor = os.open(self.path, flags, 0o644)
+            self._descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
         except FileExistsError:
             raise InvalidInput(f"{self.path} holds the record of another run") from None
         except OSError as error:
             raise _refused(self.path, error) from error
-        try:
+        with self._closed_on_error():
+            _lock(self._descriptor, run)
             self._disk.sync(self._descriptor)
             sync_folder(run)
-        except OSError as error:
-            os.close(self._descriptor)
-            raise _refused(self.path, error) from error
 
     def reserve(self, size: int) -> None:
         """Make sure now that `size` bytes of records will find room; LinkError if they would not."""
         try:
-            self._disk.reserve(self._descriptor, size)
+            self._disk.reserve(self._descriptor, self._end + size)
         except OSError as error:
             raise _refused(self.path, error) from error
 
@@ -118,6 +120,17 @@ class Journal:
                 os.close(self._descriptor)
                 self._descriptor = -1
 
+    @contextmanager
+    def _closed_on_error(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            os.close(self._descriptor)
+            raise _refused(self.path, error) from error
+        except BaseException:
+            os.close(self._descriptor)
+            raise
+
     def _write(self, line: bytes) -> None:
         done = 0
         while done < len(line):
@@ -125,6 +138,31 @@ class Journal:
             if taken <= 0:
                 raise OSError(errno.EIO, "the disk took nothing")
             done += taken
+
+
+class ReopenedJournal(Journal):
+    """The record of a run that was broken off, opened to be gone on with; `records` is what it holds already."""
+
+    def __init__(self, run: Path, disk: Disk | None = None) -> None:
+        """Open the record in the folder `run` and cut its torn end off.
+
+        LinkError if another process has it open or the disk refuses, InvalidInput if there is none or it is damaged.
+        """
+        self.path = run / FILE_NAME
+        self._disk = disk or SystemDisk()
+        self._broken = ""
+        try:
+            self._descriptor = os.open(self.path, os.O_WRONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+        except FileNotFoundError:
+            raise InvalidInput(f"{run} holds no record of a run") from None
+        except OSError as error:
+            raise _refused(self.path, error) from error
+        with self._closed_on_error():
+            _lock(self._descriptor, run)
+            self.records, self._end = _checked_records(read_file(self.path, SIZE_LIMIT), self.path)
+            self._sequence = len(self.records)
+            os.ftruncate(self._descriptor, self._end)
+            self._disk.sync(self._descriptor)
 
 
 def encode_record(sequence: int, record: Record) -> bytes:
@@ -138,17 +176,7 @@ def encode_record(sequence: int, record: Record) -> bytes:
 
 def read_journal(path: Path) -> list[Mapping[str, Any]]:
     """All whole records of a journal; InvalidInput if one is damaged that others follow."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InvalidInput(f"cannot read {path}: {error.strerror or error}") from error
-    records, offset = _whole_records(data)
-    if _holds_record(data, offset):
-        raise InvalidInput(
-            f"{path} is damaged: record {len(records) + 1} cannot be read, but later ones can",
-            hint="this run cannot be trusted any more; send the shape again from where the display stands",
-        )
-    return records
+    return _checked_records(read_file(path, SIZE_LIMIT), path)[0]
 
 
 def runs_folder() -> Path:
@@ -168,12 +196,23 @@ def new_run(folder: Path, name: str) -> Path:
         run = folder / (f"{stamp}-{label}" if attempt == 1 else f"{stamp}-{label}-{attempt}")
         try:
             run.mkdir(parents=True)
+            sync_folder(folder)
         except FileExistsError:
             attempt += 1
         except OSError as error:
             raise _refused(run, error) from error
         else:
             return run
+
+
+def _lock(descriptor: int, run: Path) -> None:
+    """Keep other processes away from a run for as long as its record is open."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise LinkError(
+            f"another process is sending the run {run.name}", "only one host may send a run; wait until it has ended"
+        ) from None
 
 
 def sync_folder(folder: Path) -> None:
@@ -190,6 +229,17 @@ def _refused(path: Path, error: OSError) -> LinkError:
         f"cannot write {path}: {error.strerror or error}",
         hint="free space on that disk, or set CURVELINE_RUNS to another folder",
     )
+
+
+def _checked_records(data: bytes, path: Path) -> tuple[list[Mapping[str, Any]], int]:
+    """Whole records and where they end; InvalidInput if there is a gap with records behind it."""
+    records, offset = _whole_records(data)
+    if _holds_record(data, offset):
+        raise InvalidInput(
+            f"{path} is damaged: record {len(records) + 1} cannot be read, but later ones can",
+            hint="this run cannot be trusted any more; send the shape again from where the display stands",
+        )
+    return records, offset
 
 
 def _whole_records(data: bytes) -> tuple[list[Mapping[str, Any]], int]:
@@ -211,7 +261,10 @@ def _record_at(data: bytes, offset: int) -> tuple[int, Mapping[str, Any], int] |
     body = data[offset + HEAD_BYTES : end]
     if data[end : end + 1] != b"\n" or crc32(head[2] + body) != int(head[3], 16):
         return None
-    record = json.loads(body)
+    try:
+        record = json.loads(body)
+    except (ValueError, RecursionError):
+        return None
     return (int(head[2]), record, end + 1) if isinstance(record, dict) else None
 
 

@@ -115,7 +115,7 @@ def test_a_record_is_an_object_even_with_a_good_checksum(tmp_path: Path) -> None
 
 
 def test_a_missing_journal_is_said_to_be_missing(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="No such file"):
+    with pytest.raises(InvalidInput, match="there is no such file"):
         read_journal(tmp_path / "nowhere")
 
 
