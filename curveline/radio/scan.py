@@ -1,0 +1,161 @@
+"""Who is on the air: every address of a display asked many times, without keys, and what the answers give away.
+
+Nothing in a PAGE is evidence; it is good for learning chip ids, finding two devices on one address, and for faults that
+keep a node from answering under its key.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from curveline.plan import DriveTable
+from curveline.radio import BATCH, Answer, Radio
+from curveline.radio.frames import (
+    ATTEMPT_MASK,
+    EVERY_NODE,
+    FRAME_BYTES,
+    VERSION,
+    Kind,
+    Reject,
+    head,
+)
+from curveline.radio.keyfile import UNKNOWN_CHIP
+from curveline.radio.motion import axes_of, config_hash
+from curveline.radio.pages import Ask, Page, decode_page, encode_ask
+from curveline.radio.peer import LinkTally
+
+PROBES = 20
+FILTER_ROUNDS = 12
+PACKET_IDS = 4
+"""After so many packets the sending chip uses the same packet id again."""
+
+
+@dataclass
+class Found:
+    """What one address answered: the newest page of every device there, and how well it is heard.
+
+    `cut` counts answers that were neither empty nor a whole frame; `filters` is whether the chip drops repeats, None
+    if that was not asked or could not be told.
+    """
+
+    node: int
+    address: str
+    pages: dict[int, Page] = field(default_factory=dict)
+    link: LinkTally = field(default_factory=LinkTally)
+    whole: int = 0
+    cut: int = 0
+    filters: bool | None = None
+
+    @property
+    def chip(self) -> int:
+        """The chip id, if exactly one device answers, else UNKNOWN_CHIP."""
+        return next(iter(self.pages)) if len(self.pages) == 1 else UNKNOWN_CHIP
+
+
+def scan(radio: Radio, drive: DriveTable, probes: int = PROBES) -> list[Found]:
+    """Ask every address of a display `probes` times who is there; it disturbs no run and needs no keys."""
+    found = [Found(number, address) for number, address in enumerate(drive.addresses, start=1)]
+    for group in _groups(found):
+        _ask(radio, group, probes)
+    return found
+
+
+def problems(found: Found, known: int, drive: DriveTable) -> list[str]:
+    """What is wrong with one address, in sentences; `known` is the chip id that the site has on record, if any."""
+    where = f"node {found.node}"
+    if not found.link.answered:
+        return [f"{where}: no answer from {found.address}"]
+    if not found.pages:
+        cut = "; they come cut short, as from a bad copy of the radio chip" if found.cut else ""
+        return [f"{where}: {found.address} acknowledges, but no whole answer came{cut}"]
+    if len(found.pages) > 1:
+        chips = " and ".join(f"{chip:08x}" for chip in sorted(found.pages))
+        return [f"{where}: {len(found.pages)} devices answer on {found.address}: chips {chips}; switch one off"]
+    (page,) = found.pages.values()
+    wanted = config_hash(axes_of(drive))
+    checks = [
+        (page.node != found.node, f"it takes itself for node {page.node}: write its settings again"),
+        (
+            page.version != VERSION,
+            f"it speaks version {page.version} of the protocol, this release {VERSION}: flash it",
+        ),
+        (page.config_hash != wanted, f"it holds other limits than this display ({page.config_hash:04x})"),
+        (
+            known not in (UNKNOWN_CHIP, page.chip),
+            f"chip {page.chip:08x} answers instead of {known:08x}, which the site knows",
+        ),
+    ]
+    return [f"{where}: {text}" for is_so, text in checks if is_so]
+
+
+def radio_test(radio: Radio, drive: DriveTable, probes: int = PROBES) -> list[Found]:
+    """What can be told of the radio chips from here: whether 32 bytes come back whole, and whether repeats are dropped.
+
+    A node that drops a repeat counts one forged frame where it got the same one twice under one packet id.
+    """
+    found = scan(radio, drive, probes)
+    for each in found:
+        other = drive.addresses[each.node % drive.node_count]
+        for _ in range(FILTER_ROUNDS):
+            told = _is_filtered(radio, each, other, probes)
+            each.filters = each.filters if told is None else told
+            # One repeat that was dropped is proof; one that came through may have had another packet id after all.
+            if told:
+                break
+    return found
+
+
+def _groups(found: Sequence[Found]) -> Iterator[Sequence[Found]]:
+    for begin in range(0, len(found), BATCH):
+        yield found[begin : begin + BATCH]
+
+
+def _ask(radio: Radio, group: Sequence[Found], probes: int) -> None:
+    """One more round than probes: an answer comes with the question after."""
+    nonce = secrets.randbits(64) & ~ATTEMPT_MASK
+    for attempt in range(probes + 1):
+        frame = encode_ask(Ask(EVERY_NODE, nonce | (attempt & ATTEMPT_MASK)))
+        answers = radio.exchange([(each.address, frame) for each in group])
+        for each, answer in zip(group, answers, strict=True):
+            _note(each, answer, nonce)
+
+
+def _note(found: Found, answer: Answer, nonce: int) -> None:
+    found.link.polls += 1
+    found.link.retries += answer.retries
+    if answer.payload is None:
+        found.link.lost += 1
+        return
+    found.link.answered += 1
+    found.cut += 0 < len(answer.payload) < FRAME_BYTES
+    page = decode_page(answer.payload, nonce)
+    if isinstance(page, Reject):
+        return
+    found.whole += 1
+    found.pages[page.chip] = page
+
+
+def _is_filtered(radio: Radio, found: Found, other: str, probes: int) -> bool | None:
+    """Send one frame twice under the same packet id; None if the node's count does not tell."""
+    before = _bad_tags(radio, found, probes)
+    probe = bytes([head(Kind.HELLO), found.node]) + secrets.token_bytes(FRAME_BYTES - 2)
+    filler = encode_ask(Ask(EVERY_NODE, secrets.randbits(64)))
+    packets = [(found.address, probe), *[(other, filler)] * (PACKET_IDS - 1), (found.address, probe)]
+    answers = radio.exchange(packets)
+    after = _bad_tags(radio, found, probes)
+    if before is None or after is None or answers[0].payload is None or answers[-1].payload is None:
+        return None
+    return {1: True, 2: False}.get(after - before)
+
+
+def _bad_tags(radio: Radio, found: Found, probes: int) -> int | None:
+    """The node's count of forged frames now."""
+    nonce = secrets.randbits(64) & ~ATTEMPT_MASK
+    for attempt in range(probes):
+        (answer,) = radio.exchange([(found.address, encode_ask(Ask(EVERY_NODE, nonce | attempt)))])
+        page = decode_page(answer.payload or b"", nonce)
+        if not isinstance(page, Reject) and page.chip == found.chip:
+            return page.bad_tags
+    return None

@@ -1,0 +1,89 @@
+"""Stopping a display whoever drives it: STOP to every node until each has said under its key that it stands.
+
+A radio is no safety circuit: what must stop for certain needs a switch in the motors' supply.
+"""
+
+from __future__ import annotations
+
+import secrets
+from dataclasses import dataclass, field
+
+from curveline.plan import DriveTable
+from curveline.radio import BATCH, Answer, Radio
+from curveline.radio.frames import ATTEMPT_MASK, FLAG_QUERY, Hello, State, Status, Stop, decode_status, encode_stop
+from curveline.radio.keyfile import UNKNOWN_CHIP
+from curveline.radio.peer import LinkTally, Peer
+
+LIMIT_US = 10_000_000
+"""Longer than any brake takes: a node that still moves then does not obey."""
+SILENT_POLLS = 40
+PAUSE_US = 2000
+STANDING = frozenset({State.HOLD, State.HOLD_LINK, State.FAULT, State.POSITION_LOST, State.UNHOMED, State.ESTOP})
+"""States in which a node that has heard STOP may be found; in all of them its motors stand and nothing starts them."""
+PURPOSE = 1
+
+
+@dataclass
+class Stopped:
+    """What is known of one node; `state` is None if it never said anything that can be trusted."""
+
+    node: int
+    address: str
+    state: State | None = None
+    link: LinkTally = field(default_factory=LinkTally)
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the node has said under its key that it stands."""
+        return self.state in STANDING
+
+
+def stop_all(radio: Radio, drive: DriveTable) -> list[Stopped]:
+    """Send STOP to every node until each has confirmed it, or is silent, or 10 s have passed."""
+    stop = encode_stop(Stop(PURPOSE), radio.site.stop_key)
+    asked = [_Asked(radio, number, address) for number, address in enumerate(drive.addresses, start=1)]
+    for begin in range(0, len(asked), BATCH):  # all are told before the first is asked
+        radio.exchange([(each.found.address, stop) for each in asked[begin : begin + BATCH]])
+    end_us = radio.now_us() + LIMIT_US
+    while (left := [each for each in asked if not each.is_done]) and radio.now_us() < end_us:
+        for each in left:
+            each.turn(radio, stop)
+        radio.sleep_until(radio.now_us() + PAUSE_US)
+    return [each.found for each in asked]
+
+
+class _Asked:
+    """The conversation with one node."""
+
+    def __init__(self, radio: Radio, number: int, address: str) -> None:
+        self.found = Stopped(number, address)
+        self._is_known = radio.site.chips[number - 1] != UNKNOWN_CHIP
+        self._is_told = False
+        self._nonce = secrets.randbits(64) & ~ATTEMPT_MASK
+        self._peer = Peer(number, address, radio.site.node_key(number), self._nonce, tally=self.found.link)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether nothing more is to be expected: it stands, it is silent, or nobody knows its key."""
+        is_mute = not self.found.link.answered or not self._is_known
+        return self.found.is_sure or (is_mute and self.found.link.polls >= SILENT_POLLS)
+
+    def turn(self, radio: Radio, stop: bytes) -> None:
+        """STOP once more, and two questions: the first is answered with the second."""
+        question = Hello(self.found.node, self._nonce, 0, 0, 0, FLAG_QUERY)
+        frames = [stop, self._peer.hello(question), self._peer.hello(question)]
+        answers = radio.exchange([(self.found.address, frame) for frame in frames])
+        # Before STOP has arrived, a node may stand because its host holds it, and go on when that host likes.
+        self._is_told = self._is_told or answers[0].payload is not None
+        for answer in answers:
+            self._note(answer)
+
+    def _note(self, answer: Answer) -> None:
+        link = self.found.link
+        link.polls += 1
+        link.retries += answer.retries
+        link.lost += answer.payload is None
+        link.answered += answer.payload is not None
+        status = decode_status(answer.payload or b"", self._peer.node_key, self._nonce)
+        if self._is_told and isinstance(status, Status) and status.node == self.found.node:
+            self.found.state = status.state

@@ -1,0 +1,103 @@
+"""Intel HEX: read with suspicion, one sector replaced, all else kept."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from curveline.errors import InvalidInput
+from curveline.radio.intelhex import SETTINGS_SECTOR, image, with_settings
+
+SETTINGS = bytes(range(100, 184))
+
+
+def record(kind: int, address: int, data: bytes) -> str:
+    fields = bytes([len(data), address >> 8, address & 255, kind]) + data
+    return f":{fields.hex().upper()}{-sum(fields) & 255:02X}\n"
+
+
+END = record(1, 0, b"")
+CODE = record(0, 0, bytes(range(16))) + record(0, 16, b"\xaa\xbb")
+
+
+def test_settings_are_added_and_all_else_is_kept() -> None:
+    merged = with_settings(CODE + END, "node.hex", SETTINGS)
+    cells = image(merged, "node.hex")
+    assert {address: cells[address] for address in range(18)} == image(CODE + END, "node.hex")
+    assert bytes(cells[0xF400 + index] for index in range(84)) == SETTINGS
+    assert len(cells) == 18 + 84
+    assert merged.endswith(END)
+    assert merged.count(END) == 1
+
+
+def test_old_settings_go_even_where_a_record_straddles_the_sector() -> None:
+    old = record(0, 0xF3F8, bytes([1] * 16)) + record(0, 0xF500, b"\x02") + record(0, 0xF7F8, bytes([3] * 16))
+    cells = image(with_settings(CODE + old + END, "x", SETTINGS), "x")
+    assert [cells[address] for address in range(0xF3F8, 0xF400)] == [1] * 8
+    assert [cells[address] for address in range(0xF800, 0xF808)] == [3] * 8
+    assert {address for address in cells if address in SETTINGS_SECTOR} == {*range(0xF400, 0xF400 + 84)}
+    again = with_settings(with_settings(CODE + old + END, "x", b"other"), "x", SETTINGS)
+    assert image(again, "x") == cells
+    wide = record(0, 0xF3FE, bytes(255)) + record(0, 0xF4FD, bytes(255)) + record(0, 0xF5FC, bytes(255))
+    assert len(image(with_settings(CODE + wide + END, "x", SETTINGS), "x")) == 18 + 2 + 84
+
+
+def test_base_addresses_and_start_addresses_are_understood() -> None:
+    text = (
+        record(4, 0, b"\0\0") + CODE + record(2, 0, b"\x08\0") + record(0, 0x10, b"\x07") + record(5, 0, b"\0\0\1\x95")
+    )
+    merged = with_settings(text + END, "x", SETTINGS)
+    cells = image(merged, "x")
+    assert cells[0x8010] == 7
+    assert record(5, 0, b"\0\0\1\x95") in merged
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_lines_may_end_either_way(newline: str) -> None:
+    text = (CODE + END).replace("\n", newline)
+    assert with_settings(text, "x", SETTINGS) == with_settings(CODE + END, "x", SETTINGS)
+    assert with_settings(text.lower(), "x", SETTINGS) == with_settings(CODE + END, "x", SETTINGS)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "says"),
+    [
+        ("", 1, "no record"),
+        ("hello\n" + END, 1, "no record"),
+        (CODE + ":00\n" + END, 3, "no record"),
+        (CODE + ":0 00000FF\n" + END, 3, "no record"),
+        (CODE + ":é0000001FF\n", 3, "no record"),
+        (CODE.replace("AABB", "AABC") + END, 2, "checksum"),
+        (CODE + record(0, 20, b"\1\2\3").replace(":03", ":02") + END, 3, "checksum"),
+        (CODE + record(6, 0, b"") + END, 3, "unknown kind"),
+        (CODE + record(4, 0, b"\0") + END, 3, "wrong length"),
+        (CODE, 2, "cut"),
+        (CODE + END + CODE, 3, "after the end"),
+        (CODE + END + END, 3, "after the end"),
+        (CODE + record(0, 5, b"\1") + END, 1, "more than once"),
+        (CODE + record(4, 0, b"\0\1") + record(0, 0, b"\1") + END, 1, "beyond the 64 kB"),
+        (record(0, 16, b"\1") + END, 1, "no image of a node"),
+        (END, 1, "no image of a node"),
+    ],
+)
+def test_what_is_no_image_is_refused_by_line_without_quoting_it(text: str, line: int, says: str) -> None:
+    with pytest.raises(InvalidInput, match=says) as caught:
+        with_settings(text, "node.hex", SETTINGS)
+    (found,) = caught.value.diagnostics
+    assert (found.line, found.source) == (line, "")
+
+
+def test_a_count_that_lies_is_refused() -> None:
+    fields = bytes([3, 0, 32, 0, 1, 2])
+    with pytest.raises(InvalidInput, match="wrong length"):
+        with_settings(CODE + f":{fields.hex()}{-sum(fields) & 255:02x}\n" + END, "x", SETTINGS)
+
+
+def test_no_damage_to_one_character_goes_unseen() -> None:
+    good = CODE + END
+    random = Random(7)
+    for position, letter in enumerate(good):
+        other = random.choice([each for each in "0123456789ABCDEF:\n" if each != letter])
+        with pytest.raises(InvalidInput):
+            with_settings(good[:position] + other + good[position + 1 :], "x", SETTINGS)
