@@ -1,28 +1,111 @@
+/* The node program: what the interrupts do not do. They count encoder edges (pins_handler) and run the motors at 1 kHz
+ * (tick_handler); this loop sleeps until one of them, or the radio, has something for it. */
 #include "board.h"
 #include "encoder.h"
-#include "nrf24.h"
+#include "lamp.h"
+#include "link.h"
+#include "motors.h"
+#include "node.h"
 #include "program.h"
 #include "pwm.h"
 #include "settings.h"
 #include "tick.h"
 
-static node_settings settings;
+#define FIRMWARE 1u
 
-void program_tick(void) {}
+static node_settings settings;
+static cl_node node;
+
+/* The chip's 80 bits of identity in the 32 that the protocol has room for: FNV-1a. */
+static uint32_t chip_id(void) {
+    const uint32_t words[3] = {SIM_UIDMH, SIM_UIDML, SIM_UIDL};
+    uint32_t hash = 2166136261u;
+    for (unsigned byte = 0; byte < 10; byte++) {
+        unsigned place = byte < 2 ? byte : byte + 2; /* of the first word only two bytes count */
+        hash = (hash ^ (words[place / 4] >> 8 * (place % 4) & 0xFFu)) * 16777619u;
+    }
+    return hash;
+}
+
+/* Nobody has told this node who it is: no radio, no motors, a lamp that says so. */
+_Noreturn static void wait_for_settings(void) {
+    lamp_borrow_board();
+    for (;;) {
+        watchdog_main();
+        lamp_show(LAMP_NO_SETTINGS, tick_ms());
+        cpu_sleep();
+    }
+}
+
+static void begin(void) {
+    const cl_identity identity = {settings.number, chip_id(), FIRMWARE, settings.master};
+    const cl_memory memory = {.boot = 1, .noise = startup_noise};
+    motors_start();
+    cl_node_init(&node, &identity, settings.axes, motors_plant(), &memory);
+    link_start(&settings.radio);
+}
+
+/* Drivers work as long as a motor has reason to turn; in every fault they sleep as soon as the axes have stopped. */
+static void guard_motors(void) {
+    uint8_t state = cl_node_state(&node);
+    bool able = state == CL_STATE_HOMING || state == CL_STATE_READY || state == CL_STATE_MOVING ||
+                state == CL_STATE_HOLD || state == CL_STATE_HOLD_LINK;
+    if (able) {
+        motors_allow();
+    } else if (!node.moving && motors_still()) {
+        motors_forbid();
+    }
+}
+
+static uint8_t lamp_code(void) {
+    if (!link_there()) {
+        return LAMP_NO_RADIO;
+    }
+    switch (cl_node_state(&node)) {
+    case CL_STATE_UNHOMED:
+        return LAMP_UNHOMED;
+    case CL_STATE_FAULT:
+        return LAMP_FAULT;
+    case CL_STATE_POSITION_LOST:
+        return LAMP_POSITION_LOST;
+    case CL_STATE_ESTOP:
+        return LAMP_ESTOP;
+    default:
+        return LAMP_STEADY;
+    }
+}
+
+/* With interrupts masked, one that came after the last look still wakes the processor; so none is slept through. */
+static void sleep_if_idle(void) {
+    cpu_mask_interrupts();
+    if (!link_busy()) {
+        cpu_sleep();
+    }
+    cpu_allow_interrupts();
+}
 
 _Noreturn void program_main(void) {
     clock_start();
-    tick_start();
+    lamp_start();
     pwm_start();
     encoder_start();
-    nrf24_pins();
+    tick_start();
     NVIC_ISER = 1u << IRQ_PORT_CD;
     cpu_allow_interrupts();
-    bool set = settings_read(&settings);
-    bool there = set && nrf24_start(&settings.radio);
-    (void)there;
+    if (!settings_read(&settings)) {
+        wait_for_settings();
+    }
+    begin();
     for (;;) {
         watchdog_main();
-        cpu_sleep();
+        int64_t now_ms = tick_ms();
+        if (motors_news()) {
+            cl_node_notice(&node, now_ms);
+        }
+        cl_node_advance(&node, now_ms);
+        link_serve(&node, now_ms);
+        guard_motors();
+        lamp_show(lamp_code(), now_ms);
+        sleep_if_idle();
     }
 }

@@ -18,7 +18,6 @@ void tick_handler(void);
 void pins_handler(void);
 
 /* main.c */
-void program_tick(void);
 _Noreturn void program_main(void);
 
 #endif

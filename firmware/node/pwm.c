@@ -48,6 +48,12 @@ void pwm_set(unsigned motor, int32_t duty) {
     TPM_CV(two->timer, two->channel) = duty < 0 ? PWM_FULL : low;
 }
 
+void pwm_release(unsigned motor) {
+    for (unsigned side = 0; side < 2; side++) {
+        TPM_CV(outputs[motor][side].timer, outputs[motor][side].channel) = 0;
+    }
+}
+
 void pwm_sleep(void) {
     GPIO_PCOR(NSLEEP_PORT) = 1u << NSLEEP_PIN;
     GPIO_PDDR(NSLEEP_PORT) |= 1u << NSLEEP_PIN;

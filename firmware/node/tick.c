@@ -1,12 +1,13 @@
 #include "tick.h"
 
 #include "kl26.h"
+#include "motors.h"
 #include "program.h"
 
 #define CORE_MHZ 48u
 #define PERIOD (1000u * CORE_MHZ)
 
-static volatile uint32_t ticks;
+static volatile int64_t ticks;
 
 void tick_start(void) {
     SCB_SHPR3 = 0x80000000u; /* below the pins' interrupt, which has priority 0 from reset */
@@ -16,30 +17,29 @@ void tick_start(void) {
 }
 
 void tick_handler(void) {
-    ticks++;
+    int64_t now = ticks + 1;
+    ticks = now;
     watchdog_tick();
-    program_tick();
+    motors_tick(now);
 }
 
-/* 32 bits of milliseconds are 49 days and are read in one go; the rest is kept by the main loop, the only caller. */
+/* Two words that the interrupt may change between their loads: read until they stay the same. */
 int64_t tick_ms(void) {
-    static uint32_t last;
-    static int64_t epoch;
-    uint32_t now = ticks;
-    if (now < last) {
-        epoch += (int64_t)1 << 32;
+    for (;;) {
+        int64_t now = ticks;
+        if (now == ticks) {
+            return now;
+        }
     }
-    last = now;
-    return epoch + now;
 }
 
 /* If the counter wrapped between the two readings of `ticks`, its value belongs to an unknown one of them. */
 uint32_t tick_us(void) {
     for (;;) {
-        uint32_t before = ticks;
+        int64_t before = tick_ms();
         uint32_t left = SYST_CVR;
-        if (ticks == before) {
-            return before * 1000u + (PERIOD - 1 - left) / CORE_MHZ;
+        if (tick_ms() == before) {
+            return (uint32_t)before * 1000u + (PERIOD - 1 - left) / CORE_MHZ;
         }
     }
 }

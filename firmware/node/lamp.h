@@ -1,0 +1,25 @@
+/* One lamp that tells a person what the node is up to; firmware/README.md explains its codes. */
+#ifndef LAMP_H
+#define LAMP_H
+
+#include <stdint.h>
+
+enum {
+    LAMP_DARK = 0,
+    LAMP_UNHOMED = 1,
+    LAMP_NO_SETTINGS = 2,
+    LAMP_NO_RADIO = 3,
+    LAMP_FAULT = 4,
+    LAMP_POSITION_LOST = 5,
+    LAMP_ESTOP = 6,
+    LAMP_STEADY = 0xFF,
+};
+
+void lamp_start(void);
+
+/* Use the LED on the board, too; possible only while the radio does not need its pin. */
+void lamp_borrow_board(void);
+
+void lamp_show(uint8_t code, int64_t now_ms);
+
+#endif
