@@ -8,6 +8,7 @@ from typing import Any
 
 from curveline import __version__
 from curveline.cli import show
+from curveline.cli.broken import BrokenRun
 from curveline.cli.send import plan_shape
 from curveline.cli.steps import describe
 from curveline.plan import DriveTable, Plan, drive_table
@@ -20,15 +21,18 @@ from curveline.scene import Scene
 HEAD = ("step", "action", "node", "address", "release", "extrude", "bias", "translate", "ms")
 
 
-def rehearse(wanted: Plan | Scene, spec: str | None, runs: Path, *, as_json: bool) -> None:
+def rehearse(wanted: Plan | Scene | BrokenRun, spec: str | None, runs: Path, *, as_json: bool) -> None:
     """Print what a send would stage, decoded as the nodes would decode it."""
     if isinstance(wanted, Scene):
         start = _remembered(spec, drive_table(wanted.display), runs)
         show.note(f"planned from {'home' if start is None else 'where the mock display stands'}")
-        plan = plan_shape(wanted, start)
+        plan, begin = plan_shape(wanted, start), 0
+    elif isinstance(wanted, BrokenRun):
+        plan, begin = wanted.plan, wanted.point.barrier
+        show.note(wanted.summary())
     else:
-        plan = wanted
-    frames = describe_plan_frames(plan)
+        plan, begin = wanted, 0
+    frames = [frame for frame in describe_plan_frames(plan) if frame.step > begin]
     if as_json:
         show.emit(_document(plan, frames))
     else:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +15,14 @@ import typer
 
 from curveline import __version__
 from curveline.cli import nodes, show
+from curveline.cli.broken import PLAN_NAME
 from curveline.cli.progress import watch
 from curveline.errors import EXIT_INTERRUPTED, InvalidInput, LinkError
 from curveline.plan import Plan, write_plan
 from curveline.radio import Radio
-from curveline.radio.journal import Journal, new_run
-from curveline.radio.link import Control, Request, RunReport, send_plan
+from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, new_run, read_journal, runs_folder
+from curveline.radio.link import Control, Halted, Observer, Request, RunReport, resume_plan, send_plan
+from curveline.radio.resume import can_resume, resume_point
 
 if TYPE_CHECKING:
     from curveline.playback import Playback
@@ -63,24 +67,54 @@ class Ending:
         return [done, *nodes.table(report.nodes, self.plan.drive), *_rod_lines(self.playback, self.plan)]
 
 
-def conduct(plan: Plan, radio: Radio, runs: Path) -> Ending:
+def conduct(plan: Plan, radio: Radio, runs: Path, control: Control) -> Ending:
     """Send `plan` and keep its record in a new folder of `runs`; LinkError once everything that can be held is held."""
     folder = new_run(runs, plan.name)
-    write_plan(plan, folder / "plan.json")
-    show.note(f"record: {folder}")
-    control = Control()
+    write_plan(plan, folder / PLAN_NAME)
+    with closing(Journal(folder)) as journal:
+        return _conduct(_Job(plan, radio, folder), partial(send_plan, plan, radio, journal), control)
+
+
+def go_on(plan: Plan, radio: Radio, journal: ReopenedJournal, control: Control) -> Ending:
+    """Go on with the run of this record; as `conduct`, and InvalidInput if the record forbids it."""
+    job = _Job(plan, radio, journal.path.parent)
+    return _conduct(job, partial(resume_plan, plan, radio, journal), control)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What is sent, through what, and where its record is kept."""
+
+    plan: Plan
+    radio: Radio
+    folder: Path
+
+
+def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> Ending:
+    plan, radio = job.plan, job.radio
+    show.note(f"record: {job.folder}")
     begin = radio.now_us() / 1e6
     try:
-        with closing(Journal(folder)) as journal, _signals(control), watch(plan, control) as observer:
-            report = send_plan(plan, radio, journal, observer, control)
+        with _signals(control), watch(plan, control) as observer:
+            report = sender(observer, control)
     except LinkError as error:
         show.note("\n".join(_rod_lines(_play_back(plan, radio, begin), plan)))
+        if not isinstance(error, Halted) or can_resume(error.halt):
+            advise_resuming(plan, job.folder)
         if control.request is Request.NONE:
             raise
         # An emergency stop ends the run as a fault of all nodes, but it is what somebody asked for.
         show.complain(error)
         raise typer.Exit(EXIT_INTERRUPTED) from None
-    return Ending(plan, report, control.request, _play_back(plan, radio, begin), folder)
+    return Ending(plan, report, control.request, _play_back(plan, radio, begin), job.folder)
+
+
+def advise_resuming(plan: Plan, run: Path) -> None:
+    """Say how a run that was broken off goes on, if its record allows that."""
+    with suppress(InvalidInput):
+        resume_point(plan, read_journal(run / FILE_NAME))
+        known = run.parent == runs_folder()
+        show.note(f"to go on with this run: curveline send --resume {run.name if known else shlex.quote(str(run))}")
 
 
 def _rod_lines(playback: Playback | None, plan: Plan) -> list[str]:

@@ -23,6 +23,7 @@ from curveline.files import read_file
 from curveline.radio.actions import Record
 
 FILE_NAME = "journal"
+LAST = "last"
 HEAD = re.compile(rb"([0-9]{6}) ([0-9]{8}) ([0-9a-f]{8}) ")
 HEAD_BYTES = 25
 BODY_LIMIT = 999_999
@@ -185,6 +186,21 @@ def runs_folder() -> Path:
         return Path(chosen)
     state = os.environ.get("XDG_STATE_HOME")
     return (Path(state) if state else Path.home() / ".local" / "state") / "curveline"
+
+
+def find_run(folder: Path, name: str) -> Path:
+    """The folder of a run: a path, a name in the runs folder, or `last`, the one that was written last."""
+    if name != LAST:
+        choices = [Path(name)] if os.sep in name else [folder / name, Path(name)]
+        found = next((run for run in choices if (run / FILE_NAME).is_file()), None)
+        if found is None:
+            raise InvalidInput(f"there is no run {name!r} in {folder}", hint="`last` is the run that was sent last")
+        return found
+    journals = sorted(folder.glob(f"*/{FILE_NAME}"), key=lambda path: (path.stat().st_mtime_ns, path.parent.name))
+    for path in reversed(journals):
+        if any(record.get("type") == "start" for record in read_journal(path)[:1]):
+            return path.parent
+    raise InvalidInput(f"no run in {folder} has come to its first step", hint="send a plan or a shape first")
 
 
 def new_run(folder: Path, name: str) -> Path:

@@ -27,10 +27,12 @@ from curveline.radio.frames import (
     decode_status,
     encode_drive,
 )
-from curveline.radio.journal import Journal
+from curveline.radio.halts import Halt
+from curveline.radio.journal import Journal, ReopenedJournal
 from curveline.radio.keys import KEY_BYTES
 from curveline.radio.peer import LinkTally, Peer
 from curveline.radio.preflight import journal_bytes, loads_of
+from curveline.radio.resume import RADIO, resume_point
 
 SILENT = "silent"
 NONCE_BITS = 64
@@ -134,30 +136,31 @@ def ignore(progress: Progress) -> None:
     """An observer that looks away."""
 
 
+class Halted(LinkError):
+    """A run that its conductor halted, once all that can be held are held; `halt` says why."""
+
+    def __init__(self, halt: Halt) -> None:
+        super().__init__(halt.message, halt.hint, halt.node)
+        self.halt = halt
+
+
 def send_plan(
     plan: Plan, radio: Radio, journal: Journal, observer: Observer = ignore, control: Control | None = None
 ) -> RunReport:
     """Take the nodes through `plan`; LinkError, with node and hint, once all that can be held are held."""
     control = control or Control()
-    nonce = secrets.randbits(NONCE_BITS) & ~ATTEMPT_MASK
-    conductor = Conductor(plan, radio.site, nonce, control.policy)
-    reporter = _Reporter(conductor, radio, observer)
-    journal.reserve(journal_bytes(plan))
-    try:
-        _Run(conductor, radio, journal, reporter).conduct(control)
-    except LinkError as error:
-        with suppress(LinkError):  # the record may be what failed
-            journal.append({"type": "halt", "cause": "radio", "node": error.node, "message": error.message})
-        raise
-    if conductor.halt is not None:
-        raise LinkError(conductor.halt.message, conductor.halt.hint, conductor.halt.node)
-    return RunReport(
-        outcome="done" if conductor.phase is Phase.DONE else "paused",
-        steps_done=conductor.barrier,
-        steps=len(plan.steps),
-        seconds=reporter.seconds,
-        nodes=tuple(_peer_status(peer) for peer in conductor.peers),
-    )
+    conductor = Conductor(plan, radio.site, _fresh_nonce(), control.policy)
+    return _Run(conductor, radio, journal, observer).conduct(control)
+
+
+def resume_plan(
+    plan: Plan, radio: Radio, journal: ReopenedJournal, observer: Observer = ignore, control: Control | None = None
+) -> RunReport:
+    """Go on with `plan` where its record leaves it; InvalidInput if the record forbids it, else as `send_plan`."""
+    control = control or Control()
+    point = resume_point(plan, journal.records)
+    conductor = Conductor(plan, radio.site, _fresh_nonce(), control.policy, point)
+    return _Run(conductor, radio, journal, observer).conduct(control)
 
 
 def read_status(radio: Radio, drive: DriveTable) -> list[NodeStatus]:
@@ -183,14 +186,33 @@ def describe_plan_frames(plan: Plan) -> list[FrameRecord]:
 class _Run:
     """One run in progress: asks the conductor what to do and does it."""
 
-    def __init__(self, conductor: Conductor, radio: Radio, journal: Journal, report: _Reporter) -> None:
+    def __init__(self, conductor: Conductor, radio: Radio, journal: Journal, observer: Observer) -> None:
         self._conductor = conductor
         self._radio = radio
         self._journal = journal
-        self._report = report
+        self._report = _Reporter(conductor, radio, observer)
 
-    def conduct(self, control: Control) -> None:
+    def conduct(self, control: Control) -> RunReport:
         """Go on until the run has ended, or is paused with nobody to wait for."""
+        conductor = self._conductor
+        self._journal.reserve(journal_bytes(conductor.plan))
+        try:
+            self._go(control)
+        except LinkError as error:
+            with suppress(LinkError):  # the record may be what failed
+                self._journal.append({"type": "halt", "cause": RADIO, "node": error.node, "message": error.message})
+            raise
+        if conductor.halt is not None:
+            raise Halted(conductor.halt)
+        return RunReport(
+            outcome="done" if conductor.phase is Phase.DONE else "paused",
+            steps_done=conductor.barrier,
+            steps=len(conductor.plan.steps),
+            seconds=self._report.seconds,
+            nodes=tuple(_peer_status(peer) for peer in conductor.peers),
+        )
+
+    def _go(self, control: Control) -> None:
         applied = Request.NONE
         while True:
             try:
@@ -283,9 +305,13 @@ class _Reporter:
         return min(1.0, max(0.0, (peer.status.position[axis] - origin[axis]) / way)) if way else 0.0
 
 
+def _fresh_nonce() -> int:
+    return secrets.randbits(NONCE_BITS) & ~ATTEMPT_MASK
+
+
 def _query(radio: Radio, number: int, address: str) -> NodeStatus:
     """Ask one node how it is; its answer arrives with the question after."""
-    nonce = secrets.randbits(NONCE_BITS) & ~ATTEMPT_MASK
+    nonce = _fresh_nonce()
     peer = Peer(number, address, radio.site.node_key(number), nonce)
     question = Hello(number, nonce, 0, 0, 0, FLAG_QUERY)
     for _ in range(QUERIES):
