@@ -5,6 +5,7 @@ A back end is one module with an `open(spec, drive, runs)` of the shape of `open
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -12,7 +13,8 @@ from pathlib import Path
 from typing import Protocol, cast
 
 from curveline.errors import InvalidInput, LinkError
-from curveline.plan import DriveTable
+from curveline.plan import ADDRESS, DriveTable
+from curveline.radio.frames import FRAME_BYTES
 from curveline.radio.keys import Site
 
 BACK_ENDS = {
@@ -65,6 +67,17 @@ class Radio(Protocol):
     def sleep_until(self, moment_us: int) -> None:
         """Let time pass."""
         ...
+
+
+def check_frames(frames: Sequence[tuple[str, bytes]]) -> None:
+    """InvalidInput unless these can go out in one exchange: not too many, whole frames, addresses of five bytes."""
+    if len(frames) > BATCH:
+        raise InvalidInput(f"an exchange takes at most {BATCH} frames, not {len(frames)}")
+    for address, payload in frames:
+        if len(payload) != FRAME_BYTES:
+            raise InvalidInput(f"a frame has {FRAME_BYTES} bytes, not {len(payload)}")
+        if re.fullmatch(ADDRESS, address) is None:
+            raise InvalidInput(f"an address has ten hexadecimal digits, not {address[:40]!r}")
 
 
 Opener = Callable[[str, DriveTable, Path], Radio]
