@@ -157,8 +157,13 @@ class MockRadio:
     def _now_ms(self) -> int:
         return self.now_us() // 1000
 
-    def _progress(self) -> Sequence[tuple[int, int]]:
-        return [(node.memory.started, node.memory.finished) for node in self.nodes]
+    def _progress(self) -> Sequence[tuple[int, ...]]:
+        """What a host that is killed now must find again: everything of a node that an answer may have told it."""
+        memories = [node.memory for node in self.nodes]
+        return [
+            (each.boot, each.homed, each.estop, each.fault, each.run_tag, each.started, each.finished)
+            for each in memories
+        ]
 
     def _paces(self, spread: float) -> tuple[int, int, int]:
         x, y, z = (PER_MILLE - round(PER_MILLE * spread * self._random.random()) for _ in range(3))
