@@ -1,0 +1,293 @@
+"""Runs node.py through the sequences of events that the C harness in twin/ made and ran, and compares the outcome.
+
+A sequence is a start (memory, sessions, limits, plant) and a few events. The C side makes it from a seed, runs the C
+core through it and leaves one record per event and one at the end; the Python side must arrive at the same bytes.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from curveline.radio.frames import Counts, Fault, Hello
+from curveline.radio.keys import Site
+from curveline.radio.motion import Axes, AxisLimits, Move
+from curveline.radio.node import Node
+from curveline.radio.nodestate import Identity, Memory, Session
+from curveline.radio.plant import PlantFault
+
+from . import build
+
+FOLDER = build.HERE / "twin"
+SOURCES = tuple(FOLDER / name for name in ("replay.c", "generate.c", "notes.c"))
+CORE_SOURCES = tuple(
+    build.CORE / name for name in ("blake2s.c", "keys.c", "frames.c", "motion.c", "node.c", "receive.c")
+)
+
+START = struct.Struct("<qqqQ qQQ16sIHHHBBBB2x qQQ16sIHHHBBBB2x 3i3i3iiiI 8H 12B 4x")
+EVENT = struct.Struct("<q32s4iBBBB4x")
+SHORT = struct.Struct("<32s3iBB2x")
+FULL = struct.Struct("<5qQ 3i3i3i3i 4i 4I 11H 12B 6x")
+MOST_EVENTS = 12
+BATCH = 500
+
+RECEIVE, ADVANCE, NOTICE, START_HOMING, FINISH_HOMING, SHIFT, SETTLE, FAULT = range(8)
+WHATS = ("receive", "advance", "notice", "start homing", "finish homing", "shift", "settle", "fault")
+FRAMES = ("DRIVE", "ESTOP", "STOP", "HELLO", "repeated HELLO", "query", "PAGE", "no node's frame")
+SPOILS = ("unspoiled", "flipped bit", "forged tag", "replayed", "other node", "other session", "odd field", "cut short")
+
+_AXES = (
+    ((-221326, 221326, 4426, 22132), (-5215, 5215, 3128, 13906), (-48691, 48691, 2213, 11066)),
+    ((-262136, 262136, 1000000, 1000000), (-262136, 262136, 100, 1000000), (-262136, 262136, 1000000, 100)),
+    ((0, 1000, 100, 100), (-3, 3, 997, 1009), (-262136, -262000, 123456, 100)),
+    ((-100000, 100000, 50000, 200000), (-90, 90, 6000, 40000), (0, 0, 100, 100)),
+)
+AXES: tuple[Axes, ...] = tuple(tuple(AxisLimits(*axis) for axis in axes) for axes in _AXES)  # type: ignore[misc]
+
+
+def _identity(number: int, chip: int, firmware: int, master: bytes) -> Identity:
+    return Identity(number, Site(master.ljust(16, b"\0"), (0,) * (number - 1) + (chip,)), firmware)
+
+
+IDENTITIES = (
+    _identity(1, 0xA0000001, 1, b""),
+    _identity(3, 0xA0000003, 7, bytes(range(1, 17))),
+    _identity(128, 0xFFFFFFFF, 0x01020304, b"\xff\xfe"),
+)
+NO_MOVE = Move((0, 0, 0), (0, 0, 0), 0, 0, 0)
+
+
+class ToldPlant:
+    """Axes that follow a move exactly, and do besides what the events say; twin/replay.c has the same."""
+
+    def __init__(self, place: Counts, lag_ms: int) -> None:
+        self.lag_ms = lag_ms
+        self.shift = (0, 0, 0)
+        self.settles: int | None = None
+        self.coming: PlantFault | None = None
+        self.move: Move | None = None
+        self.follows = 0
+        self._place = place
+        self._start_ms = 0
+
+    def follow(self, now_ms: int, start_ms: int, move: Move) -> None:
+        """See Plant; a new move begins where the axes are, so it takes up what had pushed them."""
+        if now_ms == start_ms:
+            self.shift = (0, 0, 0)
+        self.move, self._start_ms = move, start_ms
+        self.follows += 1
+        self.settles = max(now_ms, start_ms + move.end_ms + self.lag_ms) if self.lag_ms >= 0 else None
+
+    def positions(self, now_ms: int) -> Counts:
+        """See Plant."""
+        x, y, z = self._place if self.move is None else self.move.at(now_ms - self._start_ms)
+        return x + self.shift[0], y + self.shift[1], z + self.shift[2]
+
+    def settles_ms(self) -> int | None:
+        """See Plant."""
+        return self.settles
+
+    def fault(self) -> PlantFault | None:
+        """See Plant."""
+        return self.coming
+
+
+def _session(facts: tuple[Any, ...]) -> Session | None:
+    heard_ms, handshake, run_tag, key, counter, number, release, deadman_ms, flags, hold_gen, exists, closed = facts
+    if not exists:
+        return None
+    hello = Hello(0, handshake, run_tag, 0, deadman_ms, flags)
+    return Session(number, key, hello, counter, release, hold_gen, heard_ms, bool(closed))
+
+
+def begin(start: tuple[Any, ...]) -> Node:
+    """The node that a start describes, with a ToldPlant."""
+    window_ms, deaf_until_ms, run_tag = start[1:4]
+    place, (move_ms, lag_ms, noise) = start[34:37], start[37:40]
+    boot, offers, finished, started, staged, next_ms, bad_tags, old_counters = start[40:48]
+    homed, homing, estop, fault, fault_axis, silent, stopped, lift_above, in_window, who, axes, _ = start[48:]
+    memory = Memory(
+        *(boot, noise, offers, bool(homed), bool(homing), bool(estop), Fault(fault), fault_axis, run_tag),
+        *(finished, started, staged, start[28:31], move_ms, start[31:34], next_ms),
+    )
+    node = Node(IDENTITIES[who], AXES[axes], ToldPlant(place, lag_ms), memory)
+    node._session, node._pending = _session(start[4:16]), _session(start[16:28])
+    node._silent, node._stopped, node._lift_above = bool(silent), bool(stopped), lift_above
+    tally = node.tally
+    tally.bad_tags, tally.old_counters, tally._in_window = bad_tags, old_counters, in_window
+    tally._window_ms, tally._deaf_until_ms = window_ms, deaf_until_ms
+    return node
+
+
+def do(node: Node, event: tuple[Any, ...]) -> None:
+    """Let one event happen."""
+    now_ms, payload, a, b, c, _, what, length, _, _ = event
+    plant = node.plant
+    assert isinstance(plant, ToldPlant)
+    if what == RECEIVE:
+        node.receive(now_ms, payload[:length])
+    elif what == ADVANCE:
+        node.advance(now_ms)
+    elif what == NOTICE:
+        node.notice(now_ms)
+    elif what == START_HOMING:
+        node.start_homing(now_ms)
+    elif what == FINISH_HOMING:
+        node.finish_homing(now_ms)
+    elif what == SHIFT:
+        plant.shift = (plant.shift[0] + a, plant.shift[1] + b, plant.shift[2] + c)
+    elif what == SETTLE:
+        plant.settles = now_ms + b if a else None
+    elif what == FAULT:
+        plant.coming = PlantFault(now_ms + c, Fault(a), b) if a else None
+
+
+def look(node: Node, now_ms: int) -> bytes:
+    """What shows after every event: the loaded answer, the set-points and the state."""
+    ack = node.ack
+    return SHORT.pack(ack, *node.setpoint(now_ms), len(ack), node.state)
+
+
+def look_closely(node: Node) -> bytes:
+    """All that the node keeps, after the last event."""
+    memory, tally, session, plant = node.memory, node.tally, node._session, node.plant
+    assert isinstance(plant, ToldPlant)
+    move = plant.move or NO_MOVE
+    claim = (0, 0, 0, 0, 0, 0)
+    if session is not None:
+        claim = (session.heard_ms, session.counter, session.number, session.release, session.hold_gen, session.closed)
+    heard_ms, counter, number, release, hold_gen, closed = claim
+    return FULL.pack(
+        *(-1 if node._next_ms is None else node._next_ms, node.move_start_ms, heard_ms),
+        *(tally._window_ms, tally._deaf_until_ms, memory.run_tag),
+        *(*memory.target, *memory.next_target, *move.start, *move.target),
+        *(memory.move_ms, move.duration_ms, move.ramp_ms, -1 if move.brake_ms is None else move.brake_ms),
+        *(memory.noise, counter, tally.floods, plant.follows),
+        *(memory.boot, memory.offers, memory.finished, memory.started, memory.staged, memory.next_ms),
+        *(min(tally.bad_tags, 0xFFFF), min(tally.old_counters, 0xFFFF), number, release),
+        0 if node._pending is None else node._pending.number,
+        *(memory.homed, memory.homing, memory.estop, memory.fault, memory.fault_axis, node.move is not None),
+        *(node._silent, node._stopped, node._lift_above, hold_gen, closed, tally._in_window),
+    )
+
+
+def replay(start: tuple[Any, ...], events: Sequence[tuple[Any, ...]]) -> bytes:
+    """What the Python node makes of a sequence."""
+    node = begin(start)
+    seen = []
+    for event in events:
+        do(node, event)
+        seen.append(look(node, event[0]))
+    seen.append(look_closely(node))
+    return b"".join(seen)
+
+
+@dataclass
+class Difference:
+    """A sequence of which the two made different things."""
+
+    seed: int
+    start: tuple[Any, ...]
+    events: list[tuple[Any, ...]]
+
+
+class Harness:
+    """The C side, compiled; sequence `seed` is the same wherever it is made."""
+
+    def __init__(self, library: Path) -> None:
+        self._c = ctypes.CDLL(str(library))
+        self._c.twin_batch.restype = self._c.twin_replay.restype = ctypes.c_size_t
+        self._c.twin_batch.argtypes = [ctypes.c_uint64, ctypes.c_uint] + 3 * [ctypes.c_char_p]
+        self._c.twin_replay.argtypes = 3 * [ctypes.c_char_p]
+        self._c.twin_outcome.restype = ctypes.c_char_p
+        self._starts = ctypes.create_string_buffer(BATCH * START.size)
+        self._events = ctypes.create_string_buffer(BATCH * MOST_EVENTS * EVENT.size)
+        self._seen = ctypes.create_string_buffer(BATCH * (MOST_EVENTS * SHORT.size + FULL.size))
+
+    def compare(self, first: int, count: int) -> Difference | None:
+        """The first difference among sequences `first` to `first + count - 1`."""
+        for begin_at in range(first, first + count, BATCH):
+            if (found := self._compare_batch(begin_at, min(BATCH, first + count - begin_at))) is not None:
+                return found
+        return None
+
+    def _compare_batch(self, first: int, count: int) -> Difference | None:
+        size = self._c.twin_batch(first, count, self._starts, self._events, self._seen)
+        seen, at = self._seen.raw[:size], 0
+        events = EVENT.iter_unpack(self._events.raw)
+        for seed, start in enumerate(START.iter_unpack(self._starts.raw[: count * START.size]), start=first):
+            own = list(islice(events, start[-1]))
+            expected = replay(start, own)
+            if seen[at : at + len(expected)] != expected:
+                return Difference(seed, start, own)
+            at += len(expected)
+        assert at == size
+        return None
+
+    def replay(self, start: tuple[Any, ...], events: Sequence[tuple[Any, ...]]) -> bytes:
+        """What the C node makes of a sequence."""
+        packed = START.pack(*start[:-1], len(events))
+        size = self._c.twin_replay(packed, b"".join(EVENT.pack(*event) for event in events), self._seen)
+        return self._seen.raw[:size]
+
+    def differs(self, start: tuple[Any, ...], events: Sequence[tuple[Any, ...]]) -> bool:
+        """Whether the two make different things of a sequence."""
+        return self.replay(start, events) != replay(start, events)
+
+    def shrunk(self, found: Difference) -> Difference:
+        """The same difference with as few events as leaving some out can do."""
+        events = list(found.events)
+        for index in reversed(range(len(events))):
+            fewer = events[:index] + events[index + 1 :]
+            if self.differs(found.start, fewer):
+                events = fewer
+        return Difference(found.seed, found.start, events)
+
+    def noted(self) -> dict[str, int]:
+        """How often what happened in all sequences that this harness has run."""
+        names = []
+        while (name := self._c.twin_outcome(len(names))) is not None:
+            names.append(name.decode())
+        names += [f"state {number}" for number in range(16)] + [f"fault {number}" for number in range(8)]
+        names += WHATS
+        names += [f"{frame}, {spoil}" for frame in FRAMES for spoil in SPOILS]
+        counts = (ctypes.c_uint * len(names))()
+        self._c.twin_noted(counts)
+        return dict(zip(names, counts, strict=True))
+
+
+def describe(harness: Harness, found: Difference) -> str:
+    """The shrunk trace of a difference, and what the two sides show after each event."""
+    found = harness.shrunk(found)
+    lines = [f"sequence {found.seed}, shrunk to {len(found.events)} events; start {found.start}"]
+    ours, theirs = replay(found.start, found.events), harness.replay(found.start, found.events)
+    for number, event in enumerate(found.events):
+        at = number * SHORT.size
+        lines.append(_event_line(event))
+        lines += _differing_lines(SHORT, ours[at : at + SHORT.size], theirs[at : at + SHORT.size])
+    at = len(found.events) * SHORT.size
+    lines += ["at the end", *_differing_lines(FULL, ours[at:], theirs[at:])]
+    return "\n".join(lines)
+
+
+def _event_line(event: tuple[Any, ...]) -> str:
+    now_ms, payload, *args, what, length, frame, spoil = event
+    if what == RECEIVE:
+        return f"{now_ms} ms: {FRAMES[frame]}, {SPOILS[spoil]}: {payload[:length].hex()}"
+    return f"{now_ms} ms: {WHATS[what]} {args}"
+
+
+def _differing_lines(layout: struct.Struct, ours: bytes, theirs: bytes) -> Iterator[str]:
+    if ours != theirs:
+        yield f"    python {[each.hex() if isinstance(each, bytes) else each for each in layout.unpack(ours)]}"
+        yield f"    C      {[each.hex() if isinstance(each, bytes) else each for each in layout.unpack(theirs)]}"
+
+
+def library(core: Sequence[Path] = CORE_SOURCES) -> Path:
+    """The harness compiled with the C core, or with another version of it."""
+    return build.shared_library("twin", [*SOURCES, *core], [f"-I{FOLDER}"])

@@ -1,0 +1,350 @@
+/* Random sequences of events for a node: mostly what a host does, often spoiled, at moments that matter. */
+#include <string.h>
+
+#include "bytes.h"
+#include "twin.h"
+
+enum { REMEMBERED = 8 };
+
+typedef struct {
+    uint64_t random;
+    const twin_start *start;
+    twin it;
+    uint8_t sent[REMEMBERED][CL_FRAME_BYTES];
+    unsigned sent_count;
+    uint64_t handshake;
+} maker;
+
+/* Numbers that look random; the same for the same seed everywhere. */
+static uint64_t draw(maker *make) {
+    uint64_t z = make->random += 0x9E3779B97F4A7C15u;
+    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ z >> 27) * 0x94D049BB133111EBu;
+    return z ^ z >> 31;
+}
+
+static uint32_t below(maker *make, uint32_t end) { return (uint32_t)((draw(make) >> 32) * end >> 32); }
+
+static bool chance(maker *make, uint32_t percent) { return below(make, 100) < percent; }
+
+static int32_t between(maker *make, int32_t low, int32_t high) {
+    return (int32_t)(low + (int64_t)below(make, (uint32_t)((int64_t)high - low + 1)));
+}
+
+static uint64_t run_tag(maker *make) { return chance(make, 70) ? 0x1111 : below(make, 3); }
+
+/* A place for the axes: near `near` mostly, so that moves are short; sometimes at or beyond a limit. */
+static void place(maker *make, const int32_t near[CL_AXES], int32_t at[CL_AXES]) {
+    const cl_axis_limits *axes = twin_axes[make->start->axes];
+    uint32_t kind = below(make, 40);
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        int32_t low = axes[axis].low, high = axes[axis].high, step = between(make, -200, 200);
+        at[axis] = near[axis] + step;
+        if (kind == 0 || at[axis] < low || at[axis] > high) at[axis] = between(make, low, high);
+        if (kind == 1) at[axis] = chance(make, 50) ? low : high;
+        if (kind == 2 && chance(make, 30)) at[axis] = chance(make, 50) ? low - 1 : high + 1;
+        if (kind == 3 && chance(make, 10)) at[axis] = chance(make, 50) ? CL_TARGET_LIMIT : -CL_TARGET_LIMIT;
+    }
+}
+
+static void random_session(maker *make, twin_session *session, int64_t now_ms) {
+    uint16_t unit = CL_DEADMAN_UNIT_MS;
+    session->exists = 1;
+    session->number = (uint16_t)(1 + below(make, UINT16_MAX));
+    for (unsigned i = 0; i < CL_KEY_BYTES; i++) session->key[i] = (uint8_t)draw(make);
+    session->handshake = draw(make) & ~(uint64_t)CL_ATTEMPT_MASK;
+    session->run_tag = run_tag(make);
+    session->deadman_ms = (uint16_t)(chance(make, 80) ? 1000 : unit * below(make, 256));
+    session->flags = (uint8_t)(chance(make, 50) ? below(make, 16) & ~(uint32_t)CL_FLAG_QUERY : CL_FLAG_RESUME);
+    session->heard_ms = now_ms - (chance(make, 85) ? below(make, 300) : session->deadman_ms);
+}
+
+static void random_claims(maker *make, twin_start *start) {
+    twin_session *live = &start->live;
+    if (chance(make, 88)) {
+        random_session(make, live, start->now_ms);
+        live->counter = chance(make, 90) ? below(make, 1000) : CL_COUNTER_END - 1 - below(make, 4);
+        live->release = chance(make, 80) ? start->staged : (uint16_t)(start->started + below(make, 3));
+        live->hold_gen = (uint8_t)(chance(make, 80) ? 2 * below(make, 2) : below(make, 20));
+        if (chance(make, 5)) live->hold_gen = (uint8_t)(248 + below(make, 6));
+        live->closed = chance(make, 4);
+        start->offers = live->number;
+    }
+    if (chance(make, 30)) {
+        random_session(make, &start->offered, 0);
+        start->offered.heard_ms = 0;
+        start->offers = start->offered.number;
+    }
+    start->silent = start->started > start->finished ? chance(make, 70) : chance(make, 12);
+    start->stopped = chance(make, 8);
+    start->lift_above = (uint8_t)(start->silent || start->stopped ? live->hold_gen : below(make, 2) * live->hold_gen);
+}
+
+static void random_steps(maker *make, twin_start *start) {
+    uint32_t kind = below(make, 20);
+    uint16_t step = (uint16_t)(chance(make, 90) ? below(make, 50) : 65532 + below(make, 4));
+    start->finished = start->started = step;
+    if (kind < 12 && step < UINT16_MAX) start->staged = (uint16_t)(step + 1);
+    if (kind == 12 || kind == 13) start->staged = step;
+    if (kind >= 14 && kind < 18 && step > 0) start->finished = (uint16_t)(step - 1);
+    if (kind == 18) start->finished = start->started = start->staged = 0;
+    if (kind == 19) {
+        start->finished = (uint16_t)draw(make);
+        start->started = (uint16_t)draw(make);
+        start->staged = (uint16_t)draw(make);
+    }
+    start->move_ms = chance(make, 80) ? between(make, 0, 300) : between(make, 0, 100000);
+    start->next_ms = (uint16_t)(chance(make, 90) ? below(make, 300) : draw(make));
+}
+
+static void random_start(maker *make, twin_start *start) {
+    static const int32_t middle[CL_AXES] = {0};
+    static const int64_t epochs[4] = {0, 0, (int64_t)1 << 31, (int64_t)1 << 40};
+    start->who = (uint8_t)below(make, 3);
+    start->axes = (uint8_t)(chance(make, 75) ? 0 : below(make, 4));
+    start->now_ms = epochs[below(make, 4)] + below(make, 5000);
+    start->run_tag = run_tag(make);
+    start->noise = (uint32_t)draw(make);
+    start->boot = (uint16_t)(1 + below(make, UINT16_MAX));
+    start->offers = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX);
+    random_steps(make, start);
+    place(make, middle, start->place);
+    if (chance(make, 3)) start->place[below(make, 3)] = between(make, -CL_TARGET_LIMIT + 999999, CL_TARGET_LIMIT - 999999);
+    place(make, start->place, start->next_target);
+    place(make, start->place, start->target);
+    if (chance(make, 60)) memcpy(start->target, start->place, sizeof start->target);
+    start->homed = chance(make, 94);
+    start->homing = !start->homed && chance(make, 60);
+    start->estop = chance(make, 2);
+    start->fault = chance(make, 6) ? (uint8_t)(1 + below(make, 7)) : CL_FAULT_NONE;
+    start->fault_axis = start->fault ? (uint8_t)below(make, 4) : 0;
+    start->lag_ms = chance(make, 80) ? between(make, 0, 30) : -1;
+    random_claims(make, start);
+    start->bad_tags = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX - below(make, 2));
+    start->old_counters = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX - below(make, 2));
+    start->window_ms = start->now_ms - below(make, 1100);
+    start->in_window = (uint8_t)(chance(make, 80) ? below(make, 9) : CL_FLOOD - below(make, 3));
+    start->deaf_until_ms = chance(make, 5) ? start->now_ms + below(make, 200) : 0;
+}
+
+/* Frames */
+
+static void sign(uint8_t *payload, const cl_keyed *key) {
+    cl_tag(key, payload, 0, CL_FROM_HOST, payload + CL_BODY_BYTES);
+}
+
+static void put24(uint8_t *to, int32_t value) {
+    to[0] = (uint8_t)value;
+    to[1] = (uint8_t)((uint32_t)value >> 8);
+    to[2] = (uint8_t)((uint32_t)value >> 16);
+}
+
+static uint8_t next_hold(maker *make, const cl_session *session) {
+    uint8_t now = session->hold_gen;
+    if (chance(make, 65)) return now;
+    if (chance(make, 5)) return (uint8_t)(CL_HOLD_END + below(make, 2));
+    return (uint8_t)(chance(make, 80) ? now + below(make, 4) : below(make, 8));
+}
+
+static void fill_drive(maker *make, const cl_session *session, uint8_t *payload) {
+    const cl_memory *memory = &make->it.node.memory;
+    uint32_t kind = below(make, 10);
+    uint16_t step = kind < 3 ? 0 : (uint16_t)(memory->started + 1);
+    cl_counts target = memory->next_target;
+    uint16_t move_ms = memory->next_ms;
+    if (kind == 9 || (kind >= 3 && memory->staged <= memory->started)) {
+        place(make, memory->target.at, target.at);
+        move_ms = (uint16_t)(chance(make, 90) ? below(make, 300) : draw(make));
+    }
+    if (kind == 9 && chance(make, 50)) {
+        target = memory->next_target;
+        if (chance(make, 50)) target.at[below(make, 3)] += 1;
+    }
+    if (chance(make, 4)) step = (uint16_t)(memory->started + below(make, 4));
+    uint16_t release = (uint16_t)(memory->staged + below(make, 2) - (chance(make, 20) ? 1 : 0));
+    cl_put16(payload + 8, chance(make, 3) ? (uint16_t)draw(make) : release);
+    cl_put16(payload + 10, step);
+    for (unsigned axis = 0; axis < CL_AXES; axis++) put24(payload + 12 + 3 * axis, target.at[axis]);
+    cl_put16(payload + 21, move_ms);
+    payload[23] = next_hold(make, session);
+}
+
+static uint32_t next_counter(maker *make, uint32_t counter) {
+    if (chance(make, 90)) return counter + 1;
+    if (chance(make, 30)) return counter - below(make, 3);
+    if (chance(make, 15)) return (uint32_t)(CL_COUNTER_END - 1 + below(make, 3));
+    return counter + below(make, 5);
+}
+
+/* A DRIVE or an ESTOP of the live session, or of the offered one; of none if there is none. */
+static const cl_keyed *fill_claim(maker *make, uint8_t *payload, uint8_t kind) {
+    const cl_node *node = &make->it.node;
+    bool live = node->session.exists && (!node->pending.exists || chance(make, 65));
+    const cl_session *session = live ? &node->session : &node->pending;
+    payload[0] = (uint8_t)(CL_VERSION << 4 | kind);
+    payload[1] = node->number;
+    cl_put16(payload + 2, session->number);
+    cl_put32(payload + 4, next_counter(make, session->counter));
+    if (kind == CL_KIND_DRIVE) fill_drive(make, session, payload);
+    return &session->key;
+}
+
+static const cl_keyed *fill_hello(maker *make, uint8_t *payload, uint8_t frame) {
+    const cl_node *node = &make->it.node;
+    if (frame == TWIN_HELLO || make->handshake == 0) make->handshake = draw(make) & ~(uint64_t)CL_ATTEMPT_MASK;
+    if (frame == TWIN_HELLO && chance(make, 2)) make->handshake = 0;
+    if (frame == TWIN_REPEATED_HELLO && node->pending.exists) make->handshake = node->pending.handshake;
+    uint8_t flags = (uint8_t)(below(make, 16) & ~(uint32_t)CL_FLAG_QUERY);
+    payload[0] = CL_VERSION << 4 | CL_KIND_HELLO;
+    payload[1] = node->number;
+    payload[2] = payload[3] = CL_VERSION;
+    cl_put64(payload + 4, make->handshake | below(make, 256));
+    cl_put64(payload + 12, run_tag(make));
+    cl_put16(payload + 20, node->config_hash);
+    payload[22] = chance(make, 80) ? 20 : (uint8_t)draw(make);
+    payload[23] = frame == TWIN_QUERY ? flags | CL_FLAG_QUERY : flags;
+    return &node->node_key;
+}
+
+static const cl_keyed *fill_open(maker *make, uint8_t *payload, uint8_t frame) {
+    const cl_node *node = &make->it.node;
+    payload[0] = (uint8_t)(CL_VERSION << 4 | (frame == TWIN_PAGE ? CL_KIND_PAGE : CL_KIND_STOP));
+    payload[1] = CL_EVERY_NODE;
+    if (frame == TWIN_STOP) {
+        payload[2] = (uint8_t)draw(make);
+        return &node->stop_key;
+    }
+    if (chance(make, 50)) payload[1] = node->number;
+    payload[2] = chance(make, 90) ? CL_WHO : (uint8_t)draw(make);
+    cl_put64(payload + 4, chance(make, 90) ? draw(make) : below(make, 300));
+    return &node->open_key;
+}
+
+/* A frame that no host sends to a node, under a key that the node knows. */
+static const cl_keyed *fill_strange(maker *make, uint8_t *payload) {
+    static const uint8_t heads[6] = {0x12, 0x14, 0x10, 0x18, 0x21, 0x01};
+    for (unsigned i = 0; i < CL_BODY_BYTES; i++) payload[i] = (uint8_t)draw(make);
+    payload[0] = heads[below(make, 6)];
+    return chance(make, 50) ? &make->it.node.node_key : &make->it.node.session.key;
+}
+
+static uint8_t frame_kind(maker *make) {
+    static const uint8_t parts[TWIN_FRAMES] = {64, 2, 4, 8, 8, 5, 5, 4};
+    uint32_t part = below(make, 100);
+    for (uint8_t frame = 0; frame < TWIN_FRAMES; frame++) {
+        if (part < parts[frame]) return frame;
+        part -= parts[frame];
+    }
+    return TWIN_DRIVE;
+}
+
+static const cl_keyed *fill_frame(maker *make, uint8_t *payload, uint8_t frame) {
+    if (frame == TWIN_DRIVE) return fill_claim(make, payload, CL_KIND_DRIVE);
+    if (frame == TWIN_ESTOP) return fill_claim(make, payload, CL_KIND_ESTOP);
+    if (frame == TWIN_PAGE || frame == TWIN_STOP) return fill_open(make, payload, frame);
+    if (frame == TWIN_NO_NODES_FRAME) return fill_strange(make, payload);
+    return fill_hello(make, payload, frame);
+}
+
+/* Fields that no encoder would write, before the frame is signed. */
+static void make_odd(maker *make, twin_event *event) {
+    uint8_t *payload = event->payload;
+    if (event->frame == TWIN_DRIVE) put24(payload + 12 + 3 * below(make, 3), -CL_TARGET_LIMIT - 1);
+    if (event->frame == TWIN_ESTOP) payload[8 + below(make, 16)] = 1;
+    if (event->frame == TWIN_STOP) payload[chance(make, 30) ? 1 : 3 + below(make, 21)] ^= 0x10;
+    if (event->frame == TWIN_PAGE) payload[chance(make, 30) ? 3 : 12 + below(make, 12)] = 0x80;
+    if (event->frame == TWIN_HELLO) payload[2 + below(make, 2)] = (uint8_t)draw(make);
+}
+
+static void spoil_before_signing(maker *make, twin_event *event) {
+    if (event->spoil == TWIN_OTHER_NODE) event->payload[1] ^= (uint8_t)(1 + below(make, 255));
+    if (event->spoil == TWIN_OTHER_SESSION) cl_put16(event->payload + 2, (uint16_t)draw(make));
+    if (event->spoil == TWIN_ODD_FIELD) make_odd(make, event);
+}
+
+static void spoil_after_signing(maker *make, twin_event *event) {
+    uint32_t bit = below(make, 8 * CL_FRAME_BYTES);
+    if (event->spoil == TWIN_FLIPPED_BIT) event->payload[bit / 8] ^= (uint8_t)(1 << bit % 8);
+    if (event->spoil == TWIN_FORGED_TAG) cl_put64(event->payload + CL_BODY_BYTES, draw(make));
+    if (event->spoil == TWIN_CUT_SHORT) event->length = (uint8_t)below(make, CL_FRAME_BYTES);
+    if (event->spoil == TWIN_REPLAYED && make->sent_count > 0) {
+        memcpy(event->payload, make->sent[below(make, make->sent_count)], CL_FRAME_BYTES);
+    }
+}
+
+static void make_frame(maker *make, twin_event *event) {
+    event->what = TWIN_RECEIVE;
+    event->length = CL_FRAME_BYTES;
+    event->frame = frame_kind(make);
+    event->spoil = chance(make, 75) ? TWIN_UNSPOILED : (uint8_t)(1 + below(make, TWIN_SPOILS - 1));
+    const cl_keyed *key = fill_frame(make, event->payload, event->frame);
+    spoil_before_signing(make, event);
+    sign(event->payload, key);
+    spoil_after_signing(make, event);
+    memcpy(make->sent[make->sent_count % REMEMBERED], event->payload, CL_FRAME_BYTES);
+    if (make->sent_count < REMEMBERED) make->sent_count++;
+}
+
+/* Everything else */
+
+static void make_plant_event(maker *make, twin_event *event) {
+    static const int32_t plant_faults[5] = {
+        CL_FAULT_STALL, CL_FAULT_RUNAWAY, CL_FAULT_ENCODER, CL_FAULT_DRIVER, CL_FAULT_BROWN_OUT,
+    };
+    event->what = (uint8_t)(TWIN_SHIFT + below(make, 3));
+    if (event->what == TWIN_SHIFT) {
+        for (unsigned axis = 0; axis < CL_AXES; axis++) event->args[axis] = between(make, -9, 9);
+    } else if (event->what == TWIN_SETTLE) {
+        event->args[0] = chance(make, 85);
+        event->args[1] = between(make, -20, 200);
+    } else {
+        event->args[0] = chance(make, 90) ? plant_faults[below(make, 5)] : 0;
+        event->args[1] = between(make, 0, 3);
+        event->args[2] = between(make, -20, 200);
+    }
+}
+
+static int64_t next_moment(maker *make, int64_t now_ms) {
+    int64_t due_ms = make->it.node.next_ms;
+    uint32_t kind = below(make, 20);
+    if (kind < 4) return now_ms;
+    if (kind < 10) return now_ms + below(make, 20);
+    if (kind < 14) return now_ms + below(make, 400);
+    if (kind == 14) return now_ms + below(make, 5000);
+    if (!make->it.node.moving && kind > 15) return now_ms + below(make, 50);
+    if (due_ms == INT64_MAX || due_ms > now_ms + 1000000) return now_ms + below(make, 1200);
+    due_ms += kind == 15 ? -1 : kind == 16 ? 1 : 0;
+    return due_ms < now_ms ? now_ms : due_ms;
+}
+
+static void make_event(maker *make, twin_event *event, int64_t now_ms) {
+    uint32_t kind = below(make, 100);
+    memset(event, 0, sizeof *event);
+    event->now_ms = next_moment(make, now_ms);
+    if (kind < 64) {
+        make_frame(make, event);
+    } else if (kind < 76) {
+        event->what = TWIN_ADVANCE;
+    } else if (kind < 84) {
+        event->what = TWIN_NOTICE;
+    } else if (kind < 96) {
+        make_plant_event(make, event);
+    } else {
+        event->what = chance(make, make->it.node.memory.homing ? 15 : 80) ? TWIN_START_HOMING : TWIN_FINISH_HOMING;
+    }
+}
+
+void twin_generate(uint64_t seed, twin_start *start, twin_event *events) {
+    maker make = {.random = seed, .start = start};
+    memset(start, 0, sizeof *start);
+    draw(&make);
+    random_start(&make, start);
+    start->events = (uint8_t)(2 + below(&make, TWIN_MOST_EVENTS - 3));
+    twin_begin(&make.it, start);
+    int64_t now_ms = start->now_ms;
+    for (unsigned i = 0; i < start->events; i++) {
+        make_event(&make, &events[i], now_ms);
+        now_ms = events[i].now_ms;
+        twin_do(&make.it, &events[i]);
+    }
+}

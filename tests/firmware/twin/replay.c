@@ -1,0 +1,220 @@
+/* Runs the C node through sequences of events, with a plant that does as it is told. */
+#include <string.h>
+
+#include "bytes.h"
+#include "twin.h"
+
+const cl_axis_limits twin_axes[4][CL_AXES] = {
+    {{-221326, 221326, 4426, 22132}, {-5215, 5215, 3128, 13906}, {-48691, 48691, 2213, 11066}},
+    {{-262136, 262136, 1000000, 1000000}, {-262136, 262136, 100, 1000000}, {-262136, 262136, 1000000, 100}},
+    {{0, 1000, 100, 100}, {-3, 3, 997, 1009}, {-262136, -262000, 123456, 100}},
+    {{-100000, 100000, 50000, 200000}, {-90, 90, 6000, 40000}, {0, 0, 100, 100}},
+};
+
+const cl_identity twin_identities[3] = {
+    {1, 0xA0000001, 1, {{0}}},
+    {3, 0xA0000003, 7, {{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}}},
+    {128, 0xFFFFFFFF, 0x01020304, {{0xFF, 0xFE}}},
+};
+
+static void follow(void *self, int64_t now_ms, int64_t start_ms, const cl_move *move) {
+    twin_plant *plant = self;
+    if (now_ms == start_ms) memset(&plant->shift, 0, sizeof plant->shift);
+    plant->move = *move;
+    plant->start_ms = start_ms;
+    plant->following = true;
+    plant->follows++;
+    plant->settle_known = plant->lag_ms >= 0;
+    plant->settles_ms = start_ms + cl_move_end_ms(move) + plant->lag_ms;
+    if (plant->settles_ms < now_ms) plant->settles_ms = now_ms;
+}
+
+static void positions(void *self, int64_t now_ms, cl_counts *counts) {
+    const twin_plant *plant = self;
+    *counts = plant->place;
+    if (plant->following) cl_move_at(&plant->move, now_ms - plant->start_ms, counts);
+    for (unsigned axis = 0; axis < CL_AXES; axis++) counts->at[axis] += plant->shift.at[axis];
+}
+
+static bool settles(void *self, int64_t *at_ms) {
+    const twin_plant *plant = self;
+    *at_ms = plant->settles_ms;
+    return plant->settle_known;
+}
+
+static bool fault(void *self, cl_plant_fault *fault) {
+    const twin_plant *plant = self;
+    *fault = plant->fault;
+    return plant->fault_known;
+}
+
+static void begin_session(cl_session *session, const twin_session *from) {
+    cl_key key;
+    *session = (cl_session){
+        .heard_ms = from->heard_ms,
+        .handshake = from->handshake,
+        .run_tag = from->run_tag,
+        .deadman_ms = from->deadman_ms,
+        .flags = from->flags,
+        .hold_gen = from->hold_gen,
+        .number = from->number,
+        .release = from->release,
+        .counter = from->counter,
+        .exists = from->exists,
+        .closed = from->closed,
+    };
+    memcpy(key.bytes, from->key, sizeof key.bytes);
+    cl_tag_key(&session->key, &key);
+}
+
+void twin_begin(twin *it, const twin_start *start) {
+    cl_memory memory = {
+        .run_tag = start->run_tag,
+        .noise = start->noise,
+        .boot = start->boot,
+        .offers = start->offers,
+        .homed = start->homed,
+        .homing = start->homing,
+        .estop = start->estop,
+        .fault = start->fault,
+        .fault_axis = start->fault_axis,
+        .finished = start->finished,
+        .started = start->started,
+        .staged = start->staged,
+        .next_ms = start->next_ms,
+        .move_ms = start->move_ms,
+    };
+    memcpy(memory.target.at, start->target, sizeof start->target);
+    memcpy(memory.next_target.at, start->next_target, sizeof start->next_target);
+    memset(it, 0, sizeof *it);
+    memcpy(it->plant.place.at, start->place, sizeof start->place);
+    it->plant.lag_ms = start->lag_ms;
+    cl_plant plant = {&it->plant, follow, positions, settles, fault};
+    cl_node_init(&it->node, &twin_identities[start->who], twin_axes[start->axes], plant, &memory);
+    begin_session(&it->node.session, &start->live);
+    begin_session(&it->node.pending, &start->offered);
+    it->node.silent = start->silent;
+    it->node.stopped = start->stopped;
+    it->node.lift_above = start->lift_above;
+    it->node.tally.bad_tags = start->bad_tags;
+    it->node.tally.old_counters = start->old_counters;
+    it->node.tally.window_ms = start->window_ms;
+    it->node.tally.deaf_until_ms = start->deaf_until_ms;
+    it->node.tally.in_window = start->in_window;
+}
+
+void twin_do(twin *it, const twin_event *event) {
+    cl_node *node = &it->node;
+    twin_plant *plant = &it->plant;
+    const int32_t *args = event->args;
+    if (event->what == TWIN_RECEIVE) cl_node_receive(node, event->now_ms, event->payload, event->length);
+    if (event->what == TWIN_ADVANCE) cl_node_advance(node, event->now_ms);
+    if (event->what == TWIN_NOTICE) cl_node_notice(node, event->now_ms);
+    if (event->what == TWIN_START_HOMING) cl_node_start_homing(node, event->now_ms);
+    if (event->what == TWIN_FINISH_HOMING) cl_node_finish_homing(node, event->now_ms);
+    if (event->what == TWIN_SHIFT) {
+        for (unsigned axis = 0; axis < CL_AXES; axis++) plant->shift.at[axis] += args[axis];
+    }
+    if (event->what == TWIN_SETTLE) {
+        plant->settle_known = args[0] != 0;
+        plant->settles_ms = event->now_ms + args[1];
+    }
+    if (event->what == TWIN_FAULT) {
+        plant->fault_known = args[0] != 0;
+        plant->fault = (cl_plant_fault){event->now_ms + args[2], (uint8_t)args[0], (uint8_t)args[1]};
+    }
+}
+
+void twin_look(const twin *it, int64_t now_ms, twin_short *seen) {
+    cl_counts setpoint;
+    memset(seen, 0, sizeof *seen);
+    memcpy(seen->ack, it->node.ack, CL_FRAME_BYTES);
+    seen->ack_length = it->node.ack_length;
+    seen->state = cl_node_state(&it->node);
+    cl_node_setpoint(&it->node, now_ms, &setpoint);
+    memcpy(seen->setpoint, setpoint.at, sizeof seen->setpoint);
+}
+
+static void look_at_memory(const cl_memory *memory, twin_full *seen) {
+    seen->run_tag = memory->run_tag;
+    seen->noise = memory->noise;
+    seen->boot = memory->boot;
+    seen->offers = memory->offers;
+    seen->finished = memory->finished;
+    seen->started = memory->started;
+    seen->staged = memory->staged;
+    seen->move_ms = memory->move_ms;
+    seen->next_step_ms = memory->next_ms;
+    seen->homed = memory->homed;
+    seen->homing = memory->homing;
+    seen->estop = memory->estop;
+    seen->fault = memory->fault;
+    seen->fault_axis = memory->fault_axis;
+    memcpy(seen->target, memory->target.at, sizeof seen->target);
+    memcpy(seen->next_target, memory->next_target.at, sizeof seen->next_target);
+}
+
+static void look_at_plant(const twin_plant *plant, twin_full *seen) {
+    memcpy(seen->plant_start, plant->move.start.at, sizeof seen->plant_start);
+    memcpy(seen->plant_target, plant->move.target.at, sizeof seen->plant_target);
+    seen->duration_ms = plant->move.duration_ms;
+    seen->ramp_ms = plant->move.ramp_ms;
+    seen->brake_ms = plant->move.brake_ms;
+    seen->follows = plant->follows;
+}
+
+void twin_look_closely(const twin *it, twin_full *seen) {
+    const cl_node *node = &it->node;
+    memset(seen, 0, sizeof *seen);
+    look_at_memory(&node->memory, seen);
+    look_at_plant(&it->plant, seen);
+    seen->next_ms = node->next_ms == INT64_MAX ? -1 : node->next_ms;
+    seen->move_start_ms = node->move_start_ms;
+    seen->window_ms = node->tally.window_ms;
+    seen->deaf_until_ms = node->tally.deaf_until_ms;
+    seen->bad_tags = node->tally.bad_tags;
+    seen->old_counters = node->tally.old_counters;
+    seen->floods = node->tally.floods;
+    seen->in_window = node->tally.in_window;
+    seen->moving = node->moving;
+    seen->silent = node->silent;
+    seen->stopped = node->stopped;
+    seen->lift_above = node->lift_above;
+    seen->offered = node->pending.exists ? node->pending.number : 0;
+    if (!node->session.exists) return;
+    seen->heard_ms = node->session.heard_ms;
+    seen->counter = node->session.counter;
+    seen->number = node->session.number;
+    seen->release = node->session.release;
+    seen->hold_gen = node->session.hold_gen;
+    seen->closed = node->session.closed;
+}
+
+/* Run one sequence: a twin_short after each event, a twin_full after the last. Returns the bytes written. */
+size_t twin_replay(const twin_start *start, const twin_event *events, uint8_t *seen);
+size_t twin_replay(const twin_start *start, const twin_event *events, uint8_t *seen) {
+    twin it;
+    uint8_t *to = seen;
+    twin_begin(&it, start);
+    for (unsigned i = 0; i < start->events; i++) {
+        twin before = it;
+        twin_do(&it, &events[i]);
+        twin_note(&before, &it, &events[i]);
+        twin_look(&it, events[i].now_ms, (twin_short *)(void *)to);
+        to += sizeof(twin_short);
+    }
+    twin_look_closely(&it, (twin_full *)(void *)to);
+    return (size_t)(to - seen) + sizeof(twin_full);
+}
+
+/* Make and run sequences `first` to `first + count - 1`; returns the bytes written to `seen`. */
+size_t twin_batch(uint64_t first, unsigned count, twin_start *starts, twin_event *events, uint8_t *seen);
+size_t twin_batch(uint64_t first, unsigned count, twin_start *starts, twin_event *events, uint8_t *seen) {
+    uint8_t *to = seen;
+    for (unsigned i = 0; i < count; i++) {
+        twin_generate(first + i, &starts[i], events);
+        to += twin_replay(&starts[i], events, to);
+        events += starts[i].events;
+    }
+    return (size_t)(to - seen);
+}

@@ -1,0 +1,130 @@
+/* What the comparison of the C node with node.py exchanges with Python: a start, events, and what came of them.
+   twin.py has the same layouts as struct formats; there is no padding. */
+#ifndef TWIN_H
+#define TWIN_H
+
+#include "node.h"
+
+/* What an event is. */
+enum {
+    TWIN_RECEIVE,
+    TWIN_ADVANCE,
+    TWIN_NOTICE,
+    TWIN_START_HOMING,
+    TWIN_FINISH_HOMING,
+    TWIN_SHIFT,  /* the axes are pushed by args */
+    TWIN_SETTLE, /* the plant will settle args[1] ms from now, if args[0], or does not know when */
+    TWIN_FAULT,  /* fault args[0] (0: none) of axis args[1] comes args[2] ms from now */
+    TWIN_EVENTS,
+};
+
+/* Why a frame was made; only for counting what the sequences reach. */
+enum {
+    TWIN_DRIVE,
+    TWIN_ESTOP,
+    TWIN_STOP,
+    TWIN_HELLO,
+    TWIN_REPEATED_HELLO,
+    TWIN_QUERY,
+    TWIN_PAGE,
+    TWIN_NO_NODES_FRAME, /* a STATUS, an IDENT or a kind that does not exist */
+    TWIN_FRAMES,
+};
+
+/* What was done to a frame afterwards. */
+enum {
+    TWIN_UNSPOILED,
+    TWIN_FLIPPED_BIT,
+    TWIN_FORGED_TAG,
+    TWIN_REPLAYED,
+    TWIN_OTHER_NODE,
+    TWIN_OTHER_SESSION,
+    TWIN_ODD_FIELD, /* rightly signed, but a field says what none may say */
+    TWIN_CUT_SHORT,
+    TWIN_SPOILS,
+};
+
+typedef struct {
+    int64_t heard_ms;
+    uint64_t handshake, run_tag;
+    uint8_t key[CL_KEY_BYTES];
+    uint32_t counter;
+    uint16_t number, release, deadman_ms;
+    uint8_t flags, hold_gen, exists, closed, zeros[2];
+} twin_session;
+
+typedef struct {
+    int64_t now_ms, window_ms, deaf_until_ms;
+    uint64_t run_tag;
+    twin_session live, offered;
+    int32_t target[3], next_target[3], place[3];
+    int32_t move_ms;
+    int32_t lag_ms; /* how long the plant settles after a move, -1 if it never knows */
+    uint32_t noise;
+    uint16_t boot, offers, finished, started, staged, next_ms, bad_tags, old_counters;
+    uint8_t homed, homing, estop, fault, fault_axis, silent, stopped, lift_above, in_window, who, axes, events;
+    uint8_t zeros[4];
+} twin_start;
+
+typedef struct {
+    int64_t now_ms;
+    uint8_t payload[CL_FRAME_BYTES];
+    int32_t args[4];
+    uint8_t what, length, frame, spoil, zeros[4];
+} twin_event;
+
+/* After every event. */
+typedef struct {
+    uint8_t ack[CL_FRAME_BYTES];
+    int32_t setpoint[3];
+    uint8_t ack_length, state, zeros[2];
+} twin_short;
+
+/* After the last event of a sequence. */
+typedef struct {
+    int64_t next_ms, move_start_ms, heard_ms, window_ms, deaf_until_ms;
+    uint64_t run_tag;
+    int32_t target[3], next_target[3], plant_start[3], plant_target[3];
+    int32_t move_ms, duration_ms, ramp_ms, brake_ms;
+    uint32_t noise, counter, floods, follows;
+    uint16_t boot, offers, finished, started, staged, next_step_ms, bad_tags, old_counters, number, release, offered;
+    uint8_t homed, homing, estop, fault, fault_axis, moving, silent, stopped, lift_above, hold_gen, closed, in_window;
+    uint8_t zeros[6];
+} twin_full;
+
+_Static_assert(sizeof(twin_session) == 56 && sizeof(twin_start) == 224 && sizeof(twin_event) == 64, "no padding");
+_Static_assert(sizeof(twin_short) == 48 && sizeof(twin_full) == 168, "no padding");
+
+/* Axes that follow a move exactly and do besides what the events say; twin.py has the same. */
+typedef struct {
+    cl_move move;
+    int64_t start_ms, settles_ms;
+    cl_counts place, shift;
+    cl_plant_fault fault;
+    int32_t lag_ms;
+    uint32_t follows;
+    bool following, settle_known, fault_known;
+} twin_plant;
+
+typedef struct {
+    cl_node node;
+    twin_plant plant;
+} twin;
+
+extern const cl_axis_limits twin_axes[4][CL_AXES];
+extern const cl_identity twin_identities[3];
+
+void twin_begin(twin *it, const twin_start *start);
+void twin_do(twin *it, const twin_event *event);
+void twin_look(const twin *it, int64_t now_ms, twin_short *seen);
+void twin_look_closely(const twin *it, twin_full *seen);
+
+/* How often the sequences made so far came to what: a name and a number per line. */
+void twin_note(const twin *before, const twin *after, const twin_event *event);
+
+enum { TWIN_MOST_EVENTS = 12 };
+
+/* A random sequence: `start`, and up to TWIN_MOST_EVENTS events, whose number is in `start->events`. */
+void twin_generate(uint64_t seed, twin_start *start, twin_event *events);
+
+#endif
