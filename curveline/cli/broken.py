@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from curveline.plan import Plan, read_plan
+from curveline.radio.actions import Record
+from curveline.radio.frames import Counts
 from curveline.radio.journal import FILE_NAME, ReopenedJournal, find_run, read_journal
 from curveline.radio.resume import ResumePoint, resume_point
 
 PLAN_NAME = "plan.json"
+SAMPLES = 50
+"""Places between two barriers."""
 
 
 @dataclass(frozen=True)
@@ -21,12 +26,27 @@ class BrokenRun:
     plan: Plan
     point: ResumePoint
     folder: Path
+    unseen: tuple[int, ...] = ()
+    """Steps (0 for the start) through which the nodes came in a process that was killed, in order."""
 
     @contextmanager
     def opened(self) -> Iterator[ReopenedJournal]:
         """The record, locked and ready to be gone on with."""
         with closing(ReopenedJournal(self.folder)) as journal:
             yield journal
+
+    def way_here(self, now: tuple[Counts, ...]) -> list[tuple[Counts, ...]]:
+        """Where the nodes were on the way to where they are `now`, so closely that a rod can be followed along it."""
+        places = [self._place(step) for step in self.unseen] + [now] * bool(self.unseen)
+        return [
+            tuple(_between(begin, end, part / SAMPLES) for begin, end in zip(*pair, strict=True))
+            for pair in pairwise(places)
+            for part in range(SAMPLES)
+        ]
+
+    def _place(self, step: int) -> tuple[Counts, ...]:
+        targets = self.plan.steps[step - 1].targets if step else self.plan.start
+        return tuple(target.counts for target in targets)
 
     def summary(self) -> str:
         """One line on what is left to do."""
@@ -44,4 +64,20 @@ def find_broken_run(name: str, runs: Path) -> BrokenRun:
     """The run that `name` means; InvalidInput if there is none, or if its record says that it cannot go on."""
     folder = find_run(runs, name)
     plan = read_plan(folder / PLAN_NAME)
-    return BrokenRun(plan, resume_point(plan, read_journal(folder / FILE_NAME)), folder)
+    records = read_journal(folder / FILE_NAME)
+    point = resume_point(plan, records)
+    return BrokenRun(plan, point, folder, _unseen(point, records))
+
+
+def _unseen(point: ResumePoint, records: Sequence[Record]) -> tuple[int, ...]:
+    """The steps done since the last process began, if it was killed; one that ended has told what the rod did."""
+    kinds = [str(record.get("type")) for record in records]
+    if kinds[-1] in ("pause", "halt"):
+        return ()
+    begin = kinds[: max(index for index, kind in enumerate(kinds) if kind in ("start", "resume"))].count("barrier")
+    return tuple(range(begin, point.barrier + 1))
+
+
+def _between(begin: Counts, end: Counts, part: float) -> Counts:
+    x, y, z = (round(low + part * (high - low)) for low, high in zip(begin, end, strict=True))
+    return x, y, z

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -15,11 +15,12 @@ import typer
 
 from curveline import __version__
 from curveline.cli import nodes, show
-from curveline.cli.broken import PLAN_NAME
+from curveline.cli.broken import PLAN_NAME, BrokenRun
 from curveline.cli.progress import watch
 from curveline.errors import EXIT_INTERRUPTED, InvalidInput, LinkError
 from curveline.plan import Plan, write_plan
 from curveline.radio import Radio
+from curveline.radio.frames import Counts
 from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, new_run, read_journal, runs_folder
 from curveline.radio.link import Control, Halted, Observer, Request, RunReport, resume_plan, send_plan
 from curveline.radio.resume import can_resume, resume_point
@@ -71,42 +72,47 @@ def conduct(plan: Plan, radio: Radio, runs: Path, control: Control) -> Ending:
     """Send `plan` and keep its record in a new folder of `runs`; LinkError once everything that can be held is held."""
     folder = new_run(runs, plan.name)
     write_plan(plan, folder / PLAN_NAME)
-    with closing(Journal(folder)) as journal:
+    mock = nodes.mock_of(radio)
+    with closing(Journal(folder, mock.disk if mock is not None else None)) as journal:
         return _conduct(_Job(plan, radio, folder), partial(send_plan, plan, radio, journal), control)
 
 
-def go_on(plan: Plan, radio: Radio, journal: ReopenedJournal, control: Control) -> Ending:
-    """Go on with the run of this record; as `conduct`, and InvalidInput if the record forbids it."""
-    job = _Job(plan, radio, journal.path.parent)
+def go_on(broken: BrokenRun, radio: Radio, journal: ReopenedJournal, control: Control) -> Ending:
+    """Go on with a run; as `conduct`, and InvalidInput if its record forbids it."""
+    plan, mock, way = broken.plan, nodes.mock_of(radio), []
+    if mock is not None:
+        journal.disk = mock.disk
+        way = broken.way_here(mock.positions())
+    job = _Job(plan, radio, broken.folder, way)
     return _conduct(job, partial(resume_plan, plan, radio, journal), control)
 
 
 @dataclass(frozen=True)
 class _Job:
-    """What is sent, through what, and where its record is kept."""
+    """What is sent, through what, where its record is kept, and how the nodes came here if no one has told yet."""
 
     plan: Plan
     radio: Radio
     folder: Path
+    way: Sequence[tuple[Counts, ...]] = ()
 
 
 def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> Ending:
-    plan, radio = job.plan, job.radio
     show.note(f"record: {job.folder}")
-    begin = radio.now_us() / 1e6
+    begin = job.radio.now_us() / 1e6
     try:
-        with _signals(control), watch(plan, control) as observer:
+        with _signals(control), watch(job.plan, control) as observer:
             report = sender(observer, control)
     except LinkError as error:
-        show.note("\n".join(_rod_lines(_play_back(plan, radio, begin), plan)))
+        show.note("\n".join(_rod_lines(_play_back(job, begin), job.plan)))
         if not isinstance(error, Halted) or can_resume(error.halt):
-            advise_resuming(plan, job.folder)
+            advise_resuming(job.plan, job.folder)
         if control.request is Request.NONE:
             raise
         # An emergency stop ends the run as a fault of all nodes, but it is what somebody asked for.
         show.complain(error)
         raise typer.Exit(EXIT_INTERRUPTED) from None
-    return Ending(plan, report, control.request, _play_back(plan, radio, begin), job.folder)
+    return Ending(job.plan, report, control.request, _play_back(job, begin), job.folder)
 
 
 def advise_resuming(plan: Plan, run: Path) -> None:
@@ -131,16 +137,16 @@ def _rod_lines(playback: Playback | None, plan: Plan) -> list[str]:
     return lines
 
 
-def _play_back(plan: Plan, radio: Radio, begin: float) -> Playback | None:
+def _play_back(job: _Job, begin: float) -> Playback | None:
     """What the motion of a mock's nodes since `begin` [s] did to its rod, which it then remembers.
 
     None for other radios, and if the display file is gone.
     """
-    mock = nodes.mock_of(radio)
+    mock = nodes.mock_of(job.radio)
     if mock is None:
         return None
     try:
-        display = _display_of(plan)
+        display = _display_of(job.plan)
     except InvalidInput as error:
         show.note(f"which curve the rod took is not known: {error.message}")
         mock.rod = []
@@ -149,7 +155,8 @@ def _play_back(plan: Plan, radio: Radio, begin: float) -> Playback | None:
 
     show.announce_compilation()
     motion = [(seconds - begin, counts) for seconds, counts in mock.motion()]
-    playback = replay(display, motion, mock.rod)
+    before = [(motion[0][0], counts) for counts in job.way]
+    playback = replay(display, [*before, *motion], mock.rod)
     mock.rod = list(playback.states)
     return playback
 

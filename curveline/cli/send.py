@@ -124,7 +124,7 @@ def _send(wanted: Plan | Scene | BrokenRun, way: _Way) -> Ending | None:
     if isinstance(wanted, BrokenRun):
         with wanted.opened() as journal, closing(open_radio(way.spec, wanted.plan.drive, way.runs)) as radio:
             show.note(wanted.summary())
-            return go_on(wanted.plan, radio, journal, control) if _agrees(way) else None
+            return go_on(wanted, radio, journal, control) if _agrees(way) else None
     drive = wanted.drive if isinstance(wanted, Plan) else drive_table(wanted.display)
     with closing(open_radio(way.spec, drive, way.runs)) as radio:
         plan = wanted if isinstance(wanted, Plan) else _plan_from_here(wanted, radio, drive)

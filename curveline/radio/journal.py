@@ -75,7 +75,7 @@ class Journal:
     def __init__(self, run: Path, disk: Disk | None = None) -> None:
         """Begin the record in the folder `run`; LinkError if the disk refuses, InvalidInput if there is one already."""
         self.path = run / FILE_NAME
-        self._disk = disk or SystemDisk()
+        self.disk = disk or SystemDisk()
         self._sequence = 0
         self._end = 0
         self._broken = ""
@@ -87,13 +87,13 @@ class Journal:
             raise _refused(self.path, error) from error
         with self._closed_on_error():
             _lock(self._descriptor, run)
-            self._disk.sync(self._descriptor)
+            self.disk.sync(self._descriptor)
             sync_folder(run)
 
     def reserve(self, size: int) -> None:
         """Make sure now that `size` bytes of records will find room; LinkError if they would not."""
         try:
-            self._disk.reserve(self._descriptor, self._end + size)
+            self.disk.reserve(self._descriptor, self._end + size)
         except OSError as error:
             raise _refused(self.path, error) from error
 
@@ -104,7 +104,7 @@ class Journal:
         line = encode_record(self._sequence, record)
         try:
             self._write(line)
-            self._disk.sync(self._descriptor)
+            self.disk.sync(self._descriptor)
         except OSError as error:
             failure = _refused(self.path, error)
             self._broken = failure.message
@@ -135,7 +135,7 @@ class Journal:
     def _write(self, line: bytes) -> None:
         done = 0
         while done < len(line):
-            taken = self._disk.write(self._descriptor, line[done:], self._end + done)
+            taken = self.disk.write(self._descriptor, line[done:], self._end + done)
             if taken <= 0:
                 raise OSError(errno.EIO, "the disk took nothing")
             done += taken
@@ -150,7 +150,7 @@ class ReopenedJournal(Journal):
         LinkError if another process has it open or the disk refuses, InvalidInput if there is none or it is damaged.
         """
         self.path = run / FILE_NAME
-        self._disk = disk or SystemDisk()
+        self.disk = disk or SystemDisk()
         self._broken = ""
         try:
             self._descriptor = os.open(self.path, os.O_WRONLY | os.O_CLOEXEC | os.O_NONBLOCK)
@@ -163,7 +163,7 @@ class ReopenedJournal(Journal):
             self.records, self._end = _checked_records(read_file(self.path, SIZE_LIMIT), self.path)
             self._sequence = len(self.records)
             os.ftruncate(self._descriptor, self._end)
-            self._disk.sync(self._descriptor)
+            self.disk.sync(self._descriptor)
 
 
 def encode_record(sequence: int, record: Record) -> bytes:
