@@ -48,7 +48,7 @@ enum {
 #define PACKET_BITS 329u
 #define SPARE_US 2000u
 #define CHECK_US 1000000u
-#define CARRIER_US 300u
+#define CARRIER_US 1000u /* a sender that polls sends something within this time */
 
 typedef struct {
     uint8_t number, value;

@@ -1,0 +1,260 @@
+"""The dongle's program: it compiles for its processor, survives fuzzing, and drives a modelled radio chip."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from radio.chip import Chip
+from radio.chip_setup import Host, Listener
+from radio.chipbank import EN_RXADDR, RF_CH, RF_SETUP, SETUP_AW, SETUP_RETR
+from radio.ether import Ether
+
+from curveline.radio.dongle import Kind, Outcome
+
+from .build import CORE, FIRMWARE, HERE, compiler, executable, gcc, run_compiler, zig
+from .dongle_core import Core, Sender, schedule_bytes
+
+DONGLE = FIRMWARE / "dongle"
+CORTEX = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m0plus", "-Os")
+STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Werror", f"-I{CORE}", f"-I{DONGLE}", f"-I{HERE / 'standins'}")
+ROUNDS = 40_000
+A, B = "C1C1C1C101", "C1C1C1C102"
+PAYLOAD = bytes(range(32))
+
+
+# Compilers
+
+
+@pytest.mark.parametrize("source", [CORE / "dongle.c", DONGLE / "sender.c"], ids=lambda path: path.name)
+@pytest.mark.parametrize("target", ["processor of the board", "this machine"])
+def test_the_portable_parts_compile(source: Path, target: str, tmp_path: Path) -> None:
+    command = [*zig(), *CORTEX] if target == "processor of the board" else [*compiler(), "-O2"]
+    run_compiler([*command, "-std=c11", *STRICT, "-c", str(source), "-o", str(tmp_path / "out.o")])
+
+
+@pytest.mark.parametrize("flags", [CORTEX, ("-O2",)], ids=["processor of the board", "this machine"])
+def test_the_sketch_compiles_against_the_names_it_expects(flags: tuple[str, ...], tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "ziglang", "c++", *flags, "-std=gnu++17", "-fno-exceptions", "-fno-rtti", *STRICT]
+    run_compiler([*command, "-x", "c++", "-c", str(DONGLE / "dongle.ino"), "-o", str(tmp_path / "out.o")])
+
+
+def test_the_folder_for_the_arduino_ide_has_all_that_the_sketch_includes() -> None:
+    (listed,) = (line for line in (DONGLE / "Makefile").read_text().splitlines() if line.startswith("SOURCES := "))
+    sources = [DONGLE / name for name in listed.removeprefix("SOURCES := ").split()]
+    assert all(source.is_file() for source in sources)
+    names = {source.name for source in sources}
+    for source in sources:
+        for line in source.read_text().splitlines():
+            if line.startswith('#include "'):
+                assert line.split('"')[1] in names, (source.name, line)
+
+
+def test_the_dongle_fits_a_teensy_lc(tmp_path: Path) -> None:
+    assert len(Core()._memory) < 2048
+
+
+# Fuzzing
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_rubbish_neither_stops_nor_confuses_it(seed: int) -> None:
+    flags = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"] if gcc() else []
+    command = [gcc() or ""] if gcc() else None
+    program = executable("dongle_fuzz", [CORE / "dongle.c", HERE / "dongle_fuzz.c"], flags, command)
+    done = subprocess.run([program, str(seed), str(ROUNDS)], capture_output=True, text=True, check=False)
+    print(f"seed {seed}: {done.stdout}{done.stderr}")
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout.split()[4]) > ROUNDS / 20, "hardly anything was transmitted"
+
+
+# The radio chip
+
+
+class Bench:
+    """The dongle's chip with its driver, and two receivers."""
+
+    def __init__(self, loss: float = 0.0, seed: int = 0) -> None:
+        self.ether = Ether(loss=loss, seed=seed)
+        self.chip = Chip(self.ether, "dongle")
+        self.sender = Sender(self.chip, self.ether)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+def address_of(text: str) -> bytes:
+    return bytes.fromhex(text)
+
+
+def test_every_register_takes_its_value(bench: Bench) -> None:
+    for rate, bits in enumerate((0x26, 0x06, 0x0E)):
+        assert bench.sender.configure(40 + rate, rate, 4, 5, 1500)
+        bank = bench.chip.bank
+        assert (bank[RF_CH], bank[RF_SETUP], bank[SETUP_AW], bank[SETUP_RETR]) == (40 + rate, bits, 2, 0x55)
+        assert bank[EN_RXADDR] == 1
+
+
+@pytest.mark.parametrize(("rate", "name", "delay_us"), [(0, "250kbps", 1500), (1, "1Mbps", 500), (2, "2Mbps", 500)])
+def test_a_frame_arrives_and_the_loaded_answer_comes_back(bench: Bench, rate: int, name: str, delay_us: int) -> None:
+    node = Listener(bench.ether, address_of(A), name)
+    assert bench.sender.configure(76, rate, 5, 3, delay_us)
+    node.reload(b"y" * 32)
+    assert bench.sender.transmit(A, PAYLOAD) == (Outcome.ACKED, b"y" * 32, 0)
+    assert node.heard() == [PAYLOAD]
+    node.reload(b"z")
+    assert bench.sender.transmit(A, bytes(32)) == (Outcome.ACKED, b"z", 0)
+    node.chip.command(b"\xe1")
+    assert bench.sender.transmit(A, PAYLOAD) == (Outcome.ACKED, b"", 0)
+
+
+def test_nobody_there_costs_no_more_than_the_repeats(bench: Bench) -> None:
+    assert bench.sender.configure()
+    begin = bench.ether.now_us
+    assert bench.sender.transmit(A, PAYLOAD) == (Outcome.NOTHING, b"", 3)
+    assert 3500 < bench.ether.now_us - begin < 4500
+    assert bench.ether.sent == 4
+
+
+def test_what_could_not_be_delivered_is_not_sent_next_time(bench: Bench) -> None:
+    assert bench.sender.configure()
+    bench.sender.transmit(A, PAYLOAD)
+    node = Listener(bench.ether, address_of(B))
+    assert bench.sender.transmit(B, b"b" * 32)[0] is Outcome.ACKED
+    assert node.heard() == [b"b" * 32]
+
+
+def test_frames_go_to_the_node_they_are_for(bench: Bench) -> None:
+    nodes = {address: Listener(bench.ether, address_of(address)) for address in (A, B)}
+    assert bench.sender.configure()
+    for number in range(20):
+        address = (A, B, B)[number % 3]
+        nodes[address].reload(address_of(address))
+        assert bench.sender.transmit(address, bytes([number] * 32)) == (Outcome.ACKED, address_of(address), 0)
+        assert nodes[address].heard() == [bytes([number] * 32)]
+    assert nodes[A].heard() == nodes[B].heard() == []
+
+
+def test_repeats_are_counted_and_an_answer_is_that_to_this_frame(bench: Bench) -> None:
+    """Acknowledgements that are lost leave nothing behind that the next frame would be given."""
+    node = Listener(bench.ether, address_of(A))
+    assert bench.sender.configure()
+    lost = 0
+
+    def jam(sender: Chip, receiver: Chip, packet: object) -> bool:
+        nonlocal lost
+        lost += 1
+        return lost in (1, 3)
+
+    bench.ether.jams = jam
+    node.reload(b"first")
+    assert bench.sender.transmit(A, PAYLOAD) == (Outcome.ACKED, b"first", 2)
+    node.reload(b"second")
+    assert bench.sender.transmit(A, bytes(32)) == (Outcome.ACKED, b"second", 0)
+
+
+def test_an_answer_left_over_is_not_taken_for_one_to_the_next_frame(bench: Bench) -> None:
+    node = Listener(bench.ether, address_of(A))
+    assert bench.sender.configure()
+    node.reload(b"old")
+    host = Host.__new__(Host)  # the same chip, driven past its driver: what a frame leaves that nobody read
+    host.ether, host.chip = bench.ether, bench.chip
+    host.send(address_of(A), PAYLOAD)
+    node.reload(b"new")
+    assert bench.sender.transmit(A, bytes(32))[:2] == (Outcome.ACKED, b"new")
+
+
+def test_a_chip_that_lost_its_settings_gets_them_again(bench: Bench) -> None:
+    node = Listener(bench.ether, address_of(A))
+    assert bench.sender.configure()
+    bench.chip.reset()
+    assert bench.sender.transmit(A, PAYLOAD)[0] is Outcome.NOTHING
+    assert bench.sender.transmit(A, PAYLOAD)[0] is Outcome.ACKED
+    assert node.heard() == [PAYLOAD]
+
+
+def test_settings_are_looked_at_once_a_second_even_if_all_goes_well(bench: Bench) -> None:
+    node = Listener(bench.ether, address_of(A))
+    assert bench.sender.configure()
+    bench.chip.command(bytes([0x20 | SETUP_RETR, 0x10]))  # no repeats: frames still arrive
+    assert bench.sender.transmit(A, PAYLOAD)[0] is Outcome.ACKED
+    assert bench.chip.bank[SETUP_RETR] == 0x10
+    bench.ether.advance(bench.ether.now_us + 1_000_000)
+    assert bench.sender.transmit(A, bytes(32))[0] is Outcome.ACKED
+    assert bench.chip.bank[SETUP_RETR] == 0x13
+    assert len(node.heard()) == 2
+
+
+@pytest.mark.parametrize("level", [0x00, 0xFF])
+def test_a_chip_that_is_not_there_is_noticed_in_bounded_time(bench: Bench, level: int) -> None:
+    bench.chip.unplugged = level
+    assert not bench.sender.configure()
+    bench.chip.unplugged = None
+    assert bench.sender.configure()
+    bench.chip.unplugged = level
+    begin = bench.ether.now_us
+    assert bench.sender.transmit(A, PAYLOAD)[0] is Outcome.BROKEN
+    assert bench.ether.now_us - begin < 15_000
+    bench.chip.unplugged = None
+    bench.chip.reset()
+    Listener(bench.ether, address_of(A))
+    bench.sender.transmit(A, PAYLOAD)
+    assert bench.sender.transmit(A, bytes(32))[0] is Outcome.ACKED
+
+
+def test_the_scan_finds_who_is_sending_and_nobody_else(bench: Bench) -> None:
+    assert bench.sender.configure()
+    other = Host(bench.ether, channel=30)
+    found = []
+    for channel in (29, 30, 31):
+        other.chip.command(bytes([0x27, 0x70]))  # give up the frame before
+        other.chip.command(b"\xe1")
+        other.chip.command(bytes([0xA0]) + PAYLOAD)
+        other.chip.ce = 1
+        found.append(bench.sender.carrier(channel))
+        other.chip.ce = 0
+        bench.ether.advance(bench.ether.now_us + 10_000)
+    assert found == [False, True, False]
+    Listener(bench.ether, address_of(A))
+    assert bench.sender.configure()
+    assert bench.sender.transmit(A, PAYLOAD)[0] is Outcome.ACKED
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.3, 0.6])
+def test_whatever_is_lost_no_answer_is_made_up(loss: float) -> None:
+    seed = 5
+    print(f"seed {seed}")
+    bench = Bench(loss, seed)
+    nodes = {address: Listener(bench.ether, address_of(address)) for address in (A, B)}
+    assert bench.sender.configure()
+    acked = 0
+    for number in range(300):
+        address = (A, B)[number & 1]
+        mark = bytes([number & 0xFF, number >> 8])
+        nodes[address].reload(mark)
+        outcome, answer, retries = bench.sender.transmit(address, mark * 16)
+        heard = nodes[address].heard()
+        assert retries <= 3
+        assert outcome in (Outcome.ACKED, Outcome.NOTHING)
+        assert heard in ([], [mark * 16])
+        if outcome is Outcome.ACKED:
+            acked += 1
+            assert heard
+            assert answer == mark
+    assert acked == 300 if loss == 0 else 100 < acked < 300
+
+
+def test_core_and_driver_together(bench: Bench) -> None:
+    """Packet in, frame through the air, answer out."""
+    node = Listener(bench.ether, address_of(A))
+    node.reload(b"n" * 32)
+    bench.sender.configure()
+    core = Core(bench.sender.transmit)
+    core.set_up()
+    results = core.ask(Kind.SCHEDULE, schedule_bytes([(A, PAYLOAD), (B, PAYLOAD)]))
+    assert results == [bytes([Kind.RESULT, 7, 0, 1, 0, 32]) + b"n" * 32, bytes([Kind.RESULT, 7, 1, 0, 3, 0])]
+    assert node.heard() == [PAYLOAD]
