@@ -208,13 +208,14 @@ def test_a_chip_that_is_not_there_is_noticed_in_bounded_time(bench: Bench, level
 
 def test_the_scan_finds_who_is_sending_and_nobody_else(bench: Bench) -> None:
     assert bench.sender.configure()
-    other = Host(bench.ether, channel=30)
+    other = Host(bench.ether, "2Mbps", channel=30)
     found = []
     for channel in (29, 30, 31):
         other.chip.command(bytes([0x27, 0x70]))  # give up the frame before
         other.chip.command(b"\xe1")
         other.chip.command(bytes([0xA0]) + PAYLOAD)
         other.chip.ce = 1
+        bench.ether.advance(bench.ether.now_us + 150)
         found.append(bench.sender.carrier(channel))
         other.chip.ce = 0
         bench.ether.advance(bench.ether.now_us + 10_000)
