@@ -16,7 +16,7 @@ from curveline.plan import NodeTarget, Plan, Step, drive_table, write_plan
 from curveline.shapefile import read_display
 
 HEAVY = {"numpy", "numba", "scipy", "matplotlib", "cv2", "serial", "pyrf24"}
-COMMANDS = ("simulate", "plan", "send", "status", "bench")
+COMMANDS = ("simulate", "plan", "send", "status", "stop", "keys", "bench")
 
 SCRIPT = """
 import json, sys
@@ -93,6 +93,14 @@ def test_help_loads_nothing_heavy(load, arguments: tuple[str, ...]) -> None:
 
 def test_top_level_help_loads_neither_tables_nor_validation(load) -> None:
     assert not load("--help").packages & {"pydantic", "rich"}
+
+
+def test_scan_and_stop_load_nothing_heavy(load) -> None:
+    for arguments in (("status", "--scan"), ("status", "--radio-test"), ("stop",)):
+        loaded = load(*arguments, "--radio", "mock", "--json")
+        assert loaded.code == 0
+        assert len(json.loads(loaded.out)["nodes"]) == 2
+        assert not loaded.packages & HEAVY
 
 
 @pytest.mark.parametrize("radio", ["mock", "wire"])

@@ -10,7 +10,9 @@ from typing import Annotated
 import typer
 
 from curveline import __version__
-from curveline.cli import bench, plan, send, show, simulate, status
+from curveline.cli import bench, plan, send, show, simulate, status, stop
+from curveline.cli.keys import adopt, new, node
+from curveline.cli.keys import show as show_keys
 from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError
 
 EPILOG = (
@@ -28,8 +30,12 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (simulate.simulate, plan.plan, send.send, status.status, bench.bench):
-    app.command(epilog=EPILOG, no_args_is_help=_command not in (status.status, bench.bench))(_command)
+for _command in (simulate.simulate, plan.plan, send.send, status.status, stop.stop, bench.bench):
+    app.command(epilog=EPILOG, no_args_is_help=_command not in (status.status, stop.stop, bench.bench))(_command)
+keys = typer.Typer(help="The keys of a site: make them, load them, learn who the nodes are.", no_args_is_help=True)
+for _key_command in (new.new, node.node, adopt.adopt, show_keys.show):
+    keys.command(epilog=EPILOG)(_key_command)
+app.add_typer(keys, name="keys", epilog=EPILOG)
 
 
 def _show_version(wanted: bool) -> None:

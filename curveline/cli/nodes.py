@@ -28,6 +28,9 @@ RunsOption = Annotated[
         "--runs", metavar="DIR", help="Folder of the records of runs, instead of the user's or CURVELINE_RUNS."
     ),
 ]
+DisplayOption = Annotated[
+    str, typer.Option("--display", metavar="NAME|FILE", help="A built-in display, or a display file.")
+]
 HEAD = ("node", "state", "step", "extrude mm", "bias deg", "height mm", "boot", "polls", "lost", "retries")
 
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from curveline.cli import nodes, show
-from curveline.cli.nodes import RadioOption, RunsOption
-from curveline.errors import EXIT_DONE, EXIT_LINK
+from curveline.cli.nodes import DisplayOption, RadioOption, RunsOption
+from curveline.errors import EXIT_DONE, EXIT_LINK, InvalidInput
 
 if TYPE_CHECKING:
     from curveline.plan import DriveTable
@@ -24,10 +24,14 @@ POLL_SECONDS = 1.0
 
 def status(
     radio: RadioOption = None,
-    display: Annotated[
-        str, typer.Option("--display", metavar="NAME|FILE", help="A built-in display, or a display file.")
-    ] = "single",
+    display: DisplayOption = "single",
     watch: Annotated[bool, typer.Option("--watch", help="Ask again every second, until Ctrl-C.")] = False,
+    scan: Annotated[
+        bool, typer.Option("--scan", help="Who is on the air: chips, doubles, refused frames, loss. Needs no keys.")
+    ] = False,
+    radio_test: Annotated[
+        bool, typer.Option("--radio-test", help="Test the radio chips: whole answers, repeats dropped. Needs no keys.")
+    ] = False,
     json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document per poll and line.")] = False,
     runs: RunsOption = None,
 ) -> None:
@@ -39,7 +43,13 @@ def status(
     from curveline.shapefile import read_display
 
     spec = nodes.require_radio(radio)
-    asked = _Asked(spec, drive_table(read_display(display)), nodes.runs_folder(runs))
+    if watch + scan + radio_test > 1:
+        raise InvalidInput("--watch, --scan and --radio-test are three different questions", hint="ask one at a time")
+    asked = Asked(spec, drive_table(read_display(display)), nodes.runs_folder(runs))
+    if scan or radio_test:
+        from curveline.cli.survey import survey
+
+        raise typer.Exit(survey(asked, tests=radio_test, as_json=json))
     if watch:
         _watch(asked, as_json=json)
     answer = _ask(asked)
@@ -47,7 +57,7 @@ def status(
     raise typer.Exit(EXIT_DONE if answer.is_well else EXIT_LINK)
 
 
-class _Asked(NamedTuple):
+class Asked(NamedTuple):
     """Whom to ask, and how."""
 
     spec: str
@@ -58,7 +68,7 @@ class _Asked(NamedTuple):
 class _Answer(NamedTuple):
     """What the nodes said, and the states of the rod where somebody knows them."""
 
-    asked: _Asked
+    asked: Asked
     statuses: list[NodeStatus]
     rod: list[str] | None
 
@@ -89,7 +99,7 @@ class _Answer(NamedTuple):
         ]
 
 
-def _ask(asked: _Asked) -> _Answer:
+def _ask(asked: Asked) -> _Answer:
     """One round of questions; the radio is given back after it, so that a run can begin between two."""
     from curveline.radio import open_radio
     from curveline.radio.link import read_status
@@ -107,11 +117,20 @@ def _show(answer: _Answer, *, as_json: bool) -> None:
         show.result("\n".join(answer.lines()))
 
 
-def _watch(asked: _Asked, *, as_json: bool) -> None:
-    """Ask for ever; Ctrl-C ends it."""
+def _watch(asked: Asked, *, as_json: bool) -> None:
+    """Ask for ever; Ctrl-C ends it. While a run has the display to itself, say so and wait for its end."""
+    from curveline.radio.store import InUse
+
+    is_waiting = False
     with _screen(as_json=as_json) as update:
         while True:
-            update(_ask(asked))
+            try:
+                update(_ask(asked))
+                is_waiting = False
+            except InUse as error:
+                if not is_waiting:
+                    show.note(f"waiting: {error.message}")
+                is_waiting = True
             time.sleep(POLL_SECONDS)
 
 

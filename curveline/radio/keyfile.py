@@ -15,6 +15,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
+from enum import Enum
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -38,7 +39,16 @@ _SETTINGS = struct.Struct("<4sHBBB5sH16s")
 _AXIS = struct.Struct("<iiII")
 SETTINGS_BYTES = _SETTINGS.size + 3 * _AXIS.size + 4
 
-_LENIENT: ContextVar[bool] = ContextVar("lenient", default=False)
+
+class Lenient(Enum):
+    """What a site may lack."""
+
+    NOTHING = 0
+    CHIPS = 1
+    FILE = 2
+
+
+_LENIENT: ContextVar[Lenient] = ContextVar("lenient", default=Lenient.NOTHING)
 
 
 @dataclass(frozen=True)
@@ -57,7 +67,7 @@ class SiteFile:
     def site(self, drive: DriveTable) -> Site:
         """Keys and chips of a display; InvalidInput if one of its nodes was never adopted."""
         missing = [address for address in drive.addresses if address.upper() not in self.chips]
-        if missing and not _LENIENT.get():
+        if missing and _LENIENT.get() is Lenient.NOTHING:
             raise InvalidInput(
                 f"{self.path} does not say which device listens on {', '.join(missing)} of display {drive.display!r}",
                 hint=f"`curveline keys adopt --radio ... --display {drive.display}` asks the nodes and records them",
@@ -76,15 +86,15 @@ def default_path() -> Path:
 def hardware_site(drive: DriveTable) -> Site:
     """Keys of a display of real nodes; InvalidInput, with what to do, if there are none or not for all nodes."""
     path = default_path()
-    if _LENIENT.get() and not path.exists():
+    if _LENIENT.get() is Lenient.FILE and not path.exists():
         return Site(ZERO_MASTER, (UNKNOWN_CHIP,) * drive.node_count)
     return read_site(path).site(drive)
 
 
 @contextmanager
-def lenient() -> Iterator[None]:
-    """Within this, radios open without a key file, too, and for nodes nobody adopted: to ask who they are."""
-    token = _LENIENT.set(True)
+def lenient(*, without_file: bool = False) -> Iterator[None]:
+    """Within this, radios open for nodes that nobody adopted, too, and on demand without a key file at all."""
+    token = _LENIENT.set(Lenient.FILE if without_file else Lenient.CHIPS)
     try:
         yield
     finally:

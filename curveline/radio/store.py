@@ -27,6 +27,10 @@ BITS = {"run_tag": 64, "noise": 32, "move_ms": 32}
 FRESH_HINT = "`--radio mock:fresh` puts a new display there, standing at home"
 
 
+class InUse(LinkError):
+    """Another process has the display, most likely for a run."""
+
+
 @dataclass
 class Standing:
     """One node as it stands: encoder counts, and what the node remembers."""
@@ -70,8 +74,8 @@ class Store:
             if time.monotonic() > deadline:
                 owner = os.pread(descriptor, 200, 0).decode(errors="replace").strip() or "another process"
                 os.close(descriptor)
-                raise LinkError(
-                    f"the mock display {self._drive.display!r} is in use by {owner}",
+                raise InUse(
+                    f"the mock display {self._drive.display!r} is in use by {owner}: a run may be on",
                     hint="wait until it is done, or use another runs folder (CURVELINE_RUNS)",
                 )
             time.sleep(LOCK_RETRY_S)

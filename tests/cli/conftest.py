@@ -31,9 +31,10 @@ Run = Callable[..., Result]
 
 @pytest.fixture(autouse=True)
 def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for name in ("CURVELINE_RADIO", "NO_COLOR", "CI"):
+    for name in ("CURVELINE_RADIO", "CURVELINE_KEYS", "NO_COLOR", "CI"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("CURVELINE_RUNS", str(tmp_path / "runs"))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "no-config"))
     monkeypatch.setattr(_jit, "FIRST_RUN", False)
     show.announce_compilation.cache_clear()
 

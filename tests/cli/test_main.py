@@ -15,7 +15,7 @@ from curveline.cli import show
 
 from .conftest import BROKEN, SHAPES, Run
 
-COMMANDS = ("simulate", "plan", "send", "status", "bench")
+COMMANDS = ("simulate", "plan", "send", "status", "stop", "bench")
 COMMAND = (sys.executable, "-m", "curveline")
 SHAPE = str(SHAPES / "level-up-peak.toml")
 
@@ -27,7 +27,7 @@ def test_version(run: Run) -> None:
 def test_help_names_every_command_and_exit_code(run: Run) -> None:
     code, out, err = run("--help")
     assert (code, err) == (0, "")
-    for word in (*COMMANDS, "0 done", "1 it ran", "2 usage", "3 radio", "130 interrupted"):
+    for word in (*COMMANDS, "keys", "0 done", "1 it ran", "2 usage", "3 radio", "130 interrupted"):
         assert word in out
 
 

@@ -9,6 +9,10 @@ from pathlib import Path
 import pytest
 
 from curveline.cli import status as command
+from curveline.plan import drive_table
+from curveline.radio import store
+from curveline.radio.mock import open_radio
+from curveline.shapefile import read_display
 
 from .conftest import Run
 from .test_send import NODE_KEYS
@@ -91,3 +95,67 @@ def test_watching_goes_on_until_interrupted(run: Run, monkeypatch: pytest.Monkey
         assert [json.loads(line)["display"] for line in out.splitlines()] == ["single"] * 3
     else:
         assert out.count("display single over mock") == 3
+
+
+def test_watching_waits_while_a_run_has_the_display(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(store, "LOCK_WAIT_S", 0.0)
+    radio = open_radio("", drive_table(read_display("single")), tmp_path / "runs")
+    polls = []
+
+    def sleep(seconds: float) -> None:
+        polls.append(seconds)
+        if len(polls) == 2:
+            radio.close()
+        if len(polls) == 4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(time, "sleep", sleep)
+    code, out, err = run("status", "--radio", "mock", "--watch", "--json")
+    assert code == 130
+    assert err.count("waiting: the mock display 'single' is in use by process") == 1
+    assert "a run may be on" in err
+    assert len(out.splitlines()) == 2
+
+
+def test_a_scan_names_every_device(run: Run) -> None:
+    code, out, err = run("status", "--radio", "mock", "--scan")
+    assert (code, err) == (0, "")
+    assert all(len(line) <= 80 for line in out.splitlines())
+    chips = [line.split()[2] for line in out.splitlines()[2:]]
+    code, out, _ = run("status", "--radio", "mock:loss=0.2,seed=4", "--scan", "--json")
+    assert code == 0
+    document = json.loads(out)
+    assert [node["devices"][0]["chip"] for node in document["nodes"]] == chips
+    for node in document["nodes"]:
+        assert node["problems"] == []
+        assert node["link"]["polls"] == 21
+        assert node["link"]["retries"] > 0
+        assert {"chip", "firmware", "boot", "state", "bad_tags", "version"} <= set(node["devices"][0])
+
+
+def test_two_devices_on_one_address_are_a_fault(run: Run) -> None:
+    code, out, _ = run("status", "--radio", "mock:twin=2", "--scan")
+    assert code == 3
+    assert "node 2: 2 devices answer on C1C1C1C102: chips" in out
+    code, out, _ = run("status", "--radio", "mock:loss=0.999", "--scan")
+    assert code == 3
+    assert out.count("silent") == 2
+
+
+def test_radio_chips_are_tested_as_far_as_that_goes(run: Run) -> None:
+    code, out, err = run("status", "--radio", "mock", "--radio-test")
+    assert code == 0
+    assert out.count("dropped") == 2
+    assert "Not tested: packets without acknowledgement" in err
+    code, out, _ = run("status", "--radio", "mock:clone=1", "--radio-test")
+    assert code == 3
+    assert "cut short" in out
+    document = json.loads(run("status", "--radio", "mock:clone=1", "--radio-test", "--json").out)
+    assert [node["drops_repeats"] for node in document["nodes"]] == [None, True]
+
+
+def test_only_one_question_at_a_time(run: Run) -> None:
+    for pair in (("--scan", "--watch"), ("--scan", "--radio-test"), ("--watch", "--radio-test")):
+        code, out, err = run("status", "--radio", "mock", *pair)
+        assert (code, out) == (2, "")
+        assert "different questions" in err

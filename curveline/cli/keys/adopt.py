@@ -1,0 +1,74 @@
+"""`curveline keys adopt`: learn which devices are the nodes of a display."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import closing
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from curveline.cli import nodes, show
+from curveline.cli.nodes import DisplayOption, RadioOption, RunsOption
+from curveline.errors import EXIT_NO, InvalidInput, LinkError
+
+if TYPE_CHECKING:
+    from curveline.plan import DriveTable
+    from curveline.radio.keyfile import SiteFile
+    from curveline.radio.scan import Found
+
+
+def adopt(
+    radio: RadioOption = None,
+    display: DisplayOption = "single",
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before recording.")] = False,
+    runs: RunsOption = None,
+) -> None:
+    """Ask every node of a display which chip it is, and record that.
+
+    From then on only these devices are obeyed and believed. Do it once, with nobody else's display switched on.
+    """
+    from curveline.plan import drive_table
+    from curveline.radio import keyfile, open_radio
+    from curveline.radio.scan import scan
+    from curveline.shapefile import read_display
+
+    spec = nodes.require_radio(radio)
+    drive = drive_table(read_display(display))
+    site = keyfile.read_site(keyfile.default_path())
+    if not yes and not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise InvalidInput("there is no terminal to ask on", hint="add --yes to record whoever answers")
+    with keyfile.lenient(), closing(open_radio(spec, drive, nodes.runs_folder(runs))) as opened:
+        if opened.site.master != site.master:
+            raise InvalidInput(
+                "the nodes of this radio hold no key of a site", hint="for a trial, use --radio mock:keys"
+            )
+        found = scan(opened, drive)
+    _refuse_misfits(found, drive)
+    show.result("\n".join(_table(found, site)))
+    if not yes and not typer.confirm(f"Record them in {site.path}?", err=True):
+        show.note("nothing was recorded")
+        raise typer.Exit(EXIT_NO)
+    keyfile.adopt(site, {each.address: each.chip for each in found})
+    show.note(f"recorded in {site.path}")
+
+
+def _refuse_misfits(found: list[Found], drive: DriveTable) -> None:
+    """LinkError unless exactly one fitting device answers on every address."""
+    from curveline.radio.keyfile import UNKNOWN_CHIP
+    from curveline.radio.scan import problems
+
+    wrong = [text for each in found for text in problems(each, UNKNOWN_CHIP, drive)]
+    if wrong:
+        raise LinkError("; ".join(wrong), hint="nothing was recorded; put that right, then adopt again")
+    if len({each.chip for each in found}) < len(found):
+        raise LinkError("one device answers on two addresses", hint="see which node was flashed with a wrong address")
+
+
+def _table(found: list[Found], site: SiteFile) -> list[str]:
+    rows = []
+    for each in found:
+        known = site.chips.get(each.address.upper())
+        before = "new" if known is None else "as before" if known == each.chip else f"was {known:08x}"
+        rows.append((str(each.node), each.address, f"{each.chip:08x}", before))
+    return show.table([("node", "address", "chip", ""), *rows], frozenset({1, 2, 3}))

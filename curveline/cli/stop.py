@@ -1,0 +1,62 @@
+"""`curveline stop`: bring every node of a display to a hold, whoever drives it."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from curveline.cli import nodes, show
+from curveline.cli.nodes import DisplayOption, RadioOption, RunsOption
+from curveline.errors import EXIT_DONE, EXIT_LINK
+
+if TYPE_CHECKING:
+    from curveline.radio.stopping import Stopped
+
+
+def stop(
+    radio: RadioOption = None,
+    display: DisplayOption = "single",
+    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    runs: RunsOption = None,
+) -> None:
+    """Stop every node of a display, whoever drives it.
+
+    Nodes slow down and hold until a host sends them again. It needs a radio that no run is using; to stop your own run,
+    press Ctrl-C there. This is no safety circuit: a radio can be jammed or unplugged, so fit a switch to the supply of
+    the motors.
+    """
+    from curveline import __version__
+    from curveline.plan import drive_table
+    from curveline.radio import open_radio
+    from curveline.radio.keyfile import lenient
+    from curveline.radio.stopping import stop_all
+    from curveline.shapefile import read_display
+
+    spec = nodes.require_radio(radio)
+    drive = drive_table(read_display(display))
+    with lenient(), closing(open_radio(spec, drive, nodes.runs_folder(runs))) as opened:
+        stopped = stop_all(opened, drive)
+    if json:
+        found = [{**asdict(each), "state": _state(each), "is_sure": each.is_sure} for each in stopped]
+        show.emit({"curveline": __version__, "display": drive.display, "radio": spec, "nodes": found})
+    else:
+        show.result("\n".join(_line(each) for each in stopped))
+    raise typer.Exit(EXIT_DONE if all(each.is_sure for each in stopped) else EXIT_LINK)
+
+
+def _state(stopped: Stopped) -> str | None:
+    return stopped.state.name.lower().replace("_", "-") if stopped.state is not None else None
+
+
+def _line(stopped: Stopped) -> str:
+    where = f"node {stopped.node}"
+    if stopped.is_sure:
+        return f"{where}: stands ({_state(stopped)})"
+    if stopped.state is not None:
+        return f"{where}: NOT STOPPED, it says that it is {_state(stopped)}: switch off its power"
+    if stopped.link.answered:
+        return f"{where}: NOT SURE, {stopped.address} acknowledges, but not under the key of this site"
+    return f"{where}: NOT SURE, no answer from {stopped.address}; a node that hears no host holds by itself within 5 s"

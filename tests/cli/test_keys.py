@@ -1,0 +1,215 @@
+"""`curveline keys`: made once, loaded into nodes, adopted, and never shown."""
+
+from __future__ import annotations
+
+import json
+import stat
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from curveline.plan import drive_table
+from curveline.radio.intelhex import image
+from curveline.radio.keyfile import read_site, settings_record
+from curveline.shapefile import read_display
+
+from .conftest import Run
+
+HEX = ":0800000000180020C1000000FF\n:00000001FF\n"
+COMMANDS = ("new", "node", "adopt", "show")
+
+
+@pytest.fixture
+def keys(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """A key file with no nodes."""
+    path = tmp_path / "config" / "site.json"
+    monkeypatch.setenv("CURVELINE_KEYS", str(path))
+    assert run("keys", "new").code == 0
+    return path
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(run: Run, command: str) -> None:
+    code, out, err = run("keys", command, "--help")
+    assert (code, err) == (0, "")
+    assert "Exit codes" in out
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert command in run("keys", "--help").out
+
+
+def test_keys_are_made_once(run: Run, keys: Path, tmp_path: Path) -> None:
+    content = keys.read_bytes()
+    assert stat.S_IMODE(keys.stat().st_mode) == 0o600
+    code, out, err = run("keys", "new")
+    assert (code, out) == (2, "")
+    assert "exists already" in err
+    assert keys.read_bytes() == content
+    assert run("keys", "new", "--file", tmp_path / "other.json").code == 0
+    assert read_site(tmp_path / "other.json").master != read_site(keys).master
+
+
+def test_what_is_known_is_shown_and_the_key_is_not(run: Run, keys: Path) -> None:
+    site = read_site(keys)
+    assert run("keys", "show").out == f"{keys}: master key {site.fingerprint} (a fingerprint, not the key)\nno nodes\n"
+    assert run("keys", "adopt", "--radio", "mock:keys", "--yes").code == 0
+    chips = {address: f"{chip:08x}" for address, chip in read_site(keys).chips.items()}
+    assert len(chips) == 2
+    out = run("keys", "show").out
+    assert all(text in out for pair in chips.items() for text in pair)
+    document = json.loads(run("keys", "show", "--json").out)
+    assert document["chips"] == chips
+    assert document["fingerprint"] == site.fingerprint
+    keys.chmod(0o644)
+    code, _, err = run("keys", "show")
+    assert code == 2
+    assert f"chmod 600 {keys}" in err
+
+
+def test_without_keys_the_hint_says_how_to_make_them(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("CURVELINE_KEYS", str(tmp_path / "none.json"))
+    for command in (
+        ("keys", "show"),
+        ("keys", "adopt", "--radio", "mock:keys", "--yes"),
+        ("status", "--radio", "mock:keys"),
+        ("stop", "--radio", "mock:keys"),
+    ):
+        code, _, err = run(*command)
+        assert code == 2, command
+        assert "curveline keys new" in err
+    assert run("status", "--radio", "mock").code == 0
+    assert run("status", "--radio", "mock:keys", "--scan").code == 0
+
+
+def test_nodes_are_adopted_and_from_then_on_believed(run: Run, keys: Path, plan_file: Path) -> None:
+    code, _, err = run("status", "--radio", "mock:keys")
+    assert code == 2
+    assert "curveline keys adopt" in err
+    code, out, err = run("keys", "adopt", "--radio", "mock:keys", "--yes")
+    assert code == 0
+    assert out.count("new") == 2
+    assert f"recorded in {keys}" in err
+    assert run("keys", "adopt", "--radio", "mock:keys", "--yes").out.count("as before") == 2
+    assert run("send", plan_file, "--radio", "mock:keys", "--yes").code == 0
+    assert "2  ready" in run("status", "--radio", "mock:keys").out
+    assert run("status", "--radio", "mock:keys", "--scan").code == 0
+    assert run("stop", "--radio", "mock:keys").code == 0
+
+
+def test_another_device_is_noticed_and_its_adoption_says_so(run: Run, keys: Path, plan_file: Path) -> None:
+    run("keys", "adopt", "--radio", "mock:keys", "--yes")
+    before = read_site(keys).chips
+    code, out, _ = run("status", "--radio", "mock:keys,chip=2", "--scan")
+    assert code == 3
+    assert f"instead of {before['C1C1C1C102']:08x}, which the site knows" in out
+    out = run("keys", "adopt", "--radio", "mock:keys,chip=2", "--yes").out
+    assert f"was {before['C1C1C1C102']:08x}" in out
+    assert run("status", "--radio", "mock:keys,chip=2").code == 0
+    assert run("status", "--radio", "mock:keys").code == 3
+
+
+@pytest.mark.parametrize(
+    ("settings", "code", "says"),
+    [
+        ("mock:keys,twin=1", 3, "2 devices answer"),
+        ("mock:keys,version=1", 3, "speaks version 2"),
+        ("mock:keys,loss=0.999", 3, "no answer from"),
+        ("mock", 2, "mock:keys"),
+    ],
+)
+def test_doubtful_nodes_are_not_adopted(run: Run, keys: Path, settings: str, code: int, says: str) -> None:
+    content = keys.read_bytes()
+    found = run("keys", "adopt", "--radio", settings, "--yes")
+    assert found.code == code
+    assert says in found.err
+    assert keys.read_bytes() == content
+
+
+def test_adopting_asks_first(run: Run, keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    code, _, err = run("keys", "adopt", "--radio", "mock:keys")
+    assert code == 2
+    assert "--yes" in err
+    for name in ("stdin", "stderr"):
+        monkeypatch.setattr(getattr(sys, name), "isatty", lambda: True)
+    monkeypatch.setattr(typer, "confirm", lambda text, err: False)
+    content = keys.read_bytes()
+    code, out, err = run("keys", "adopt", "--radio", "mock:keys")
+    assert code == 1
+    assert "C1C1C1C102" in out
+    assert "nothing was recorded" in err
+    assert keys.read_bytes() == content
+
+
+def test_a_node_gets_an_image_of_its_own(run: Run, keys: Path, tmp_path: Path) -> None:
+    (tmp_path / "node.hex").write_text(HEX)
+    target = tmp_path / "two.hex"
+    code, out, err = run("keys", "node", 2, "--hex", tmp_path / "node.hex", "-o", target, "--display", "single")
+    assert code == 0
+    assert "address C1C1C1C102" in out
+    assert "teensy_loader_cli" in err
+    assert stat.S_IMODE(target.stat().st_mode) == 0o600
+    cells = image(target.read_text(), "two.hex")
+    record = settings_record(read_site(keys).master, drive_table(read_display("single")), 2)
+    assert bytes(cells[0xF400 + index] for index in range(len(record))) == record
+    content = target.read_bytes()
+    code, _, err = run("keys", "node", 1, "--hex", tmp_path / "node.hex", "-o", target)
+    assert code == 2
+    assert "exists already" in err
+    assert target.read_bytes() == content
+
+
+def test_a_node_or_image_that_is_none_is_refused(run: Run, keys: Path, tmp_path: Path) -> None:
+    good, bad, out = tmp_path / "node.hex", tmp_path / "bad.hex", tmp_path / "out.hex"
+    good.write_text(HEX)
+    bad.write_text(HEX.replace("C1", "C2"))
+    for number, source, says in (
+        (3, good, "no node 3"),
+        (1, bad, "bad.hex:1:1: error[bad-image]"),
+        (1, out, "no such"),
+    ):
+        code, _, err = run("keys", "node", number, "--hex", source, "-o", out)
+        assert code == 2
+        assert says in err
+        assert not out.exists()
+    code, _, err = run("keys", "node", 1, "--hex", good, "-o", tmp_path / "nowhere" / "out.hex")
+    assert code == 2
+    assert "cannot be written" in err
+
+
+SECRET = bytes.fromhex("a1b2c3d4e5f60718293a4b5c6d7e8f90")
+
+
+def test_the_key_is_in_no_output_and_in_no_file_but_its_own(
+    run: Run, keys: Path, plan_file: Path, tmp_path: Path
+) -> None:
+    """Everything that commands say and leave behind, in a good run and in bad ones, searched in four spellings."""
+    document = json.loads(keys.read_text())
+    keys.write_text(json.dumps({**document, "master": SECRET.hex()}))
+    said = []
+    for arguments in (
+        ("keys", "adopt", "--radio", "mock:keys", "--yes"),
+        ("keys", "show"),
+        ("keys", "show", "--json"),
+        ("keys", "new"),
+        ("send", plan_file, "--radio", "mock:keys", "--yes", "--json"),
+        ("send", plan_file, "--radio", "mock:keys", "--dry-run", "--json"),
+        ("send", plan_file, "--radio", "mock:keys", "--yes"),
+        ("send", plan_file, "--radio", "mock:fresh,keys,stall=1@step1", "--yes", "--json"),
+        ("send", plan_file, "--radio", "mock:fresh,keys,gone@step1", "--yes"),
+        ("send", plan_file, "--radio", "mock:fresh,keys,chip=1", "--yes"),
+        ("status", "--radio", "mock:keys,fresh", "--json"),
+        ("status", "--radio", "mock:keys", "--scan", "--json"),
+        ("status", "--radio", "mock:keys", "--radio-test", "--json"),
+        ("stop", "--radio", "mock:keys", "--json"),
+    ):
+        found = run(*arguments)
+        assert "Traceback" not in found.err
+        said.append(found.out + found.err)
+    keys.write_text(keys.read_text() + "x")
+    said.append(run("keys", "show").err)
+    spellings = (SECRET, SECRET[::-1], SECRET.hex().encode(), SECRET.hex().upper().encode(), repr(SECRET).encode())
+    left = [path for path in tmp_path.rglob("*") if path.is_file() and path != keys]
+    assert len(left) > 5, "records of runs and the display's memory"
+    for text in ["".join(said).encode(), *(path.read_bytes() for path in left)]:
+        assert not any(spelling in text for spelling in spellings)
