@@ -8,6 +8,7 @@ protocol, docs/radio-protocol.md.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from curveline.errors import InvalidInput
 from curveline.plan import Plan
@@ -69,7 +70,7 @@ class Conductor:
             Peer(number, address, site.node_key(number), nonce)
             for number, address in enumerate(plan.drive.addresses, start=1)
         )
-        self._chips = site.chips
+        self._site = site
         self._stop = encode_stop(Stop(0), site.stop_key)
         self._loads = loads_of(plan)
         self._pace = Pace(self.policy, count, plan.drive.data_rate)
@@ -124,6 +125,14 @@ class Conductor:
             self._writing = None
             self._hold_gen = HOLD_END if self.phase in UNCLAIMED else self._hold_gen | 1
             self._enter(Phase.HALTING, now_ms)
+
+    def successor(self, away_ms: int, nonce: int) -> Conductor | None:
+        """Who goes on if the radio was away for so long that the nodes hold by themselves; None if this one can."""
+        if away_ms <= self._pace.silence_ms or self.phase not in GOING | UNCLAIMED:
+            return None
+        here = ResumePoint(self.released, self.barrier, tuple(peer.boot for peer in self.peers))
+        point = here if self.phase in GOING else self._point
+        return Conductor(self.plan, self._site, nonce, self.policy, point)
 
     # What the caller does and reports
 
@@ -191,7 +200,7 @@ class Conductor:
         if self.phase is Phase.DISCOVER:
             peer.unheard, peer.heard_ms = 0, now_ms
             peer.busy = ident.busy and not (self.policy.takeover and ident.state is not State.MOVING)
-            halt = check_ident(ident, peer, self._chips[peer.number - 1], self._hello.config_hash)
+            halt = check_ident(ident, peer, self._site.chips[peer.number - 1], self._hello.config_hash)
             if halt is None and self._point is not None:
                 halt = check_identity(self._point, ident)
             if halt is not None:
@@ -260,12 +269,9 @@ class Conductor:
         if halt is not None:
             self.fail(now_ms, halt)
         elif point is None:
-            self._write(start_record(self.plan, self.peers, self.run_tag), self._begin)
+            self._write(start_record(self.plan, self.peers, self.run_tag), partial(self._enter, Phase.STAGING))
         else:
             self._write(resume_record(point, self.peers), self._go_on)
-
-    def _begin(self, now_ms: int) -> None:
-        self._enter(Phase.STAGING, now_ms)
 
     def _go_on(self, now_ms: int) -> None:
         """Lift the hold under which the nodes were taken over, and take up the run where its record leaves it."""
@@ -321,13 +327,13 @@ class Conductor:
         resting = not self._claimed or all(self._rests(peer) for peer in self.peers)
         if self.phase is Phase.PAUSING and resting:
             record = {"type": "pause", "step": self.step, "hold": self._hold_gen, **node_facts(self.peers)}
-            self._write(record, self._paused)
+            self._write(record, partial(self._enter, Phase.PAUSED))
         elif self.phase is Phase.HALTING and (resting or self._since(now_ms) > self.policy.settle_ms):
             assert self.halt is not None
             if self._point is None:
-                self._write(halt_record(self.halt, self.peers), self._halted)
+                self._write(halt_record(self.halt, self.peers), partial(self._enter, Phase.HALTED))
             else:
-                self._halted(now_ms)  # what was not gone on with keeps its record as it was
+                self._enter(Phase.HALTED, now_ms)  # what was not gone on with keeps its record as it was
 
     def _rests(self, peer: Peer) -> bool:
         """Whether a node has answered this phase's frames and stands still, or cannot be asked any more."""
@@ -337,12 +343,6 @@ class Conductor:
         if status is None or status.echo < peer.mark:
             return False
         return status.state is State.ESTOP if self._estop else status.state is not State.MOVING
-
-    def _paused(self, now_ms: int) -> None:
-        self._enter(Phase.PAUSED, now_ms)
-
-    def _halted(self, now_ms: int) -> None:
-        self._enter(Phase.HALTED, now_ms)
 
     def _close(self, now_ms: int) -> None:
         self._hold_gen = HOLD_END

@@ -11,7 +11,7 @@ from enum import IntEnum
 
 from curveline.errors import LinkError
 from curveline.plan import AXES, DriveTable, Plan
-from curveline.radio import Radio
+from curveline.radio import Radio, RadioGone
 from curveline.radio.actions import Finished, Phase, Policy, Poll, Sleep, Write
 from curveline.radio.conductor import Conductor
 from curveline.radio.frames import (
@@ -194,14 +194,14 @@ class _Run:
 
     def conduct(self, control: Control) -> RunReport:
         """Go on until the run has ended, or is paused with nobody to wait for."""
-        conductor = self._conductor
-        self._journal.reserve(journal_bytes(conductor.plan))
+        self._journal.reserve(journal_bytes(self._conductor.plan))
         try:
             self._go(control)
         except LinkError as error:
             with suppress(LinkError):  # the record may be what failed
                 self._journal.append({"type": "halt", "cause": RADIO, "node": error.node, "message": error.message})
             raise
+        conductor = self._conductor
         if conductor.halt is not None:
             raise Halted(conductor.halt)
         return RunReport(
@@ -223,6 +223,26 @@ class _Run:
                     return
             except KeyboardInterrupt:
                 control.ask(Request.HOLD)
+            except RadioGone as gone:
+                if self._outlive(gone, control):
+                    applied = Request.NONE
+
+    def _outlive(self, gone: RadioGone, control: Control) -> bool:
+        """Wait for the radio, unless it is gone for good or the operator wants out; whether the run then began anew.
+
+        Nodes that have held by themselves meanwhile are taken over again, as by `resume_plan`.
+        """
+        begin_ms = self._now_ms()
+        while control.request < Request.HOLD and gone.may_return:
+            try:
+                self._radio.exchange(())
+            except RadioGone as still:
+                gone = still
+            else:
+                successor = self._conductor.successor(self._now_ms() - begin_ms, _fresh_nonce())
+                self._conductor = self._report.conductor = successor or self._conductor
+                return successor is not None
+        raise gone
 
     def _obey(self, control: Control, applied: Request) -> Request:
         now_ms = self._now_ms()
@@ -273,7 +293,7 @@ class _Reporter:
     """Turns what the conductor knows of a node into news for an observer."""
 
     def __init__(self, conductor: Conductor, radio: Radio, observer: Observer) -> None:
-        self._conductor = conductor
+        self.conductor = conductor
         self._radio = radio
         self._observer = observer
         self._begin_us = radio.now_us()
@@ -285,7 +305,7 @@ class _Reporter:
 
     def tell(self, node: int) -> None:
         """News of `node`."""
-        conductor = self._conductor
+        conductor = self.conductor
         peer, steps = conductor.peers[node - 1], len(conductor.plan.steps)
         step = min(conductor.step, steps)
         status, fraction = _peer_status(peer), self._fraction(peer, step)
@@ -297,7 +317,7 @@ class _Reporter:
             return 1.0
         if peer.started < step or peer.status is None:
             return 0.0
-        plan = self._conductor.plan
+        plan = self.conductor.plan
         goal = plan.steps[step - 1].targets[peer.number - 1].counts
         origin = (plan.steps[step - 2].targets if step > 1 else plan.start)[peer.number - 1].counts
         axis = max(range(len(AXES)), key=lambda each: abs(goal[each] - origin[each]))

@@ -17,6 +17,7 @@ from curveline.errors import InvalidInput
 from curveline.plan import DriveTable
 from curveline.radio import Answer
 from curveline.radio.air import RATES_KBPS, Air
+from curveline.radio.clock import steady_us
 from curveline.radio.frames import Counts
 from curveline.radio.keyfile import hardware_site
 from curveline.radio.keys import ZERO_MASTER, Site
@@ -73,7 +74,7 @@ class MockRadio:
         self._random = Random(spec.seed)
         self._air = Air(spec.weather, drive.data_rate, self._random)
         self._realtime = spec.realtime
-        self._start_us = time.monotonic_ns() // 1000
+        self._start_us = steady_us()
         self._virtual_us = 0
         self._store = store
         self._stations = self._build(drive, state, spec.spread)
@@ -117,7 +118,7 @@ class MockRadio:
 
     def now_us(self) -> int:
         """See Radio."""
-        return time.monotonic_ns() // 1000 - self._start_us if self._realtime else self._virtual_us
+        return steady_us() - self._start_us if self._realtime else self._virtual_us
 
     def sleep_until(self, moment_us: int) -> None:
         """See Radio."""

@@ -174,7 +174,7 @@ def test_a_node_with_another_key() -> None:
 def test_a_node_with_another_chip() -> None:
     """The key belongs to the chip, so only a node that was given a foreign key can get this far."""
     bench = Bench(make_plan())
-    bench.conductor._chips = (bench.site.chips[0], 0xDEAD)
+    bench.conductor._site = Site(bench.site.master, (bench.site.chips[0], 0xDEAD))
     halt = refused(bench, Cause.CHIP, 2)
     assert "0000dead" in halt.message
 
