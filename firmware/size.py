@@ -29,7 +29,9 @@ def main(path: str, flash_limit: str, ram_limit: str) -> int:
         flash += size if kind != NO_BITS else 0
         ram += size if address >= RAM_BEGIN else 0
         stack += size if name == ".stack" else 0
-    print(f"flash {flash} of {flash_limit} bytes; RAM {ram} of {ram_limit} bytes, {stack} of them reserved for the stack")
+    print(
+        f"flash {flash} of {flash_limit} bytes; RAM {ram} of {ram_limit} bytes, {stack} of them reserved for the stack"
+    )
     return int(flash > int(flash_limit) or ram > int(ram_limit))
 
 

@@ -56,10 +56,13 @@ void encoder_read(cl_counts *now) {
     }
 }
 
-void encoder_set(const cl_counts *now) {
+/* Interrupts wait for these few instructions: an edge between load and store would be lost. */
+void encoder_shift(const cl_counts *shift) {
+    cpu_mask_interrupts();
     for (unsigned axis = 0; axis < 3; axis++) {
-        counts[axis] = now->at[axis];
+        counts[axis] += shift->at[axis];
     }
+    cpu_allow_interrupts();
 }
 
 uint32_t encoder_illegal(unsigned axis) { return illegal[axis]; }

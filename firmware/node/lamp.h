@@ -12,6 +12,7 @@ enum {
     LAMP_FAULT = 4,
     LAMP_POSITION_LOST = 5,
     LAMP_ESTOP = 6,
+    LAMP_NO_MEMORY = 7,
     LAMP_STEADY = 0xFF,
 };
 

@@ -2,10 +2,12 @@
  * (tick_handler); this loop sleeps until one of them, or the radio, has something for it. */
 #include "board.h"
 #include "encoder.h"
+#include "home.h"
 #include "lamp.h"
 #include "link.h"
 #include "motors.h"
 #include "node.h"
+#include "persist.h"
 #include "program.h"
 #include "pwm.h"
 #include "settings.h"
@@ -27,20 +29,29 @@ static uint32_t chip_id(void) {
     return hash;
 }
 
-/* Nobody has told this node who it is: no radio, no motors, a lamp that says so. */
-_Noreturn static void wait_for_settings(void) {
+/* Nobody has told this node who it is, or it cannot count its boots: no radio, no motors, a lamp that says so. */
+_Noreturn static void refuse(uint8_t code) {
     lamp_borrow_board();
     for (;;) {
         watchdog_main();
-        lamp_show(LAMP_NO_SETTINGS, tick_ms());
+        lamp_show(code, tick_ms());
         cpu_sleep();
     }
 }
 
 static void begin(void) {
+    if (!settings_read(&settings)) {
+        refuse(LAMP_NO_SETTINGS);
+    }
     const cl_identity identity = {settings.number, chip_id(), FIRMWARE, settings.master};
-    const cl_memory memory = {.boot = 1, .noise = startup_noise};
+    cl_memory memory;
+    cl_counts position;
+    if (!persist_begin(&memory, &position)) {
+        refuse(LAMP_NO_MEMORY);
+    }
+    encoder_shift(&position);
     motors_start();
+    home_start(settings.axes);
     cl_node_init(&node, &identity, settings.axes, motors_plant(), &memory);
     link_start(&settings.radio);
 }
@@ -92,19 +103,19 @@ _Noreturn void program_main(void) {
     tick_start();
     NVIC_ISER = 1u << IRQ_PORT_CD;
     cpu_allow_interrupts();
-    if (!settings_read(&settings)) {
-        wait_for_settings();
-    }
     begin();
     for (;;) {
         watchdog_main();
         int64_t now_ms = tick_ms();
-        if (motors_news()) {
+        bool news = motors_news();
+        if (news) {
             cl_node_notice(&node, now_ms);
         }
         cl_node_advance(&node, now_ms);
+        home_serve(&node, now_ms, news);
         link_serve(&node, now_ms);
         guard_motors();
+        persist_serve(&node, now_ms);
         lamp_show(lamp_code(), now_ms);
         sleep_if_idle();
     }

@@ -1,7 +1,9 @@
 #include "motors.h"
 
+#include "board.h"
 #include "drive.h"
 #include "encoder.h"
+#include "persist.h"
 #include "pwm.h"
 
 /* Missed edges that are forgiven within a second: one may come from a shock, more mean noise or a bad contact. */
@@ -10,7 +12,8 @@
 
 static cl_drive drive;
 static cl_plant inner;
-static volatile bool gate, news;
+static cl_homing homing;
+static volatile bool gate, news, seeking;
 
 /* The main loop's calls and the tick must not interrupt each other. The tick gives way: a drive that misses one ms
  * makes up for it in the next, and no interrupt has to be masked. */
@@ -24,9 +27,14 @@ static void open_gate(void) {
     gate = false;
 }
 
+/* A move whose beginning cannot be written down must not begin: a later boot would believe the old position. */
 static void follow(void *self, int64_t now_ms, int64_t start_ms, const cl_move *move) {
     (void)self;
+    bool written = persist_moving();
     close_gate();
+    if (!written) {
+        cl_drive_fail(&drive, now_ms, CL_FAULT_DRIVER, 0);
+    }
     inner.follow(inner.self, now_ms, start_ms, move);
     open_gate();
 }
@@ -54,7 +62,18 @@ static bool fault(void *self, cl_plant_fault *found) {
     return known;
 }
 
+bool motors_rod_switch(void) { return (GPIO_PDIR(ROD_SWITCH_PORT) >> ROD_SWITCH_PIN & 1u) == 0; }
+
+static void look(cl_homing_input *input) {
+    bool translate = (GPIO_PDIR(TRANSLATE_SWITCH_PORT) >> TRANSLATE_SWITCH_PIN & 1u) == 0;
+    encoder_read(&input->encoders);
+    input->switches = (uint8_t)((motors_rod_switch() ? 0 : 1) | (translate ? 4 : 0));
+    input->driver_fault = pwm_driver_fault();
+}
+
 void motors_start(void) {
+    PORT_PCR(TRANSLATE_SWITCH_PORT, TRANSLATE_SWITCH_PIN) = PCR_GPIO | PCR_PULL_UP;
+    PORT_PCR(ROD_SWITCH_PORT, ROD_SWITCH_PIN) = PCR_GPIO | PCR_PULL_UP;
     static const cl_servo_config *const configs[CL_AXES] = {&cl_servo_linear, &cl_servo_bias, &cl_servo_linear};
     cl_counts at;
     encoder_read(&at);
@@ -81,19 +100,36 @@ static void watch_edges(int64_t now_ms) {
     }
 }
 
+static void seek(int16_t pwm[CL_AXES]) {
+    cl_homing_input input;
+    look(&input);
+    cl_homing_tick(&homing, &input, pwm);
+    if (homing.status != CL_HOMING_BUSY) {
+        seeking = false;
+    }
+}
+
 /* Motors whose drivers sleep stand where they are, wherever somebody turns them to. */
+static void track(int64_t now_ms, int16_t pwm[CL_AXES]) {
+    cl_counts at;
+    encoder_read(&at);
+    if (!pwm_awake() && drive.fault.fault == CL_FAULT_NONE) {
+        cl_drive_place(&drive, &at);
+    } else if (cl_drive_tick(&drive, now_ms, &at, pwm_driver_fault(), pwm)) {
+        news = true;
+    }
+}
+
 void motors_tick(int64_t now_ms) {
     if (gate || inner.self == 0) {
         return;
     }
     int16_t pwm[CL_AXES] = {0};
-    cl_counts at;
-    encoder_read(&at);
     watch_edges(now_ms);
-    if (!pwm_awake() && drive.fault.fault == CL_FAULT_NONE) {
-        cl_drive_place(&drive, &at);
-    } else if (cl_drive_tick(&drive, now_ms, &at, pwm_driver_fault(), pwm)) {
-        news = true;
+    if (seeking) {
+        seek(pwm);
+    } else {
+        track(now_ms, pwm);
     }
     for (unsigned axis = 0; axis < CL_AXES; axis++) {
         if (cl_servo_coasts(&drive.servo[axis])) {
@@ -122,3 +158,45 @@ bool motors_still(void) {
 void motors_allow(void) { pwm_wake(); }
 void motors_forbid(void) { pwm_sleep(); }
 void motors_where(cl_counts *encoders) { encoder_read(encoders); }
+
+void motors_seek(const cl_homing_axis axes[CL_AXES]) {
+    cl_homing_input input;
+    close_gate();
+    look(&input);
+    cl_drive_place(&drive, &input.encoders); /* ends what fault there was */
+    cl_homing_start(&homing, axes, 7, &input);
+    seeking = homing.status == CL_HOMING_BUSY;
+    open_gate();
+}
+
+cl_homing_status motors_sought(void) {
+    if (seeking || homing.status == CL_HOMING_IDLE) {
+        return seeking ? CL_HOMING_BUSY : CL_HOMING_IDLE;
+    }
+    cl_homing_status status = (cl_homing_status)homing.status;
+    close_gate();
+    if (status == CL_HOMING_DONE) {
+        encoder_shift(&homing.shift);
+    }
+    cl_counts at;
+    encoder_read(&at);
+    cl_drive_place(&drive, &at);
+    homing.status = CL_HOMING_IDLE;
+    open_gate();
+    return status;
+}
+
+void motors_seek_fault(uint8_t *fault_code, uint8_t *axis) {
+    *fault_code = homing.fault;
+    *axis = homing.fault_axis;
+}
+
+void motors_abandon(void) {
+    close_gate();
+    seeking = false;
+    cl_homing_abort(&homing);
+    cl_counts at;
+    encoder_read(&at);
+    cl_drive_place(&drive, &at);
+    open_gate();
+}

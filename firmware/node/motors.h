@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "homing.h"
 #include "motion.h"
 #include "plant.h"
 
@@ -27,5 +28,20 @@ void motors_allow(void);
 void motors_forbid(void);
 
 void motors_where(cl_counts *encoders);
+
+/* Look for the zero of all axes; `axes` has to stay. Until it has ended, the plant does nothing. */
+void motors_seek(const cl_homing_axis axes[CL_AXES]);
+
+/* How that goes. Once it is done, counts are those from the new zeros, and the plant works again. */
+cl_homing_status motors_sought(void);
+
+/* What it failed for: fault and axis. */
+void motors_seek_fault(uint8_t *fault, uint8_t *axis);
+
+/* Stop looking; motors off. */
+void motors_abandon(void);
+
+/* Whether the switch at the end of the rod is fitted: it is closed unless the rod is at its end. */
+bool motors_rod_switch(void);
 
 #endif

@@ -90,6 +90,17 @@ class Kl26:
         self.stall = 0
         self.erases = 0
         self.words_programmed = 0
+        self._readers = {
+            MCG_S: self._clock_status,
+            SPI0_S: self._read_spi_status,
+            SPI0_DL: self._read_spi_data,
+        }
+        self._writers = {
+            SIM_COPC: self._write_cop,
+            SIM_SRVCOP: self._feed_cop,
+            SPI0_DL: self._write_spi_data,
+            FTFA_FSTAT: self._write_flash_status,
+        }
         self.reset(RESET_POWER_ON)
 
     def reset(self, cause: int) -> None:
@@ -172,8 +183,8 @@ class Kl26:
         self._check_gate(offset)
         if 0x49000 <= offset < 0x4E000:
             return self._read_port(offset)
-        if offset in self._READERS:
-            return self._READERS[offset](self)
+        if offset in self._readers:
+            return self._readers[offset]()
         if SIM_UID <= offset < SIM_UID + 12:
             return self.uid[(offset - SIM_UID) // 4]
         if offset in self.store or offset in self._KNOWN:
@@ -185,8 +196,8 @@ class Kl26:
         self._check_gate(offset)
         if 0x49000 <= offset < 0x4E000:
             self._write_port(offset, value)
-        elif offset in self._WRITERS:
-            self._WRITERS[offset](self, value)
+        elif offset in self._writers:
+            self._writers[offset](value)
         elif offset in self._KNOWN:
             self.store[offset] = value
         else:
@@ -345,17 +356,6 @@ class Kl26:
         else:
             raise Strayed(f"flash command 0x{command:02x} at 0x{address:x}")
 
-    _READERS = {
-        MCG_S: _clock_status,
-        SPI0_S: _read_spi_status,
-        SPI0_DL: _read_spi_data,
-    }
-    _WRITERS = {
-        SIM_COPC: _write_cop,
-        SIM_SRVCOP: _feed_cop,
-        SPI0_DL: _write_spi_data,
-        FTFA_FSTAT: _write_flash_status,
-    }
     _KNOWN = frozenset(
         {MCG_C1, MCG_C2, MCG_C5, MCG_C6, OSC0_CR, SIM_SOPT2, SIM_CLKDIV1, 0x48034, 0x48038, 0x4803C}
         | {SPI0_BR, SPI0_C1, SPI0_C2, RCM_SRS0, FTFA_FSTAT, *range(FTFA_FCCOB, FTFA_FCCOB + 8)}

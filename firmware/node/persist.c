@@ -1,0 +1,63 @@
+#include "persist.h"
+
+#include "flash.h"
+#include "kl26.h"
+#include "motors.h"
+#include "program.h"
+#include "store.h"
+
+/* Between the steps of a run nodes stand for a few ms: saving there would wear the flash out for nothing. */
+#define SAVE_AFTER_MS 250
+#define PREPARE_AFTER_MS 1000
+
+static cl_store store;
+static int64_t still_ms;
+
+static bool erase(void *self, uint32_t address) {
+    (void)self;
+    return flash_erase(address);
+}
+
+static bool program(void *self, uint32_t address, uint32_t word) {
+    (void)self;
+    return flash_program(address, word);
+}
+
+static uint32_t read(void *self, uint32_t address) {
+    (void)self;
+    return flash_word(address);
+}
+
+bool persist_begin(cl_memory *memory, cl_counts *position) {
+    const cl_flash flash = {0, erase, program, read};
+    cl_store_open(&store, &flash, FLASH_STORE_A, FLASH_STORE_B);
+    if (!cl_store_boot(&store)) {
+        return false;
+    }
+    *position = store.last.position;
+    bool brown_out = (RCM_SRS0 & (RCM_SRS0_LVD | RCM_SRS0_POR)) == RCM_SRS0_LVD;
+    *memory = (cl_memory){
+        .boot = (uint16_t)store.last.boot,
+        .noise = startup_noise,
+        .homed = store.last.known && !brown_out,
+        .fault = brown_out ? CL_FAULT_BROWN_OUT : CL_FAULT_NONE,
+    };
+    return true;
+}
+
+bool persist_moving(void) { return cl_store_moving(&store); }
+
+void persist_serve(const cl_node *node, int64_t now_ms) {
+    if (node->moving || node->memory.homing || !motors_still()) {
+        still_ms = now_ms;
+        return;
+    }
+    cl_counts position;
+    motors_where(&position);
+    if (now_ms - still_ms >= SAVE_AFTER_MS) {
+        cl_store_save(&store, &position, node->memory.homed, 0);
+    }
+    if (now_ms - still_ms >= PREPARE_AFTER_MS) {
+        cl_store_prepare(&store);
+    }
+}
