@@ -338,7 +338,7 @@ def test_constant_polls_of_4_nodes_in_turn_are_filtered(ether: Ether, host: Host
     for _ in range(8):
         for node in nodes:
             assert host.send(node.address, BLANK) == TX_DS, "the hardware acknowledges all the same"
-        heard += len([node.heard() for node in nodes][0])
+        heard += [len(node.heard()) for node in nodes].pop(0)
     assert heard == shown
 
 

@@ -1,0 +1,102 @@
+"""pyrf24 on modelled hardware: the preloaded shim, the host's chip, the ether, and nodes behind chips of their own.
+
+It works only in a process that was started with the shim preloaded; `environment` is what such a process needs.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from curveline.plan import DriveTable
+from curveline.radio.keyfile import adopt, new_site
+from curveline.radio.keys import Site
+from curveline.radio.motion import axes_of
+from curveline.radio.node import Node
+from curveline.radio.nodestate import Identity, Memory
+from curveline.radio.plant import MotorPlant
+
+from ..firmware.build import shared_library
+from .chip import Chip
+from .chip_node import ChipNode
+from .ether import Ether
+
+CE, CSN = 22, 0
+SPEC = f"nrf24:{CE},{CSN}"
+TRANSFER_US = 20
+"""What one SPI transfer costs on a Raspberry Pi, about."""
+
+_TRANSFER = ctypes.CFUNCTYPE(
+    None, ctypes.c_int, ctypes.POINTER(ctypes.c_uint8), ctypes.POINTER(ctypes.c_uint8), ctypes.c_uint32
+)
+_LINE = ctypes.CFUNCTYPE(None, ctypes.c_uint32, ctypes.c_int)
+_PASS = ctypes.CFUNCTYPE(None, ctypes.c_int64)
+_KEPT: list[object] = []
+"""Callbacks live as long as the process: C may call them at any time."""
+
+
+def environment() -> dict[str, str]:
+    """The environment of a process in which SPI and GPIO are modelled."""
+    return {**os.environ, "LD_PRELOAD": str(shared_library("spi_shim", [Path(__file__).with_name("spi_shim.c")]))}
+
+
+def write_keys(path: Path, drive: DriveTable) -> Site:
+    """A key file for the display."""
+    chips = {address: 0x1000 + number for number, address in enumerate(drive.addresses, start=1)}
+    return adopt(new_site(path), chips).site(drive)
+
+
+class SpiRig:
+    """The machine: one chip at CE 22, CSN 0, and the nodes of `drive` around it.
+
+    `devices` says whether SPI and GPIO are there; the SPI device is a file in `folder`, which can be locked.
+    """
+
+    def __init__(self, folder: Path, drive: DriveTable, site: Site, weather: Mapping[str, float]) -> None:
+        self.ether = Ether(**weather)  # type: ignore[arg-type]
+        self.chip = Chip(self.ether, "host")
+        self.nodes = [self._new_node(number, drive, site) for number in range(1, drive.node_count + 1)]
+        self.transfers = 0
+        self._offset_us = 0
+        self._library = ctypes.CDLL(None)
+        self._files = {name: str(folder / name) for name in ("spidev", "gpiochip")}
+        for path in self._files.values():
+            Path(path).touch()
+        self._install()
+
+    def devices(self, *, spi: bool = True, gpio: bool = True) -> None:
+        """Which devices there are."""
+        paths = (self._files["spidev"] if spi else None, self._files["gpiochip"] if gpio else None)
+        held = [None if path is None else ctypes.create_string_buffer(path.encode()) for path in paths]
+        _KEPT.extend(held)
+        self._library.shim_devices(*held)
+
+    def _new_node(self, number: int, drive: DriveTable, site: Site) -> ChipNode:
+        node = Node(Identity(number, site), axes_of(drive), MotorPlant((0, 0, 0)), Memory())
+        address = bytes.fromhex(drive.addresses[number - 1])
+        return ChipNode(self.ether, node, address, drive.data_rate, drive.channel)
+
+    def _install(self) -> None:
+        callbacks = (_TRANSFER(self._transfer), _LINE(self._line), _PASS(self._pass))
+        _KEPT.extend(callbacks)
+        self.devices()
+        passed = ctypes.c_int64(TRANSFER_US * 1000)
+        self._library.shim_install.argtypes = [_TRANSFER, _LINE, _PASS, ctypes.c_int64]
+        self._library.shim_passed_us.restype = ctypes.c_int64
+        self._library.shim_install(*callbacks, passed)
+        self._offset_us = self.ether.now_us - self._library.shim_passed_us()
+
+    def _transfer(self, csn: int, sent: ctypes.Array[ctypes.c_uint8], got: object, length: int) -> None:
+        self.transfers += 1
+        data = ctypes.string_at(sent, length)
+        answer = self.chip.command(data) if csn == CSN else bytes(length)
+        ctypes.memmove(got, answer, length)  # type: ignore[arg-type]
+
+    def _line(self, line: int, level: int) -> None:
+        if line == CE:
+            self.chip.ce = level
+
+    def _pass(self, now_us: int) -> None:
+        self.ether.advance(now_us + self._offset_us)
