@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from random import Random
 
-from curveline.errors import LinkError
+from curveline.radio import RadioGone
 from curveline.radio.air import Air
 from curveline.radio.frames import Fault
 from curveline.radio.intruders import REPLAYS, NextVersion, Rival, forged, stranger_identity
@@ -25,6 +25,8 @@ from curveline.radio.station import FOR_EVER, Station
 
 SILENCE_MS = 3000
 RESET_MS = 200
+REPLUG_MS = 2500
+"""Longer than the dead-man time: the nodes hold meanwhile."""
 
 
 class Form(Enum):
@@ -56,7 +58,7 @@ class Stage:
     random: Random
     rivals: list[Rival] = field(default_factory=list)
     heard: Mapping[int, deque[bytes]] = field(default_factory=lambda: defaultdict(lambda: deque(maxlen=REPLAYS)))
-    is_gone: bool = False
+    gone_until_ms: int = 0
     disk_is_full: bool = False
 
     def station(self, mishap: Mishap) -> Station:
@@ -104,7 +106,7 @@ class Troubles:
                 row.prepare(stage, mishap)
 
     def before(self, packet: Packet) -> None:
-        """Let happen what is due before a packet leaves; LinkError if the radio itself is gone."""
+        """Let happen what is due before a packet leaves."""
         if not self._mishaps:
             return
         for mishap in [each for each in self._waiting if self._is_due(each, packet.now_ms)]:
@@ -117,11 +119,14 @@ class Troubles:
         for mishap, row in self._mishaps:
             if row.meddle is not None:
                 row.meddle(self._stage, mishap, packet)
-        if self._stage.is_gone:
-            raise LinkError(
-                "the radio is gone: it does not answer the computer any more",
-                hint="plug it in again; the nodes hold by themselves. Then resume the run, or send the shape again",
-            )
+
+    def gone(self, now_ms: int) -> RadioGone | None:
+        """What to raise while the radio itself is away."""
+        until_ms = self._stage.gone_until_ms
+        if now_ms >= until_ms:
+            return None
+        hint = "plug it in again; the nodes hold by themselves until a run goes on"
+        return RadioGone("the radio does not answer this computer any more", hint, may_return=until_ms < FOR_EVER)
 
     def _is_due(self, mishap: Mishap, now_ms: int) -> bool:
         """At one node when it has half of the step done, at the whole display when the first node has."""
@@ -180,7 +185,11 @@ def _reset(stage: Stage, mishap: Mishap, now_ms: int) -> None:
 
 
 def _gone(stage: Stage, mishap: Mishap, now_ms: int) -> None:
-    stage.is_gone = True
+    stage.gone_until_ms = FOR_EVER
+
+
+def _replug(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    stage.gone_until_ms = now_ms + REPLUG_MS
 
 
 def _disk(stage: Stage, mishap: Mishap, now_ms: int) -> None:
@@ -253,6 +262,7 @@ MISHAPS: Mapping[str, Row] = {
     "jam": Row(Form.STEP, "no node hears or answers any more", strike=_jam),
     "reset": Row(Form.STEP, "the radio's chip restarts and comes back", strike=_reset),
     "gone": Row(Form.STEP, "the radio is unplugged", strike=_gone),
+    "replug": Row(Form.STEP, "the radio is unplugged for 2.5 s", strike=_replug),
     "disk": Row(Form.FULL_STEP, "the disk under the run's record is full", strike=_disk),
     "unhomed": Row(Form.NODE, "a node has not been homed", prepare=_unhomed),
     "estop": Row(Form.NODE, "a node was stopped for good", prepare=_estop),

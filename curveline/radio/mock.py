@@ -15,7 +15,7 @@ from random import Random
 
 from curveline.errors import InvalidInput
 from curveline.plan import DriveTable
-from curveline.radio import Answer
+from curveline.radio import Answer, check_frames
 from curveline.radio.air import RATES_KBPS, Air
 from curveline.radio.clock import steady_us
 from curveline.radio.frames import Counts
@@ -32,6 +32,8 @@ from curveline.radio.store import MockState, Standing, Store, state_at_home
 
 SAMPLE_MS = 20
 REST_STEP_MS = 100
+REOPEN_US = 50_000
+"""How long it takes to find out that a radio is still away."""
 REST_LIMIT_MS = 600_000
 """No move of any display takes longer than this to end or to be broken off by a dead-man."""
 
@@ -95,12 +97,15 @@ class MockRadio:
 
     def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
         """See Radio; an address that nobody listens on costs as much time as a node that is off."""
+        check_frames(frames)
+        self._reach()
         return [self._exchange(address, payload) for address, payload in frames]
 
     def _exchange(self, address: str, payload: bytes) -> Answer:
         begin_us = self.now_us()
         number = self._numbers.get(address, 0)
         self._troubles.before(Packet(begin_us // 1000, number, payload))
+        self._reach()
         station = self._stations[number - 1] if number else None
         heard = station.exchange(self._air, payload, begin_us) if station else self._air.unheard()
         self.sleep_until(begin_us + heard.took_us)
@@ -126,6 +131,13 @@ class MockRadio:
             time.sleep(max(0, moment_us - self.now_us()) / 1e6)
         else:
             self._virtual_us = max(self._virtual_us, moment_us)
+
+    def _reach(self) -> None:
+        """RadioGone while the radio is away; finding that out takes time."""
+        gone = self._troubles.gone(self._now_ms())
+        if gone is not None:
+            self.sleep_until(self.now_us() + REOPEN_US)
+            raise gone
 
     # The display
 
