@@ -34,7 +34,8 @@ void lamp_borrow_board(void) {
 
 /* A code is so many flashes, then a pause. */
 void lamp_show(uint8_t code, int64_t now_ms) {
-    uint32_t slot = (uint32_t)now_ms / SLOT_MS % (2u * code + PAUSE_SLOTS);
+    uint32_t slots = code == LAMP_HOMING ? 2u : 2u * code + PAUSE_SLOTS;
+    uint32_t slot = (uint32_t)now_ms / SLOT_MS % slots;
     bool on = code == LAMP_STEADY || ((slot & 1u) == 0 && slot < 2u * code);
     put(LAMP_PORT, LAMP_PIN, on);
     if (borrowed) {

@@ -5,7 +5,6 @@
 #include <stdint.h>
 
 enum {
-    LAMP_DARK = 0,
     LAMP_UNHOMED = 1,
     LAMP_NO_SETTINGS = 2,
     LAMP_NO_RADIO = 3,
@@ -13,6 +12,7 @@ enum {
     LAMP_POSITION_LOST = 5,
     LAMP_ESTOP = 6,
     LAMP_NO_MEMORY = 7,
+    LAMP_HOMING = 0xFE, /* flashes without a pause */
     LAMP_STEADY = 0xFF,
 };
 

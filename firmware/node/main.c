@@ -75,6 +75,8 @@ static uint8_t lamp_code(void) {
     switch (cl_node_state(&node)) {
     case CL_STATE_UNHOMED:
         return LAMP_UNHOMED;
+    case CL_STATE_HOMING:
+        return LAMP_HOMING;
     case CL_STATE_FAULT:
         return LAMP_FAULT;
     case CL_STATE_POSITION_LOST:

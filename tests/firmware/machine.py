@@ -8,8 +8,10 @@ is due, so an interrupt is late by a slice at most: 2 us within a handler.
 from __future__ import annotations
 
 import struct
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -53,6 +55,9 @@ WFI = b"\x30\xbf"
 HANDLER_SLICE = 64
 MASKED_SLICE = 16
 MAIN_SLICE_US = 100
+LAMP_STEADY = 255
+LAMP_WINDOW_US = 1_600_000
+LAMP_PAUSE_US = 700_000
 
 PWM_PINS = (
     ((PORT_B, 0, 3, 1, 0), (PORT_B, 1, 3, 1, 1)),
@@ -100,7 +105,7 @@ def read_image(elf: Path) -> Image:
 
 
 class Machine:
-    """One node's electronics and mechanics."""
+    """One node's electronics and mechanics; `switch_at` is where translate closes its switch, if it has one."""
 
     def __init__(self, image: Image, *, uid: tuple[int, int, int] = (1, 2, 3), seed: int = 0) -> None:
         self.image = image
@@ -109,10 +114,10 @@ class Machine:
         self.motors = [Motor(), Motor(), Motor()]
         self.boots = 0
         self.watchdog_resets = 0
-        self.dead = False
-        self.on_sleep_pin: Callable[[int], None] = lambda level: None
+        self.switch_at: float | None = None
         self._random = Random(seed)
         self._radio: Any = None
+        self._lamp: deque[tuple[int, int]] = deque(maxlen=64)
         self._edges: list[tuple[int, int, int]] = []
         self._motors_next = 0
         self._wants_reset: int | None = None
@@ -171,6 +176,20 @@ class Machine:
     def set_pin(self, pin: tuple[int, int], level: int) -> None:
         """Press a button (0), or let go (1)."""
         self.chip.set_pin(*pin, level)
+
+    def put_ends_at(self, translate: float, bias: float) -> None:
+        """Fit a switch for translate and a stop for bias, in counts of the motors as built."""
+        self.switch_at = translate
+        self.motors[1].low = bias
+
+    def lamp(self) -> int:
+        """How often the lamp has gone on in the last pattern: 0 is dark, 255 steady."""
+        if not self._lamp or self._lamp[-1][0] < self.now_us - LAMP_WINDOW_US:
+            return LAMP_STEADY if self._lamp and self._lamp[-1][1] else 0
+        flashes = [when for when, level in self._lamp if level]
+        gaps = [later - sooner for sooner, later in pairwise(flashes)]
+        pauses = [index for index, gap in enumerate(gaps) if gap > LAMP_PAUSE_US]
+        return pauses[-1] - pauses[-2] if len(pauses) > 1 else -1
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -257,6 +276,8 @@ class Machine:
             duty = self.chip.duty(one) - self.chip.duty(two) if awake else 0.0
             self._edges += [(when, axis, levels) for when, levels in motor.step(duty, self.chip.now, cycles)]
         self._edges.sort()
+        if self.switch_at is not None:
+            self.set_pin(TRANSLATE_SWITCH, int(self.motors[2].at > self.switch_at))
         self._motors_next = self.chip.now + cycles
 
     def _show_encoders(self) -> None:
@@ -359,6 +380,9 @@ class Machine:
     # What the blocks tell
 
     def _pin_changed(self, port: int, pin: int, level: int) -> None:
+        if (port, pin) == LAMP:
+            self._lamp.append((self.now_us, level))
+            return
         if self._radio is not None and (port, pin) == CE:
             self._radio.ce = level
         elif self._radio is not None and (port, pin) == CSN:
