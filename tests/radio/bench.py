@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from random import Random
 
 from curveline.plan import AxisDrive, DriveTable, NodeTarget, Plan, Step
-from curveline.radio.actions import Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
+from curveline.radio.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
 from curveline.radio.air import Air, Antenna, Heard, Weather
 from curveline.radio.conductor import Conductor
 from curveline.radio.frames import Counts
@@ -53,7 +53,13 @@ def short_plan(count: int, steps: int) -> Plan:
 
 
 class Bench:
-    """A conductor that sends through modelled air to modelled nodes; `hooks` see every Send before it leaves."""
+    """A conductor that sends through modelled air to modelled nodes; `hooks` see every Send before it leaves.
+
+    The classes of node and host can be replaced by others, to see what a mistake in them does.
+    """
+
+    node_class = Node
+    host_class = Conductor
 
     def __init__(
         self,
@@ -76,14 +82,14 @@ class Bench:
         self.plants = [MotorPlant(start.counts, paces()) for start in plan.start]
         self.nodes = [self.new_node(index, Memory()) for index in range(len(self.plants))]
         self.antennas = [Antenna(node) for node in self.nodes]
-        self.conductor = Conductor(plan, self.site, 0x1122334455667700, policy)
+        self.conductor = self.host_class(plan, self.site, 0x1122334455667700, policy)
 
     @property
     def now_ms(self) -> int:
         return self.now_us // 1000
 
     def new_node(self, index: int, memory: Memory) -> Node:
-        return Node(Identity(index + 1, self.site), self.axes, self.plants[index], memory)
+        return self.node_class(Identity(index + 1, self.site), self.axes, self.plants[index], memory)
 
     def reboot(self, index: int, **memory: object) -> None:
         """Switch a node off and on."""
@@ -95,7 +101,10 @@ class Bench:
 
     def turn(self) -> bool:
         """Do what the conductor wants once; False when it has ended."""
-        action = self.conductor.next(self.now_ms)
+        return self.act(self.conductor.next(self.now_ms))
+
+    def act(self, action: Action) -> bool:
+        """Do one thing; False when nothing is left to do."""
         if isinstance(action, Poll):
             self.poll(action)
         elif isinstance(action, Sleep):
@@ -124,7 +133,7 @@ class Bench:
     def new_host(self, nonce: int = 0x66554433221100, policy: Policy | None = None) -> None:
         """Another host goes on with the run by the records that the first one left; nodes and air stay as they are."""
         records = json.loads(json.dumps(self.records))
-        self.conductor = Conductor(self.plan, self.site, nonce, policy, resume_point(self.plan, records))
+        self.conductor = self.host_class(self.plan, self.site, nonce, policy, resume_point(self.plan, records))
 
     def run(self, until: Callable[[], bool] | None = None, limit_ms: int = 600_000) -> Phase:
         """Turn until the run has ended or `until` holds."""

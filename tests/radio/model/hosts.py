@@ -86,7 +86,7 @@ class HostRules:
         if host.phase in (OFF, DONE) or not peer.session:
             return None
         if host.phase == PREFLIGHT:
-            return Frame("drive", peer.session, 0, 0, 0)
+            return Frame("drive", peer.session, 0, 0, host.hold)
         load = peer.started + 1 if host.phase in WATCHED and peer.started < self.limits.steps else 0
         return Frame("drive", peer.session, host.released, load, host.hold)
 
@@ -107,12 +107,20 @@ class HostRules:
     def _identify(self, host: Host, index: int, answer: Answer) -> Host:
         peer = host.peers[index]
         if host.phase == DISCOVER and not peer.session:
+            if self._is_another(host, index, answer):
+                return self.halt(host, "restart")
             if answer.busy and not self.limits.takeover:
                 return host
             return self._with_peer(host, index, peer._replace(session=answer.session, boot=answer.boot))
         if host.phase in WATCHED and answer.boot != peer.boot:
             return self.halt(host, "restart")
         return host
+
+    def _is_another(self, host: Host, index: int, answer: Answer) -> bool:
+        """Whether a node has lost its power or its run since the journal was written."""
+        if not host.resumes or "resume does not compare boot numbers" in self.bugs:
+            return False
+        return answer.boot != host.book.boots[index] or (host.book.release > 0 and not answer.same_run)
 
     def _merge(self, host: Host, peer: Peer, answer: Answer) -> Peer:
         finished = max(peer.finished, answer.finished)
@@ -147,9 +155,9 @@ class HostRules:
             return "unfit"
         if peer.started > host.released:
             return "ahead"
-        if answer.state == State.HOLD_LINK and answer.hold == host.hold:
+        if answer.state == State.HOLD_LINK:
             return "held"
-        if answer.state == State.HOLD and not answer.hold & 1 and answer.hold == host.hold:
+        if answer.state == State.HOLD and not answer.hold & 1:
             return "stopped"
         return ""
 
@@ -206,6 +214,7 @@ class HostRules:
             return []
         resumes = bool(host.book.boots)
         fresh = self._forget(host)._replace(phase=DISCOVER, attempt=host.attempt + 1, resumes=resumes)
+        fresh = fresh._replace(hold=int(resumes), step=host.book.barrier + 1)  # held until all is found in order
         return [("resumes the run" if resumes else "begins the run", fresh)]
 
     def _discover(self, host: Host) -> list[tuple[str, Host]]:
@@ -226,18 +235,16 @@ class HostRules:
 
     def _resume(self, host: Host) -> list[tuple[str, Host]]:
         book = host.book
-        if "resume does not compare boot numbers" not in self.bugs:
-            if tuple(peer.boot for peer in host.peers) != book.boots:
-                return [("finds a node restarted", self.halt(host, "restart"))]
-            if any(peer.started > book.release or peer.finished < book.barrier for peer in host.peers):
-                return [("finds nodes and journal apart", self.halt(host, "apart"))]
+        apart = any(peer.started > book.release or peer.finished < book.barrier for peer in host.peers)
+        if apart and "resume does not compare boot numbers" not in self.bugs:
+            return [("finds nodes and journal apart", self.halt(host, "apart"))]
         host = host._replace(released=book.release, hold=2)
         if "resume believes the journal, not the nodes" in self.bugs:
             peers = tuple(peer._replace(finished=book.release, started=book.release) for peer in host.peers)
             host = host._replace(peers=peers)
         if book.release > book.barrier:
-            return [("goes on with a released step", self._enter(host, RELEASED)._replace(step=book.release))]
-        return [("goes on after a barrier", self._enter(host, STAGING)._replace(step=book.barrier + 1))]
+            return [("goes on with a released step", self._enter(host, RELEASED))]
+        return [("goes on after a barrier", self._enter(host, STAGING))]
 
     def _enter(self, host: Host, phase: str) -> Host:
         """Begin a phase: nobody has answered it yet."""

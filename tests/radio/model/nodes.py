@@ -43,6 +43,7 @@ class Answer(NamedTuple):
     hold: int = 0
     at_start: bool = False
     busy: bool = False
+    same_run: bool = False
 
 
 class Node(NamedTuple):
@@ -301,4 +302,5 @@ class Rules:
         """The IDENT that answers the HELLO of the pending session."""
         if not node.pending:
             return None
-        return Answer("ident", node.pending, node.boot, busy=not self._owner_gone(node))
+        same_run = node.run == run_of(node.pending)
+        return Answer("ident", node.pending, node.boot, busy=not self._owner_gone(node), same_run=same_run)
