@@ -19,8 +19,9 @@ enum {
     PROBE_COUNTS = 4,    /* noise of one dead channel is one count to and fro */
     SLOW_COUNTS = 2,     /* per speed window: nothing slower can be told from standing still */
     CREEP_COUNTS = 4,    /* per speed window: slow enough to be stopped by shorting the motor */
+    FIRM = CL_PWM_FULL / 4, /* more than the loads that a gear motor should be given */
     AGAINST_COUNTS = 50, /* motion against the PWM that no honest motor makes */
-    STEADY_MS = 8,       /* PWM of one sign for so long must slow a motor that turns the other way */
+    STEADY_MS = 8,       /* firm PWM of one sign for so long must slow a motor that turns the other way */
     CALM_MS = 20,        /* at rest for so long: arrived */
     ERROR_MOST = 8191    /* counts: keeps products within 32 bits */
 };
@@ -172,7 +173,7 @@ static int32_t control(cl_servo *servo, const cl_setpoint *setpoint, int32_t err
 
 /* Motion against the PWM that does not slow down: encoder or motor is wired the wrong way round. */
 static bool runs_away(cl_servo *servo, int32_t pwm, uint16_t elapsed_ms) {
-    bool steady = sign(pwm) != 0 && sign(pwm) == sign(servo->pwm);
+    bool steady = size(pwm) > FIRM && sign(pwm) == sign(servo->pwm);
     bool pushed = lasts(&servo->steady_ms, steady, elapsed_ms, STEADY_MS);
     int32_t recent = apart(servo->position, ago(servo, 7)), before = apart(ago(servo, 8), ago(servo, 15));
     if (recent * sign(pwm) >= 0) {

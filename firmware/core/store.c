@@ -167,7 +167,8 @@ bool cl_store_save(cl_store *store, const cl_counts *position, bool known, uint8
     cl_saved saved = {*position, store->last.boot, flags, known};
     bool same = store->found && !store->marked && known == store->last.known && flags == store->last.flags;
     for (unsigned axis = 0; axis < CL_AXES; axis++) {
-        same = same && position->at[axis] == store->last.position.at[axis];
+        int64_t apart = (int64_t)position->at[axis] - store->last.position.at[axis];
+        same = same && apart <= CL_STORE_NEAR && apart >= -CL_STORE_NEAR;
     }
     if (same) return true;
     return cl_store_moving(store) && append(store, &saved);

@@ -30,7 +30,8 @@
 enum {
     CL_STORE_WORDS = 8,                         /* of a record */
     CL_STORE_SLOTS = 1024 / 4 / CL_STORE_WORDS, /* of a sector */
-    CL_STORE_SECTORS = 2
+    CL_STORE_SECTORS = 2,
+    CL_STORE_NEAR = 8 /* counts: a resting encoder may tremble, and need not be written down each time */
 };
 
 typedef struct {
@@ -67,8 +68,8 @@ void cl_store_open(cl_store *store, const cl_flash *flash, uint32_t first_sector
 /* Count this boot: `store->last.boot` is its number once this has returned true. Until then keep the radio silent. */
 bool cl_store_boot(cl_store *store);
 
-/* Write down where the resting axes are, or that nobody knows; saving the same again costs nothing. What was written
-   before is marked first: it is no longer true. */
+/* Write down where the resting axes are, or that nobody knows; what differs by no more than CL_STORE_NEAR is the same
+   and costs nothing. What was written before is marked first: it is no longer true. */
 bool cl_store_save(cl_store *store, const cl_counts *position, bool known, uint8_t flags);
 
 /* The axes are about to move, for homing or for a step. If this fails they must not: a boot would believe the old

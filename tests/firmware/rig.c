@@ -1,27 +1,9 @@
-/* Test bench for the control half of the core: modelled gear motors on a drive, in virtual time.
-
-   The model is that of the control numbers: a motor with a time constant, friction that holds it up to a part of full
-   duty, a load, whole encoder counts. The encoder sits on the motor; a seized axis leaves the motor the play of the
-   gears to turn in. */
-#include <math.h>
+/* Test bench for the drive: three modelled gear motors, in virtual time. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "drive.h"
-
-#define STEPS_PER_MS 10
-
-typedef struct {
-    double counts_per_s;  /* at full duty, without load */
-    double time_constant; /* s */
-    double stiction, friction; /* parts of full duty: to break loose, to keep moving */
-    double load;          /* part of full duty that pulls at the axis */
-    double low, high;     /* obstacles: motor positions that cannot be passed */
-    double position, speed;
-    int32_t wiring;       /* 1, or -1 for crossed wires */
-    int32_t encoder;      /* 1 alive, 0 dead, 2 one channel dead */
-    int32_t count, jump;  /* what the encoder says; what is added to it */
-} motor;
+#include "motor.h"
 
 typedef struct {
     int64_t now_ms;
@@ -39,23 +21,6 @@ typedef struct {
     cl_move move;
     int64_t start_ms;
 } rig;
-
-static void turn(motor *m, double duty) {
-    double dt = 0.001 / STEPS_PER_MS, pull = duty * m->wiring + m->load;
-    for (int step = 0; step < STEPS_PER_MS; step++) {
-        if (m->speed == 0.0 && fabs(pull) <= m->stiction) continue;
-        double way = m->speed != 0.0 ? copysign(1.0, m->speed) : copysign(1.0, pull);
-        double speed = m->speed + dt / m->time_constant *
-                       (m->counts_per_s * (pull - way * m->friction) - m->speed);
-        m->speed = speed * way < 0.0 && m->speed != 0.0 ? 0.0 : speed;
-        m->position += m->speed * dt;
-        if (m->position < m->low || m->position > m->high) m->speed = 0.0;
-        m->position = fmin(fmax(m->position, m->low), m->high);
-    }
-    int32_t count = (int32_t)floor(m->position);
-    if (m->encoder == 1) m->count = count + m->jump;
-    if (m->encoder == 2) m->count = (m->count & ~1) | (count & 1);
-}
 
 static void encoders(const rig *r, cl_counts *counts) {
     for (int axis = 0; axis < 3; axis++) counts->at[axis] = r->motors[axis].count;
@@ -77,10 +42,7 @@ rig *rig_new(void) {
     static const cl_servo_config *const configs[3] = {&cl_servo_linear, &cl_servo_bias, &cl_servo_linear};
     rig *r = calloc(1, sizeof *r);
     if (r == NULL) abort();
-    for (int axis = 0; axis < 3; axis++) {
-        r->motors[axis] = (motor){.counts_per_s = 6953, .time_constant = 0.03, .stiction = 0.08, .friction = 0.06,
-                                  .low = -1e9, .high = 1e9, .wiring = 1, .encoder = 1};
-    }
+    for (int axis = 0; axis < 3; axis++) r->motors[axis] = (motor)MOTOR_NEW;
     r->settled_ms = r->fault_ms = -1;
     cl_counts zero = {{0, 0, 0}};
     cl_drive_init(&r->drive, configs, &zero);

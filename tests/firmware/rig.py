@@ -115,6 +115,11 @@ class Rig:
         """Let up to `ms` pass, less if there is news; how many did."""
         return int(self._c.rig_run(self._self, ms))
 
+    def wait(self, ms: int) -> None:
+        """Let `ms` pass, news or not."""
+        while ms > 0:
+            ms -= self.run(ms)
+
     def arrive(self, limit_ms: int = 60_000) -> int:
         """Run until the drive says that the move has ended or failed; how long that took."""
         passed = 0
