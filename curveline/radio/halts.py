@@ -27,7 +27,15 @@ class Cause(Enum):
     )
     UNTRUSTED = (
         "node {node} answers, but not to the key of this site",
-        "load the site's key into it; see that no two nodes share an address and that no other host is sending",
+        "load the site's key into it: `curveline keys node`; `curveline status --scan` shows who answers",
+    )
+    CLONE = (
+        "the answers of node {node} come cut short",
+        "its radio chip may be a bad copy, or this computer's if all do so: see `curveline status --radio-test`",
+    )
+    TWIN = (
+        "two devices answer on the address of node {node}: {detail}",
+        "switch one of them off, and write settings of its own to each node",
     )
     VERSION = (
         "node {node} speaks another version of the protocol: {detail}",
@@ -35,7 +43,7 @@ class Cause(Enum):
     )
     CHIP = (
         "node {node} is another device than the site knows: {detail}",
-        "two nodes may have been swapped; correct the list of chip ids or the wiring",
+        "see if two nodes have been swapped; `curveline keys adopt` records a device that was exchanged on purpose",
     )
     CONFIG = (
         "node {node} holds other limits or speeds than this display: {detail}",
@@ -52,7 +60,11 @@ class Cause(Enum):
     NOT_HOMED = ("node {node} does not know where it is{when}: it has not been homed", "home the node, then send again")
     LOST = (
         "node {node} has lost its position{when} ({detail})",
-        "home the node; nothing else can tell where it stands",
+        "check the cable of that motor's encoder; then home the node, nothing else can tell where it stands",
+    )
+    BROWN_OUT = (
+        "the supply of node {node} sagged{when} ({detail}), and its position went with it",
+        "check its supply: cable, connector, current with all motors turning; then home the node",
     )
     LATCHED = (
         "node {node} has been stopped for good by an emergency stop",
@@ -153,7 +165,7 @@ _FAULTS = {
     Fault.RUNAWAY: Cause.RUNAWAY,
     Fault.DRIVER: Cause.DRIVER,
     Fault.ENCODER: Cause.LOST,
-    Fault.BROWN_OUT: Cause.LOST,
+    Fault.BROWN_OUT: Cause.BROWN_OUT,
 }
 
 

@@ -102,10 +102,10 @@ class Rival:
             node.receive(now_ms, peer.drive(0, 0, (0, (0, 0, 0), 0)))
 
 
-def stranger_identity(identity: Identity) -> Identity:
-    """The same place in the row, but another chip, whose keys are other ones."""
+def stranger_identity(identity: Identity, mask: int) -> Identity:
+    """The same place in the row, but another chip, whose keys are other ones; `mask` says by which bits it differs."""
     chips = list(identity.site.chips)
-    chips[identity.number - 1] ^= 1
+    chips[identity.number - 1] ^= mask
     return Identity(identity.number, replace(identity.site, chips=tuple(chips)))
 
 

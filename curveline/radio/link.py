@@ -33,6 +33,7 @@ from curveline.radio.keys import KEY_BYTES
 from curveline.radio.peer import LinkTally, Peer
 from curveline.radio.preflight import journal_bytes, loads_of
 from curveline.radio.resume import RADIO, resume_point
+from curveline.radio.scan import explain
 
 SILENT = "silent"
 NONCE_BITS = 64
@@ -203,7 +204,7 @@ class _Run:
             raise
         conductor = self._conductor
         if conductor.halt is not None:
-            raise Halted(conductor.halt)
+            raise Halted(explain(self._radio, conductor.plan.drive, conductor.halt))
         return RunReport(
             outcome="done" if conductor.phase is Phase.DONE else "paused",
             steps_done=conductor.barrier,

@@ -224,13 +224,13 @@ def _config(stage: Stage, mishap: Mishap) -> None:
 
 def _chip(stage: Stage, mishap: Mishap) -> None:
     station = stage.station(mishap)
-    station.identity = stranger_identity(station.identity)
+    station.identity = stranger_identity(station.identity, 1)
 
 
 def _twin(stage: Stage, mishap: Mishap) -> None:
     station = stage.station(mishap)
     memory = Memory(noise=stage.random.getrandbits(32))
-    station.twin = Node(stranger_identity(station.identity), station.axes, MotorPlant((0, 0, 0)), memory)
+    station.twin = Node(stranger_identity(station.identity, 2), station.axes, MotorPlant((0, 0, 0)), memory)
 
 
 def _clone(stage: Stage, mishap: Mishap) -> None:

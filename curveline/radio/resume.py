@@ -24,7 +24,7 @@ RADIO = "radio"
 CLEARED = frozenset({Cause.STALL, Cause.DRIVER})
 """Faults that leave the position known: resuming after one says that its reason is gone, and clears it."""
 FINAL = frozenset(
-    {Cause.REBOOT, Cause.LOST, Cause.NOT_HOMED, Cause.ESTOP, Cause.LATCHED, Cause.AHEAD, Cause.BEHIND}
+    {Cause.REBOOT, Cause.LOST, Cause.BROWN_OUT, Cause.NOT_HOMED, Cause.ESTOP, Cause.LATCHED, Cause.AHEAD, Cause.BEHIND}
     | {Cause.RUNAWAY, Cause.CONFLICT, Cause.LIMIT, Cause.OTHER_RUN}
 )
 """Causes after which a run cannot go on: its steps no longer begin where the nodes are, or know that they are."""

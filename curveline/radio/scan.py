@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from curveline.plan import DriveTable
-from curveline.radio import BATCH, Answer, Radio
+from curveline.radio import BATCH, Answer, Radio, RadioGone
 from curveline.radio.frames import (
     ATTEMPT_MASK,
     EVERY_NODE,
@@ -21,6 +22,7 @@ from curveline.radio.frames import (
     Reject,
     head,
 )
+from curveline.radio.halts import Cause, Halt
 from curveline.radio.keyfile import UNKNOWN_CHIP
 from curveline.radio.motion import axes_of, config_hash
 from curveline.radio.pages import Ask, Page, decode_page, encode_ask
@@ -88,6 +90,24 @@ def problems(found: Found, known: int, drive: DriveTable) -> list[str]:
         ),
     ]
     return [f"{where}: {text}" for is_so, text in checks if is_so]
+
+
+def explain(radio: Radio, drive: DriveTable, halt: Halt) -> Halt:
+    """A halt because a node does not answer to its key, with the reason why it does not, if that can be found."""
+    if halt.cause is not Cause.UNTRUSTED:
+        return halt
+    found = Found(halt.node, drive.addresses[halt.node - 1])
+    with suppress(RadioGone):
+        _ask(radio, [found], PROBES)
+    known = radio.site.chips[halt.node - 1]
+    chips = " and ".join(f"{chip:08x}" for chip in sorted(found.pages))
+    if len(found.pages) > 1:
+        return Halt(Cause.TWIN, halt.node, halt.step, f"chips {chips}")
+    if found.cut and not found.pages:
+        return Halt(Cause.CLONE, halt.node, halt.step)
+    if found.pages and found.chip != known:
+        return Halt(Cause.CHIP, halt.node, halt.step, f"chip {chips} instead of {known:08x}")
+    return halt
 
 
 def radio_test(radio: Radio, drive: DriveTable, probes: int = PROBES) -> list[Found]:

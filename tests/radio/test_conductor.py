@@ -251,7 +251,7 @@ def test_takeover_claims_idle_nodes_and_fences_the_first_host_off() -> None:
         (Memory(estop=True), Cause.LATCHED),
         (Memory(fault=Fault.STALL, fault_axis=2), Cause.STALL),
         (Memory(fault=Fault.ENCODER, fault_axis=1), Cause.LOST),
-        (Memory(fault=Fault.BROWN_OUT), Cause.LOST),
+        (Memory(fault=Fault.BROWN_OUT), Cause.BROWN_OUT),
         (Memory(fault=Fault.RUNAWAY, fault_axis=1), Cause.RUNAWAY),
         (Memory(fault=Fault.DRIVER), Cause.DRIVER),
     ],
@@ -386,7 +386,7 @@ def test_a_node_that_does_not_take_its_target() -> None:
         (Fault.RUNAWAY, Cause.RUNAWAY),
         (Fault.DRIVER, Cause.DRIVER),
         (Fault.ENCODER, Cause.LOST),
-        (Fault.BROWN_OUT, Cause.LOST),
+        (Fault.BROWN_OUT, Cause.BROWN_OUT),
     ],
 )
 def test_a_fault_of_a_motor(fault: Fault, cause: Cause, monkeypatch: pytest.MonkeyPatch) -> None:

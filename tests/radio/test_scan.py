@@ -64,7 +64,7 @@ def test_two_devices_on_one_address_are_found(opened, seed: int) -> None:
     (text,) = said(radio)
     assert text.startswith("node 2: 2 devices answer on C1C1C1C102: chips ")
     assert f"{radio.site.chips[1]:08x}" in text
-    assert f"{radio.site.chips[1] ^ 1:08x}" in text
+    assert f"{radio.site.chips[1] ^ 2:08x}" in text
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,237 @@
+"""Every fault that a mock display can be asked for: its cause, message, hint and exit code, and that nothing is lost.
+
+Faults that the link must bear are in `BORNE`, all others in `HALTING`; together they are the whole of `MISHAPS`.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from curveline.errors import EXIT_LINK, LinkError
+from curveline.radio import RadioGone
+from curveline.radio.frames import State
+from curveline.radio.halts import Cause
+from curveline.radio.journal import Journal, new_run, read_journal
+from curveline.radio.link import Halted, RunReport, send_plan
+from curveline.radio.mishaps import MISHAPS
+from curveline.radio.mock import MockRadio, open_radio
+from curveline.radio.scan import problems, scan
+
+from .bench import drive_table, make_plan
+
+SECONDS = 4.0
+"""Long enough steps that a silence of the dead-man's length catches a node on its way."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """What must come of a mishap: which node (0 for all) is named in which words, and what to do about it."""
+
+    setting: str
+    cause: Cause | None
+    node: int
+    message: str
+    hint: str
+    moves: bool = True
+    """Whether anything may have moved at all."""
+
+
+HALTING = [
+    Row("stall=1@step2", Cause.STALL, 1, "node 1 has stalled in step 2: its bias motor does not follow", "free what"),
+    Row("encoder=2@step1", Cause.LOST, 2, r"node 2 has lost its position in step 1 \(extrude: encoder\)", "encoder"),
+    Row(
+        "runaway=1@step3",
+        Cause.RUNAWAY,
+        1,
+        r"node 1 moved against its command in step 3 \(extrude\)",
+        "wrong way round",
+    ),
+    Row("driver=2@step2", Cause.DRIVER, 2, "node 2 reports a fault of its motor driver in step 2", "short circuit"),
+    Row("brownout=1@step2", Cause.BROWN_OUT, 1, r"the supply of node 1 sagged in step 2 \(whole drive\)", "supply"),
+    Row("reboot=2@step3", Cause.REBOOT, 2, "node 2 has restarted in step 3: boot number 2 instead of 1", "home the"),
+    Row("off=1@step2", Cause.SILENT, 1, r"node 1 does not answer any more, for 6\.\d s", "power and antenna"),
+    Row("silence=2@step2", Cause.HELD, 2, "node 2 heard nothing for longer than its dead-man time", "resume the run"),
+    Row("taken=1@step2", Cause.TAKEN, 1, "node 1 no longer obeys this session", "only one host"),
+    Row("jam@step2", Cause.DEAF, 0, "no node answers any more, for", "jamming"),
+    Row("gone@step2", None, 0, "the radio does not answer this computer any more", "plug it in again"),
+    Row("disk=full@step2", Cause.JOURNAL, 0, "record of the run cannot be written.*No space left", "free space"),
+    Row(
+        "unhomed=2",
+        Cause.NOT_HOMED,
+        2,
+        "node 2 does not know where it is: it has not been homed",
+        "home the",
+        moves=False,
+    ),
+    Row(
+        "estop=1",
+        Cause.LATCHED,
+        1,
+        "node 1 has been stopped for good by an emergency stop",
+        "switch the node",
+        moves=False,
+    ),
+    Row(
+        "version=2",
+        Cause.VERSION,
+        2,
+        "node 2 speaks another version.*has 2, this release needs 1",
+        "flash",
+        moves=False,
+    ),
+    Row("config=1", Cause.CONFIG, 1, "node 1 holds other limits or speeds than this display", "settings", moves=False),
+    Row("chip=2", Cause.CHIP, 2, "node 2 is another device than the site knows: chip", "keys adopt", moves=False),
+    Row("busy=1", Cause.BUSY, 1, "node 1 belongs to another host that is sending to it", "--takeover", moves=False),
+    Row("clone=2", Cause.CLONE, 2, "the answers of node 2 come cut short", "--radio-test", moves=False),
+    Row(
+        "chip=1,twin=1", Cause.TWIN, 1, "two devices answer on the address of node 1: chips", "switch one", moves=False
+    ),
+]
+BORNE = ["twin=1", "reset@step2", "replug@step2", "stranger=0.5", "replay=0.5", "stranger=0.6,replay=0.6"]
+WEATHER = ["", ",loss=0.3,dup=0.1,stale=0.2"]
+
+
+def keys_of(setting: str) -> set[str]:
+    return {re.split("[=@]", part)[0] for part in setting.split(",")}
+
+
+def test_every_mishap_has_its_row() -> None:
+    rows = [keys_of(row.setting) for row in HALTING] + [keys_of(setting) for setting in BORNE]
+    assert set.union(*rows) == set(MISHAPS)
+
+
+def test_every_row_has_a_cause_of_its_own() -> None:
+    causes = [row.cause for row in HALTING]
+    assert len(set(causes)) == len(causes)
+
+
+def test_every_mishap_says_what_it_is() -> None:
+    assert len({row.text for row in MISHAPS.values()}) == len(MISHAPS)
+
+
+class Ran:
+    """A run on a mock display, its record, and how it ended."""
+
+    def __init__(self, runs: Path, settings: str) -> None:
+        self.radio: MockRadio = open_radio(settings, drive_table(), runs)
+        self.report: RunReport | None = None
+        self.error: LinkError | None = None
+        journal = Journal(new_run(runs, "test"), self.radio.disk)
+        try:
+            self.report = send_plan(make_plan(seconds=SECONDS), self.radio, journal)
+        except LinkError as error:
+            self.error = error
+        journal.close()
+        self.records: list[Any] = read_journal(journal.path)
+
+    def of(self, kind: str) -> list[Any]:
+        return [record for record in self.records if record["type"] == kind]
+
+
+def check_order(ran: Ran) -> None:
+    """Nobody ran ahead: of what was released, of the record, of the slowest node by more than a step."""
+    released = max([record["step"] for record in ran.of("release")], default=0)
+    barriers = [record["step"] for record in ran.of("barrier")]
+    assert barriers == list(range(1, len(barriers) + 1))
+    keeping = [node.memory for node in ran.radio.nodes if node.memory.run_tag and node.memory.boot == 1]
+    assert all(memory.started <= released for memory in keeping)
+    assert released <= len(barriers) + 1
+
+
+def check_rest(ran: Ran) -> None:
+    """Once the run has ended nothing sets off any more, however long one waits; what still brakes comes to rest."""
+    radio = ran.radio
+    before = [node.memory.started for node in radio.nodes]
+    radio.close()
+    rest = radio.positions()
+    assert all(node.move is None for node in radio.nodes)
+    assert [node.memory.started for node in radio.nodes] == before
+    for node in radio.nodes:
+        node.advance(radio.now_us() // 1000 + 3_600_000)
+    radio.sleep_until(radio.now_us() + 3_600_000_000)
+    assert radio.positions() == rest
+
+
+@pytest.mark.parametrize("weather", WEATHER, ids=["calm", "rough"])
+@pytest.mark.parametrize("row", HALTING, ids=lambda row: row.setting)
+def test_a_fault_halts_the_run_and_is_told(tmp_path: Path, row: Row, weather: str) -> None:
+    ran = Ran(tmp_path, f"seed=7,{row.setting}{weather}")
+    assert ran.error is not None, ran.report
+    assert re.search(row.message, ran.error.message), ran.error.message
+    assert row.hint in ran.error.hint
+    assert (ran.error.exit_code, ran.error.node) == (EXIT_LINK, row.node)
+    if row.cause is None:
+        assert isinstance(ran.error, RadioGone)
+    else:
+        assert isinstance(ran.error, Halted)
+        assert ran.error.halt.cause is row.cause
+    if not row.moves:
+        assert ran.radio.motion() == [(seconds, ((0, 0, 0),) * 2) for seconds, _ in ran.radio.motion()]
+        assert ran.of("release") == []
+    check_order(ran)
+    check_rest(ran)
+
+
+@pytest.mark.parametrize("weather", WEATHER, ids=["calm", "rough"])
+@pytest.mark.parametrize("setting", BORNE)
+def test_a_fault_that_must_be_borne_costs_nothing_but_time(tmp_path: Path, setting: str, weather: str) -> None:
+    plan = make_plan(seconds=SECONDS)
+    ran = Ran(tmp_path, f"seed=7,{setting}{weather}")
+    assert ran.error is None
+    assert ran.report is not None
+    assert (ran.report.outcome, ran.report.steps_done) == ("done", len(plan.steps))
+    assert [record["step"] for record in ran.of("release")] == [1, 2, 3]
+    assert ran.radio.positions() == tuple(each.counts for each in plan.steps[-1].targets)
+    calm = Ran(tmp_path / "calm", f"seed=7{weather}")
+    turns = [len(station.plant.spans()) for station in calm.radio._stations]
+    if "replug" not in setting:
+        assert [len(station.plant.spans()) for station in ran.radio._stations] == turns, "each step was done once"
+    check_order(ran)
+    check_rest(ran)
+    calm.radio.close()
+
+
+def test_strangers_and_replays_are_counted(tmp_path: Path) -> None:
+    ran = Ran(tmp_path, "seed=3,stranger=0.3,replay=0.3")
+    for node in ran.radio.nodes:
+        assert node.tally.bad_tags > 10
+        assert node.tally.old_counters > 10
+        assert node.state is State.READY
+    found = scan(ran.radio, drive_table())
+    assert all(page.bad_tags > 10 for each in found for page in each.pages.values())
+    ran.radio.close()
+
+
+def test_a_twin_that_a_run_bears_is_found_by_a_scan(tmp_path: Path) -> None:
+    radio = open_radio("twin=1", drive_table(), tmp_path)
+    first, second = (problems(each, 0, drive_table()) for each in scan(radio, drive_table()))
+    assert "2 devices" in first[0]
+    assert second == []
+    radio.close()
+
+
+def test_a_fault_needs_its_step_to_be_done_in_this_run(tmp_path: Path) -> None:
+    """Steps that nodes remember of the run before are none of this one."""
+    ran = Ran(tmp_path, "")
+    ran.radio.close()
+    radio = open_radio("off=1@step2,jam@step1,gone@step3", drive_table(), tmp_path)
+    assert [node.memory.started for node in radio.nodes] == [3, 3]
+    for found in scan(radio, drive_table()):
+        assert found.link.lost == 0
+    radio.close()
+
+
+def test_faults_can_be_combined(tmp_path: Path) -> None:
+    ran = Ran(tmp_path, "seed=2,stall=1@step2,reboot=2@step3,reset@step1,stranger=0.2,loss=0.2")
+    assert isinstance(ran.error, Halted)
+    assert ran.error.halt.cause is Cause.STALL
+    ran.radio.close()
+    ran = Ran(tmp_path / "again", "stall=1@step3,driver=1@step2")
+    assert isinstance(ran.error, Halted)
+    assert ran.error.halt.cause is Cause.DRIVER
+    ran.radio.close()
