@@ -15,13 +15,12 @@ IRQ_PORT_CD = 31
 FLASH_BYTES = 0x10000
 SECTOR_BYTES = 1024
 
-GATES = {
-    "SPI0": (0x48034, 22),
-    **{f"PORT{name}": (0x48038, 9 + index) for index, name in enumerate("ABCDE")},
-    "FTFA": (0x4803C, 0),
-    **{f"TPM{index}": (0x4803C, 24 + index) for index in range(3)},
+GATE_OF_PAGE = {
+    0x76: (0x48034, 22),
+    **{0x49 + index: (0x48038, 9 + index) for index in range(5)},
+    **{0x38 + index: (0x4803C, 24 + index) for index in range(3)},
 }
-"""Block -> register and bit of its clock gate."""
+"""Page of SPI0, a port or a timer -> register and bit of its clock gate."""
 
 MCG_C1, MCG_C2, MCG_C5, MCG_C6, MCG_S, OSC0_CR = 0x64000, 0x64001, 0x64004, 0x64005, 0x64006, 0x65000
 SIM_SOPT2, SIM_CLKDIV1, SIM_UID, SIM_COPC, SIM_SRVCOP = 0x48004, 0x48044, 0x48058, 0x48100, 0x48104
@@ -259,18 +258,9 @@ class Kl26:
     # Blocks
 
     def _check_gate(self, offset: int) -> None:
-        block = self._block(offset)
-        if block is not None:
-            register, bit = GATES[block]
-            if not self.store.get(register, 0) >> bit & 1:
-                raise Strayed(f"{block} is touched while its clock is off, pc 0x{self.pc():x}")
-
-    @staticmethod
-    def _block(offset: int) -> str | None:
-        page = offset >> 12
-        return {0x20: None, 0x38: "TPM0", 0x39: "TPM1", 0x3A: "TPM2", 0x76: "SPI0"}.get(
-            page, f"PORT{'ABCDE'[page - 0x49]}" if 0x49 <= page <= 0x4D else None
-        )
+        gate = GATE_OF_PAGE.get(offset >> 12)
+        if gate is not None and not self.store.get(gate[0], 0) >> gate[1] & 1:
+            raise Strayed(f"0x{0x40000000 + offset:08x} is touched while its clock is off, pc 0x{self.pc():x}")
 
     def _read_port(self, offset: int) -> int:
         port, register = self.ports[(offset >> 12) - 0x49], offset & 0xFFF

@@ -2,7 +2,7 @@
 
 Time is counted in core cycles at 48 MHz. Unicorn counts instructions, not cycles; one instruction is taken for one and
 a half cycles, as measured on a cycle-counting model of the core. The processor runs in slices that end where something
-is due, so an interrupt is late by a slice at most: 2 us within a handler.
+is due, so what happens in them is late by a slice at most: 5 us within a handler.
 """
 
 from __future__ import annotations
@@ -52,8 +52,10 @@ RETURN = 0xFFFFFFF8
 """Where a handler's return lands; bit 0 of the link value is cut off."""
 NOWHERE = 0xFFFFFFF0
 WFI = b"\x30\xbf"
-HANDLER_SLICE = 64
+TICK_SLICE = 256
+PINS_SLICE = 64
 MASKED_SLICE = 16
+HARD_FAULT = 3
 MAIN_SLICE_US = 100
 LAMP_STEADY = 255
 LAMP_WINDOW_US = 1_600_000
@@ -105,7 +107,10 @@ def read_image(elf: Path) -> Image:
 
 
 class Machine:
-    """One node's electronics and mechanics; `switch_at` is where translate closes its switch, if it has one."""
+    """One node's electronics and mechanics; `switch_at` is where translate closes its switch, if it has one.
+
+    A program that crashes fails the test, unless it `may_crash`: then its fault handler runs.
+    """
 
     def __init__(self, image: Image, *, uid: tuple[int, int, int] = (1, 2, 3), seed: int = 0) -> None:
         self.image = image
@@ -114,6 +119,8 @@ class Machine:
         self.motors = [Motor(), Motor(), Motor()]
         self.boots = 0
         self.watchdog_resets = 0
+        self.crashes = 0
+        self.may_crash = False
         self.switch_at: float | None = None
         self._random = Random(seed)
         self._radio: Any = None
@@ -210,9 +217,10 @@ class Machine:
         """32 bits of a variable of the program."""
         return int.from_bytes(self._uc.mem_read(self.image.symbols[symbol] + offset, 4), "little")
 
-    def poke(self, symbol: str, value: int) -> None:
-        """Overwrite a variable of the program."""
-        self._uc.mem_write(self.image.symbols[symbol], value.to_bytes(4, "little"))
+    def patch(self, symbol: str, code: bytes) -> None:
+        """Overwrite the beginning of a function in the running program, not in its flash: a reset mends it."""
+        self._uc.mem_write(self.image.symbols[symbol], code)
+        self._uc.ctl_remove_cache(self.image.symbols[symbol], self.image.symbols[symbol] + len(code))
 
     def stack_used(self) -> int:
         """How deep the stack has been since `paint_stack`."""
@@ -271,14 +279,16 @@ class Machine:
 
     def _step_motors(self) -> None:
         cycles = STEP_US * CYCLES_PER_US
+        self._motors_next = self.chip.now + cycles
         awake = self.drivers_on
+        if not awake and not any(motor.speed for motor in self.motors):
+            return
         for axis, (motor, (one, two)) in enumerate(zip(self.motors, PWM_PINS, strict=True)):
             duty = self.chip.duty(one) - self.chip.duty(two) if awake else 0.0
             self._edges += [(when, axis, levels) for when, levels in motor.step(duty, self.chip.now, cycles)]
         self._edges.sort()
         if self.switch_at is not None:
             self.set_pin(TRANSLATE_SWITCH, int(self.motors[2].at > self.switch_at))
-        self._motors_next = self.chip.now + cycles
 
     def _show_encoders(self) -> None:
         for axis, motor in enumerate(self.motors):
@@ -303,8 +313,11 @@ class Machine:
         masked = bool(pending) and bool(self._uc.reg_read(UC_ARM_REG_PRIMASK))
         if pending and not masked:
             self._enter_best(pending)
-        limit = MASKED_SLICE if masked else HANDLER_SLICE if self._active else 10**9
-        cycles = min(until - chip.now, limit * 3 // 2)
+        cycles = until - chip.now
+        if masked:
+            cycles = min(cycles, MASKED_SLICE)
+        elif self._active:
+            cycles = min(cycles, TICK_SLICE if self._active[-1] < 0 else PINS_SLICE)
         self._execute(max(1, cycles * 2 // 3))
         chip.now = until if self._asleep and not self._pending() else chip.now + max(1, cycles)
 
@@ -318,6 +331,10 @@ class Machine:
             return
         if irq < 0:
             self.chip.systick_pending = False
+        self._active.append(irq)
+        self._enter(15 if irq < 0 else 16 + irq)
+
+    def _enter(self, exception: int) -> None:
         uc = self._uc
         stack = int(uc.reg_read(UC_ARM_REG_SP))
         padding = stack & 4
@@ -327,8 +344,7 @@ class Machine:
         uc.mem_write(stack, struct.pack("<8I", *frame))
         uc.reg_write(UC_ARM_REG_SP, stack)
         uc.reg_write(UC_ARM_REG_LR, 0xFFFFFFF9)
-        (handler,) = struct.unpack_from("<I", self.flash, 4 * (15 if irq < 0 else 16 + irq))
-        self._active.append(irq)
+        (handler,) = struct.unpack_from("<I", self.flash, 4 * exception)
         self._pc = handler & ~1
 
     def _leave(self) -> None:
@@ -348,12 +364,16 @@ class Machine:
             uc.emu_start(self._pc | 1, NOWHERE, count=instructions)
         except UcError as error:
             self._pc = int(uc.reg_read(UC_ARM_REG_PC)) & ~1
-            if error.errno != UC_ERR_EXCEPTION or self._pc != RETURN or not self._active:
+            if error.errno == UC_ERR_EXCEPTION and self._pc == RETURN and self._active:
+                self._leave()
+            elif self.may_crash:
+                self.crashes += 1
+                self._enter(HARD_FAULT)
+            else:
                 raise Strayed(f"{error} at 0x{self._pc:x}") from None
-            self._leave()
             return
         self._pc = int(uc.reg_read(UC_ARM_REG_PC)) & ~1
-        self._asleep = bytes(uc.mem_read(self._pc - 2, 2)) == WFI and not self._active
+        self._asleep = self.flash[self._pc - 2 : self._pc] == WFI and not self._active
 
     def _map(self) -> None:
         uc, chip = self._uc, self.chip
