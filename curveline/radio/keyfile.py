@@ -23,6 +23,7 @@ from zlib import crc32
 from curveline.errors import InvalidInput
 from curveline.plan import DriveTable
 from curveline.radio.air import RATES_KBPS
+from curveline.radio.frames import EVERY_NODE
 from curveline.radio.keys import KEY_BYTES, ZERO_MASTER, Site, derive
 from curveline.radio.motion import axes_of
 
@@ -34,6 +35,7 @@ OTHERS = 0o077
 UNKNOWN_CHIP = 0
 """Stands for the chip id of an address that was never adopted."""
 
+MOST_NUMBER = EVERY_NODE - 1
 SETTINGS_MAGIC = b"CLN1"
 _SETTINGS = struct.Struct("<4sHBBB5sH16s")
 _AXIS = struct.Struct("<iiII")
@@ -155,8 +157,9 @@ def settings_record(master: bytes, drive: DriveTable, number: int) -> bytes:
     address 5 bytes in the order of its digits, zero u16, master key 16 bytes; per axis low and high i32, speed and
     acceleration u32 in counts; CRC-32 of all before.
     """
-    if not 1 <= number <= drive.node_count:
-        raise InvalidInput(f"there is no node {number}: display {drive.display!r} has nodes 1 to {drive.node_count}")
+    last = min(drive.node_count, MOST_NUMBER)
+    if not 1 <= number <= last:
+        raise InvalidInput(f"there is no node {number}: display {drive.display!r} has nodes 1 to {last}")
     rate = list(RATES_KBPS).index(drive.data_rate)
     address = bytes.fromhex(drive.addresses[number - 1])
     body = _SETTINGS.pack(SETTINGS_MAGIC, SETTINGS_BYTES, number, rate, drive.channel, address, 0, master)

@@ -210,3 +210,7 @@ def test_settings_are_laid_out_as_the_node_reads_them() -> None:
     for number in (0, 3):
         with pytest.raises(InvalidInput, match=f"no node {number}"):
             keyfile.settings_record(MASTER, drive, number)
+    many = drive_table(255)
+    assert keyfile.settings_record(MASTER, many, 254)[6] == 254
+    with pytest.raises(InvalidInput, match="no node 255"):
+        keyfile.settings_record(MASTER, many, 255)
