@@ -288,6 +288,6 @@ def _differing_lines(layout: struct.Struct, ours: bytes, theirs: bytes) -> Itera
         yield f"    C      {[each.hex() if isinstance(each, bytes) else each for each in layout.unpack(theirs)]}"
 
 
-def library(core: Sequence[Path] = CORE_SOURCES) -> Path:
+def library(core: Sequence[Path] = CORE_SOURCES, flags: Sequence[str] = ()) -> Path:
     """The harness compiled with the C core, or with another version of it."""
-    return build.shared_library("twin", [*SOURCES, *core], [f"-I{FOLDER}"])
+    return build.shared_library("twin", [*SOURCES, *core], [f"-I{FOLDER}", *flags])

@@ -1,0 +1,114 @@
+"""The C node and node.py give the same answers, over a million random sequences of events."""
+
+from __future__ import annotations
+
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+
+from curveline.radio.frames import Fault, State
+
+from . import build, twin
+
+SEQUENCES = 1_000_000
+SHARES = 20
+FIRST = 2026_11_22 * SEQUENCES
+"""Seed of the first sequence; the others follow."""
+
+ENOUGH_FOR_A_MISTAKE = 20_000
+QUICKLY = ("-O0", "-g0", "-w")
+"""Mistakes are compiled without care: they make warnings, and live for a few sequences only."""
+MISTAKES = (
+    ("receive.c", "counter <= session->counter", "counter < session->counter"),
+    ("receive.c", "counter >= CL_COUNTER_END", "counter > CL_COUNTER_END"),
+    ("receive.c", "if (frame.hold_gen > session->hold_gen) session", "session"),
+    ("receive.c", "if (frame->release > session->release) session", "session"),
+    ("receive.c", "session->hold_gen > node->lift_above", "session->hold_gen >= node->lift_above"),
+    ("receive.c", "frame->load_step != memory->started + 1", "false"),
+    ("receive.c", "if (!same_order(memory, frame))", "if (false)"),
+    ("receive.c", "if (node->moving && !owner_gone(node, now_ms)) return false;", ""),
+    ("receive.c", "!(session->flags & CL_FLAG_RESUME) || ", ""),
+    ("receive.c", "CL_FLAG_CLEAR && !cl_lost_position(node->memory.fault)", "CL_FLAG_CLEAR"),
+    ("receive.c", "node->pending.handshake != handshake", "true"),
+    ("receive.c", "memory->offers % UINT16_MAX + 1", "memory->offers + 1"),
+    ("receive.c", "if (number != node->number) return false;", ""),
+    ("receive.c", "tally->in_window > CL_FLOOD", "tally->in_window >= CL_FLOOD"),
+    ("receive.c", "if (now_ms < node->tally.deaf_until_ms) return;", ""),
+    (
+        "node.c",
+        "node->session.heard_ms + node->session.deadman_ms",
+        "node->session.heard_ms + node->session.deadman_ms + 1",
+    ),
+    ("node.c", " && settles_ms < next_ms) next_ms", ") next_ms"),
+    ("node.c", "memory->move_ms = cl_move_rest_ms(&node->move);", ""),
+    ("node.c", "able && cl_node_has_owner(node) && !node->silent", "able && cl_node_has_owner(node)"),
+    ("node.c", "if (!node->memory.homing) return;", ""),
+    ("motion.c", "+ 2 * (uint64_t)begins_at * braking - braking * braking", "+ (uint64_t)begins_at * braking"),
+    ("motion.c", "done + length) / (2 * length)", "done) / (2 * length)"),
+    ("frames.c", "CL_POSITION_UNIT / 2) / CL_POSITION_UNIT", "0) / CL_POSITION_UNIT"),
+    ("frames.c", "if (target.at[axis] < -CL_TARGET_LIMIT) return CL_REJECT_FIELD;", ""),
+    ("keys.c", "if (nonce != 0)", "if (1)"),
+)
+
+
+def run_share(library: Path, first: int, count: int) -> tuple[dict[str, int], str]:
+    """Compare some sequences in a process of their own: what they reached, and the first difference."""
+    harness = twin.Harness(library)
+    found = harness.compare(first, count)
+    return harness.noted(), twin.describe(harness, found) if found else ""
+
+
+def test_a_million_sequences_come_out_the_same() -> None:
+    library, share = twin.library(), SEQUENCES // SHARES
+    reached: dict[str, int] = {}
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as workers:
+        shares = [workers.submit(run_share, library, FIRST + share * number, share) for number in range(SHARES)]
+        for each in shares:
+            noted, difference = each.result()
+            if difference:
+                workers.shutdown(cancel_futures=True)
+                pytest.fail(difference)
+            for name, count in noted.items():
+                reached[name] = reached.get(name, 0) + count
+    sys.stdout.writelines(f"{count:9} {name}\n" for name, count in reached.items())
+    assert not [name for name in must_occur(reached) if reached[name] < SEQUENCES // 20_000]
+
+
+def must_occur(reached: dict[str, int]) -> list[str]:
+    """Outcomes, states, faults, events and spoiled frames without which the comparison would prove less."""
+    wanted = {f"state {state}" for state in State} | {f"fault {fault}" for fault in Fault}
+    return [name for name in reached if name in wanted or not name.startswith(("state ", "fault "))]
+
+
+@pytest.mark.parametrize(("name", "right", "wrong"), MISTAKES)
+def test_a_mistake_in_the_c_core_is_found(tmp_path: Path, name: str, right: str, wrong: str) -> None:
+    core = []
+    for source in twin.CORE_SOURCES:
+        text = source.read_text()
+        if source.name == name:
+            assert text.count(right) == 1, "the mistake no longer fits the code"
+            text = text.replace(right, wrong)
+        core.append(tmp_path / source.name)
+        core[-1].write_text(text)
+    harness = twin.Harness(twin.library(core, QUICKLY))
+    found = harness.compare(FIRST, ENOUGH_FOR_A_MISTAKE)
+    assert found is not None
+    assert harness.differs(found.start, found.events)
+    assert len(harness.shrunk(found).events) <= len(found.events)
+
+
+def test_limits_and_identities_are_those_of_the_harness() -> None:
+    """If they were not, the comparison would fail at once; here the reason shows."""
+    text = (twin.FOLDER / "replay.c").read_text()
+    for axes in twin.AXES:
+        for axis in axes:
+            assert f"{{{axis.low}, {axis.high}, {axis.speed}, {axis.acceleration}}}" in text
+    for identity in twin.IDENTITIES:
+        assert f"{{{identity.number}, 0x{identity.chip:08X}, " in text
+
+
+def test_the_core_compiles_with_zig_too() -> None:
+    build.shared_library("twin", [*twin.SOURCES, *twin.CORE_SOURCES], [f"-I{twin.FOLDER}"], build.zig())
