@@ -17,8 +17,9 @@ typedef struct {
     double low, high;     /* obstacles: motor positions that cannot be passed */
     double position, speed;
     int32_t wiring;       /* 1, or -1 for crossed wires */
-    int32_t encoder;      /* 1 alive, 0 dead, 2 one channel dead */
+    int32_t encoder;      /* 1 alive, 0 dead, 2 one channel dead, 3 an axis that trembles by 50 counts */
     int32_t count, jump;  /* what the encoder says; what is added to it */
+    int32_t phase;        /* of the trembling [ms] */
 } motor;
 
 #define MOTOR_NEW {.counts_per_s = 6953, .time_constant = 0.03, .stiction = 0.08, .friction = 0.06, \
@@ -39,6 +40,8 @@ static inline void turn(motor *m, double duty) {
     }
     int32_t count = (int32_t)floor(m->position);
     if (m->encoder == 1) m->count = count + m->jump;
+    m->phase = (m->phase + 1) % 100;
+    if (m->encoder == 3) m->count = count + 2 * (m->phase < 50 ? m->phase : 100 - m->phase) - 50;
     if (m->encoder == 2) m->count = (m->count & ~1) | (count & 1);
 }
 

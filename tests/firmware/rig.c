@@ -20,6 +20,7 @@ typedef struct {
     cl_plant plant;
     cl_move move;
     int64_t start_ms;
+    bool moving;
 } rig;
 
 static void encoders(const rig *r, cl_counts *counts) {
@@ -33,6 +34,7 @@ void rig_place(rig *r, const int32_t at[3]);
 void rig_plan(rig *r, const int32_t target[3], const cl_axis_limits axes[3], int32_t least_ms);
 void rig_brake(rig *r);
 int64_t rig_run(rig *r, int64_t ms);
+void rig_skip(rig *r, int64_t ms);
 void rig_fail(rig *r, uint8_t fault, uint8_t axis);
 void rig_positions(rig *r, int32_t at[3]);
 bool rig_still(const rig *r);
@@ -62,7 +64,24 @@ void rig_place(rig *r, const int32_t at[3]) {
     }
     cl_drive_place(&r->drive, &counts);
     r->fault = 0;
+    r->moving = false;
     r->settled_ms = r->fault_ms = -1;
+}
+
+/* What the node does on news: it asks only while it moves. */
+static void learn(rig *r) {
+    cl_plant_fault found;
+    int64_t at_ms;
+    if (!r->moving) return;
+    if (r->plant.fault(r->plant.self, &found)) {
+        r->fault_ms = found.at_ms;
+        r->fault = found.fault;
+        r->fault_axis = found.axis;
+    }
+    if (r->plant.settles(r->plant.self, &at_ms)) {
+        r->settled_ms = at_ms;
+        r->moving = false;
+    }
 }
 
 /* What the node does when it sets off. */
@@ -74,24 +93,15 @@ void rig_plan(rig *r, const int32_t target[3], const cl_axis_limits axes[3], int
     r->settled_ms = r->fault_ms = -1;
     r->fault = r->fault_axis = 0;
     memset(r->worst, 0, sizeof r->worst);
+    r->moving = true;
     r->plant.follow(r->plant.self, r->now_ms, r->start_ms, &r->move);
+    learn(r);
 }
 
 void rig_brake(rig *r) {
     cl_move_brake(&r->move, r->now_ms - r->start_ms);
     r->settled_ms = -1;
     r->plant.follow(r->plant.self, r->now_ms, r->start_ms, &r->move);
-}
-
-static void learn(rig *r) {
-    cl_plant_fault found;
-    int64_t at_ms;
-    if (r->plant.settles(r->plant.self, &at_ms)) r->settled_ms = at_ms;
-    if (r->plant.fault(r->plant.self, &found)) {
-        r->fault_ms = found.at_ms;
-        r->fault = found.fault;
-        r->fault_axis = found.axis;
-    }
 }
 
 /* Let up to `ms` pass, less if there is news; how many did. */
@@ -117,6 +127,13 @@ int64_t rig_run(rig *r, int64_t ms) {
         }
     }
     return ms;
+}
+
+/* The motors turn on, but nobody looks after them. */
+void rig_skip(rig *r, int64_t ms) {
+    for (r->now_ms += ms; ms > 0; ms--) {
+        for (int axis = 0; axis < 3; axis++) turn(&r->motors[axis], r->pwm[axis] / 2400.0);
+    }
 }
 
 void rig_fail(rig *r, uint8_t fault, uint8_t axis) { cl_drive_fail(&r->drive, r->now_ms, fault, axis); }

@@ -30,7 +30,7 @@ class Motor(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_double) for name in ("counts_per_s", "time_constant", "stiction", "friction", "load")),
         *((name, ctypes.c_double) for name in ("low", "high", "position", "speed")),
-        *((name, ctypes.c_int32) for name in ("wiring", "encoder", "count", "jump")),
+        *((name, ctypes.c_int32) for name in ("wiring", "encoder", "count", "jump", "phase")),
     )
 
 
@@ -53,7 +53,7 @@ def library(*flags: str, command: tuple[str, ...] | None = None) -> ctypes.CDLL:
     loaded.rig_new.restype = ctypes.POINTER(Report)
     loaded.rig_motor.restype = ctypes.POINTER(Motor)
     loaded.rig_run.restype = ctypes.c_int64
-    loaded.rig_run.argtypes = [ctypes.c_void_p, ctypes.c_int64]
+    loaded.rig_run.argtypes = loaded.rig_skip.argtypes = [ctypes.c_void_p, ctypes.c_int64]
     loaded.rig_still.restype = loaded.rig_coasts.restype = ctypes.c_bool
     return loaded
 
@@ -114,6 +114,10 @@ class Rig:
     def run(self, ms: int) -> int:
         """Let up to `ms` pass, less if there is news; how many did."""
         return int(self._c.rig_run(self._self, ms))
+
+    def skip(self, ms: int) -> None:
+        """Let `ms` pass without a tick."""
+        self._c.rig_skip(self._self, ms)
 
     def wait(self, ms: int) -> None:
         """Let `ms` pass, news or not."""
