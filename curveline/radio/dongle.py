@@ -14,7 +14,6 @@ from zlib import crc32
 from curveline.errors import LinkError
 from curveline.radio import Answer
 from curveline.radio.air import PACKET_BITS, RATES_KBPS, RETRIES, TURN_US
-from curveline.radio.frames import FRAME_BYTES
 
 VERSION = 1
 CRC_BYTES = 4
@@ -29,6 +28,8 @@ HELLOS = 6
 ANSWER_S = 0.1
 """What USB, and a dongle with other things to do, may add to the time that the radio needs."""
 SCAN_S = 0.5
+BELATED_BYTES = 4096
+"""What may have gathered while this process was kept from running: more than all answers to one request."""
 DELAY_US = {"250kbps": 1500, "1Mbps": 500, "2Mbps": 500}
 """Time between repeats: what an acknowledgement with 32 bytes in it needs."""
 
@@ -216,9 +217,7 @@ class Dongle:
         outcome, retries, payload = body[3], body[4], body[6:]
         if outcome == Outcome.BROKEN:
             raise LinkError(f"the radio chip of the dongle at {self.name} does not answer", CHIP_HINT)
-        if outcome == Outcome.NOTHING or len(payload) not in (0, FRAME_BYTES):
-            return Answer(None, retries)
-        return Answer(payload, retries)
+        return Answer(payload if outcome == Outcome.ACKED else None, retries)
 
     def _ask(self, kind: Kind, rest: bytes) -> None:
         """Send a request; answers to earlier ones no longer count, wherever they are."""
@@ -228,10 +227,11 @@ class Dongle:
     def _answer(self, kind: Kind, limit_s: float) -> bytes:
         """The next packet about the last request; LineSilent if none comes in time.
 
-        The clock is asked only when nothing was there to be read: a host that was kept from running finds what came in
-        the meantime, and blames nobody.
+        A host that was kept from running finds that time is up and the answer is there: what has come is read first.
+        Something that never stops talking is no dongle.
         """
         deadline = self.line.now_s() + limit_s
+        belated = 0
         while True:
             while self._inbox:
                 body = self._inbox.pop(0)
@@ -241,10 +241,12 @@ class Dongle:
                     raise self._refusal(body)
                 if body[0] == kind:
                     return body
+            is_late = self.line.now_s() >= deadline
             data = self.line.read()
-            self._inbox.extend(self._splitter.feed(data))
-            if not data and self.line.now_s() >= deadline:
+            belated += len(data) if is_late else 0
+            if is_late and (not data or belated > BELATED_BYTES):
                 raise LineSilent("it does not answer any more")
+            self._inbox.extend(self._splitter.feed(data))
 
     def _refusal(self, body: bytes) -> Exception:
         why = body[3] if len(body) > 3 else 0

@@ -13,8 +13,9 @@ from pathlib import Path
 
 from curveline.errors import InvalidInput, LinkError
 from curveline.plan import DriveTable
-from curveline.radio import Answer, RadioGone
+from curveline.radio import Answer, RadioGone, check_frames
 from curveline.radio.air import RATES_KBPS
+from curveline.radio.clock import steady_us
 from curveline.radio.dongle import HELLOS, Dongle, Ident, Line, LineLost
 from curveline.radio.keyfile import hardware_site
 from curveline.radio.keys import Site
@@ -63,11 +64,15 @@ class SerialRadio:
     # Radio
 
     def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
-        """See Radio; RadioGone if the dongle is away, and again at every call until it is back."""
+        """See Radio; RadioGone if the dongle is away, and again at every call until it is back.
+
+        No frames at all only ask whether it is back. What was under way when it went counts as not answered.
+        """
+        check_frames(frames)
         if self.gone_since_us is not None:
             self._look_for_it()
         try:
-            return self._dongle.exchange(frames)
+            return self._dongle.exchange(frames) if frames else []
         except LineLost as lost:
             self._dongle.line.close()
             self._why = str(lost)
@@ -81,14 +86,14 @@ class SerialRadio:
 
     def now_us(self) -> int:
         """See Radio."""
-        return time.monotonic_ns() // 1000
+        return steady_us()
 
     def sleep_until(self, moment_us: int) -> None:
         """See Radio."""
         time.sleep(max(0, moment_us - self.now_us()) / 1e6)
 
-    def scan(self) -> list[int]:
-        """The channels on which there is a carrier just now."""
+    def carriers(self) -> list[int]:
+        """The channels on which somebody sends just now; the display's own are silent meanwhile."""
         try:
             return self._dongle.scan()
         except LineLost as lost:
@@ -203,7 +208,9 @@ def _ports_hint() -> str:
     likely = [port for port in ports if port.vid == PJRC] or [port for port in ports if port.vid is not None]
     if not likely:
         return "no USB serial port is there: plug the dongle in"
-    named = ", ".join(f"serial:{port.device} ({port.description})" for port in sorted(likely))
+    named = ", ".join(
+        f"serial:{port.device} ({port.description})" for port in sorted(likely, key=lambda port: port.device)
+    )
     return f"there is {named}"
 
 
