@@ -186,7 +186,7 @@ class Conductor:
             peer.strange, peer.unheard, peer.heard_ms = 0, 0, now_ms
             self._judge(now_ms, peer)
             return fact
-        peer.strange += 1
+        peer.strange, peer.ident_ms = peer.strange + 1, now_ms
         if peer.strange <= STRANGE or self.phase in UNCLAIMED:
             peer.due_ms = now_ms + self.policy.retry_ms
         if isinstance(fact, Ident):
@@ -196,7 +196,6 @@ class Conductor:
     # What an answer means
 
     def _identify(self, now_ms: int, peer: Peer, ident: Ident) -> None:
-        peer.ident_ms = now_ms
         if self.phase is Phase.DISCOVER:
             peer.unheard, peer.heard_ms = 0, now_ms
             peer.busy = ident.busy and not (self.policy.takeover and ident.state is not State.MOVING)
@@ -205,7 +204,9 @@ class Conductor:
                 halt = check_identity(self._point, ident)
             if halt is not None:
                 self.fail(now_ms, halt)
-            elif not peer.busy:
+            elif peer.busy:
+                peer.due_ms = now_ms + self.policy.lost_poll_ms  # every question costs its owner an answer
+            else:
                 peer.accept(ident, self.run_tag)
         elif ident.boot != peer.boot:
             detail = f"boot number {ident.boot} instead of {peer.boot}"
