@@ -34,6 +34,7 @@ DELAY_US = {"250kbps": 1500, "1Mbps": 500, "2Mbps": 500}
 """Time between repeats: what an acknowledgement with 32 bytes in it needs."""
 
 FLASH_HINT = "flash the dongle with the firmware of this release of curveline: firmware/dongle/README.md"
+CHIP_LOST = "its radio chip does not answer"
 CHIP_HINT = "check the wiring and the supply of the nRF24L01+ on the dongle; it needs 10 uF across its 3.3 V"
 
 
@@ -69,7 +70,11 @@ class Outcome(IntEnum):
 
 
 class LineLost(Exception):
-    """The dongle cannot be reached any more; the text says how that showed."""
+    """The dongle cannot be used any more; the text says how that showed, `hint` what may help."""
+
+    def __init__(self, text: str, hint: str = "") -> None:
+        super().__init__(text)
+        self.hint = hint
 
 
 class LineSilent(LineLost):
@@ -216,7 +221,7 @@ class Dongle:
             raise LineLost("an answer of it was lost on the way")
         outcome, retries, payload = body[3], body[4], body[6:]
         if outcome == Outcome.BROKEN:
-            raise LinkError(f"the radio chip of the dongle at {self.name} does not answer", CHIP_HINT)
+            raise LineLost(CHIP_LOST, CHIP_HINT)
         return Answer(payload if outcome == Outcome.ACKED else None, retries)
 
     def _ask(self, kind: Kind, rest: bytes) -> None:
@@ -253,5 +258,5 @@ class Dongle:
         if why == Refusal.UNCONFIGURED:
             return LineLost("it has restarted")
         if why == Refusal.CHIP:
-            return LinkError(f"the radio chip of the dongle at {self.name} does not answer", CHIP_HINT)
+            return LineLost(CHIP_LOST, CHIP_HINT)
         return LinkError(f"the dongle at {self.name} refused a request of kind {body[2:3].hex()} ({why})", FLASH_HINT)

@@ -31,6 +31,7 @@ PJRC = 0x16C0
 """USB vendor number of Teensy boards."""
 
 GONE_HINT = "plug it in again; a run that this has ended goes on with `curveline send --resume RUN`"
+NONE_HINT = "see that it is the dongle's port, and that the dongle runs the program in firmware/dongle"
 LOCKED = frozenset({errno.EAGAIN, errno.EACCES, errno.EBUSY})
 BAUD = 115200
 """Means nothing on USB, but a port must be opened with some rate."""
@@ -55,7 +56,7 @@ class SerialRadio:
         self.gone_since_us: int | None = None
         self._drive = drive
         self._open = opener or SerialLine
-        self._why = ""
+        self._why, self._hint = "", GONE_HINT
         self._closed = False
         self._dongle, ident = self._connect(path, HELLOS)
         self._unique = ident.unique
@@ -75,7 +76,7 @@ class SerialRadio:
             return self._dongle.exchange(frames) if frames else []
         except LineLost as lost:
             self._dongle.line.close()
-            self._why = str(lost)
+            self._why, self._hint = str(lost), lost.hint or GONE_HINT
             self.gone_since_us = self.now_us()
             raise self._gone() from lost
 
@@ -97,7 +98,7 @@ class SerialRadio:
         try:
             return self._dongle.scan()
         except LineLost as lost:
-            raise LinkError(f"the dongle at {self.path} is gone: {lost}", GONE_HINT) from lost
+            raise LinkError(f"the dongle at {self.path} is out of action: {lost}", lost.hint or GONE_HINT) from lost
 
     # The dongle, and its return
 
@@ -110,8 +111,7 @@ class SerialRadio:
             dongle.configure(self._drive.channel, self._drive.data_rate)
         except LineLost as lost:
             line.close()
-            hint = "see that it is the dongle's port, and that the dongle runs the firmware of firmware/dongle"
-            raise LinkError(f"no dongle can be used at {path}: {lost}", hint) from lost
+            raise LinkError(f"no dongle can be used at {path}: {lost}", lost.hint or NONE_HINT) from lost
         except BaseException:
             line.close()
             raise
@@ -123,13 +123,13 @@ class SerialRadio:
             try:
                 dongle, ident = self._connect(path, tries=1)
             except LinkError as error:
-                self._why = error.message
+                self._why, self._hint = error.message, error.hint
                 continue
             if ident.unique == self._unique:
                 self._dongle, self.path, self.gone_since_us = dongle, path, None
                 return
             dongle.line.close()
-            self._why = f"there is another dongle at {path}"
+            self._why, self._hint = f"there is another dongle at {path}", GONE_HINT
         time.sleep(LOOK_S)
         raise self._gone()
 
@@ -142,7 +142,8 @@ class SerialRadio:
         away_s = (self.now_us() - since_us) / 1e6
         may_return = away_s < RETURN_S and not self._closed
         for_long = "" if may_return else f", for {away_s:.0f} s"
-        return RadioGone(f"the dongle at {self.path} is gone{for_long}: {self._why}", GONE_HINT, may_return=may_return)
+        message = f"the dongle at {self.path} is out of action{for_long}: {self._why}"
+        return RadioGone(message, self._hint, may_return=may_return)
 
 
 class SerialLine:

@@ -228,7 +228,7 @@ def test_a_radio_chip_that_is_not_there_is_told_with_what_to_check(line: WireLin
     dongle = Dongle(line, "here")
     line.core.has_chip = False
     for attempt in (lambda: dongle.configure(76, "1Mbps"), lambda: dongle.exchange([(A, FRAME)])):
-        with pytest.raises(LinkError, match="radio chip of the dongle at here does not answer") as caught:
+        with pytest.raises(LineLost, match="its radio chip does not answer") as caught:
             attempt()
         assert "wiring" in caught.value.hint
         line.core.has_chip = True
@@ -490,6 +490,17 @@ def test_one_that_restarted_by_itself_is_set_up_again(host: DongleHost) -> None:
         assert radio.exchange([(A, FRAME)]) == [Answer(b"")]
 
 
+def test_a_radio_chip_that_fails_for_a_while_is_set_up_again(host: DongleHost) -> None:
+    with radio_of(host) as radio:
+        host.core.has_chip = False
+        for _ in range(2):
+            with pytest.raises(RadioGone, match="its radio chip does not answer") as caught:
+                radio.exchange([(A, FRAME)])
+            assert "wiring" in caught.value.hint
+        host.core.has_chip = True
+        assert radio.exchange([(A, FRAME)]) == [Answer(b"")]
+
+
 def test_another_dongle_at_its_place_is_not_taken_for_it(host: DongleHost, monkeypatch: pytest.MonkeyPatch) -> None:
     with radio_of(host) as radio:
         host.unplug()
@@ -541,7 +552,7 @@ def test_the_scan_of_one_that_is_gone_is_an_error(host: DongleHost) -> None:
     with radio_of(host) as radio:
         assert radio.carriers() == [5]
         host.unplug()
-        with pytest.raises(LinkError, match="is gone"):
+        with pytest.raises(LinkError, match="out of action: it was unplugged"):
             radio.carriers()
 
 
