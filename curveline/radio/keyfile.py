@@ -173,7 +173,6 @@ def write_private(path: Path, data: bytes) -> None:
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, PRIVATE)
     try:
         with os.fdopen(descriptor, "wb") as stream:
-            os.fchmod(descriptor, PRIVATE)
             stream.write(data)
             stream.flush()
             os.fsync(descriptor)

@@ -152,7 +152,7 @@ def _fails(fault: Fault) -> Meddle:
 
     def meddle(stage: Stage, mishap: Mishap, packet: Packet) -> None:
         station = stage.station(mishap)
-        if station.driven and station.node.memory.staged == mishap.step:
+        if station.node.memory.staged == mishap.step:
             station.plant.trouble = fault
         elif station.plant.trouble is fault:
             station.plant.trouble = Fault.NONE

@@ -103,11 +103,9 @@ def explain(radio: Radio, drive: DriveTable, halt: Halt) -> Halt:
     chips = " and ".join(f"{chip:08x}" for chip in sorted(found.pages))
     if len(found.pages) > 1:
         return Halt(Cause.TWIN, halt.node, halt.step, f"chips {chips}")
-    if found.cut and not found.pages:
-        return Halt(Cause.CLONE, halt.node, halt.step)
     if found.pages and found.chip != known:
         return Halt(Cause.CHIP, halt.node, halt.step, f"chip {chips} instead of {known:08x}")
-    return halt
+    return Halt(Cause.CLONE, halt.node, halt.step) if found.cut and not found.pages else halt
 
 
 def radio_test(radio: Radio, drive: DriveTable, probes: int = PROBES) -> list[Found]:

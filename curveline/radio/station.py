@@ -44,7 +44,6 @@ class Station:
         if old.move is not None:
             self.plant.follow(now_ms, old.move_start_ms, old.move.braked(now_ms - old.move_start_ms))
         self.memory = Memory(boot=old.memory.boot % 0xFFFF + 1, homed=old.memory.homed and old.move is None)
-        self.driven = False
         self.power_up(random)
 
     def intrude(self, now_ms: int, payload: bytes) -> None:

@@ -85,5 +85,5 @@ class _Asked:
         link.lost += answer.payload is None
         link.answered += answer.payload is not None
         status = decode_status(answer.payload or b"", self._peer.node_key, self._nonce)
-        if self._is_told and isinstance(status, Status) and status.node == self.found.node:
+        if self._is_told and isinstance(status, Status):
             self.found.state = status.state

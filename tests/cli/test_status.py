@@ -11,7 +11,9 @@ import pytest
 from curveline.cli import status as command
 from curveline.plan import drive_table
 from curveline.radio import store
+from curveline.radio.air import Air, Heard
 from curveline.radio.mock import open_radio
+from curveline.radio.station import Station
 from curveline.shapefile import read_display
 
 from .conftest import Run
@@ -152,6 +154,20 @@ def test_radio_chips_are_tested_as_far_as_that_goes(run: Run) -> None:
     assert "cut short" in out
     document = json.loads(run("status", "--radio", "mock:clone=1", "--radio-test", "--json").out)
     assert [node["drops_repeats"] for node in document["nodes"]] == [None, True]
+
+
+def test_a_chip_that_lets_repeats_through_is_a_doubt(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    exchange = Station.exchange
+
+    def forgetful(station: Station, air: Air, payload: bytes, now_us: int) -> Heard:
+        station.antenna.last = (-1, -1)
+        return exchange(station, air, payload, now_us)
+
+    monkeypatch.setattr(Station, "exchange", forgetful)
+    code, out, _ = run("status", "--radio", "mock", "--radio-test")
+    assert code == 3
+    assert out.count("let through") == 2
+    assert "node 1: its radio chip lets repeats through: it is no original" in out
 
 
 def test_only_one_question_at_a_time(run: Run) -> None:

@@ -123,3 +123,15 @@ def test_the_node_s_time_is_when_the_packet_arrives() -> None:
     node, _, _ = exchanges(Weather(), 3)
     assert node.times == sorted(node.times)
     assert node.times[-1] >= 3
+
+
+def test_a_chip_that_restarts_numbers_its_packets_anew() -> None:
+    node, air = Echo(), Air(Weather(), "1Mbps", Random(1))
+    antenna = Antenna(node)
+    air.exchange(antenna, bytes(32), 0)
+    air.exchange(antenna, bytes(32), 0)
+    assert len(node.got) == 2
+    air.reset()
+    air.exchange(Antenna(Echo()), bytes(32), 0)
+    air.exchange(antenna, bytes(32), 0)
+    assert len(node.got) == 2, "same packet id and content as the one before: dropped"

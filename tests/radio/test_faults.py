@@ -14,9 +14,11 @@ import pytest
 
 from curveline.errors import EXIT_LINK, LinkError
 from curveline.radio import RadioGone
+from curveline.radio.air import Air
 from curveline.radio.frames import State
 from curveline.radio.halts import Cause
 from curveline.radio.journal import Journal, new_run, read_journal
+from curveline.radio.keys import Site
 from curveline.radio.link import Halted, RunReport, send_plan
 from curveline.radio.mishaps import MISHAPS
 from curveline.radio.mock import MockRadio, open_radio
@@ -231,7 +233,28 @@ def test_faults_can_be_combined(tmp_path: Path) -> None:
     assert isinstance(ran.error, Halted)
     assert ran.error.halt.cause is Cause.STALL
     ran.radio.close()
-    ran = Ran(tmp_path / "again", "stall=1@step3,driver=1@step2")
-    assert isinstance(ran.error, Halted)
-    assert ran.error.halt.cause is Cause.DRIVER
+    for order in ("stall=1@step3,driver=1@step2", "driver=1@step2,stall=1@step3"):
+        ran = Ran(tmp_path / order, order)
+        assert isinstance(ran.error, Halted)
+        assert ran.error.halt.cause is Cause.DRIVER
+        ran.radio.close()
+
+
+def test_a_reset_makes_the_radio_number_its_packets_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    resets: list[Air] = []
+    monkeypatch.setattr(Air, "reset", resets.append)
+    ran = Ran(tmp_path, "reset@step2")
+    assert ran.error is None
+    assert len(resets) == 1
     ran.radio.close()
+
+
+def test_a_node_with_another_sites_key_is_no_other_device(tmp_path: Path) -> None:
+    radio = open_radio("", drive_table(), tmp_path)
+    radio.site = Site(bytes(range(16)), radio.site.chips)
+    journal = Journal(new_run(tmp_path, "test"))
+    with pytest.raises(Halted, match="node 1 answers, but not to the key of this site") as caught:
+        send_plan(make_plan(), radio, journal)
+    assert "curveline keys node" in caught.value.hint
+    journal.close()
+    radio.close()

@@ -33,9 +33,11 @@ def test_settings_are_added_and_all_else_is_kept() -> None:
 
 def test_old_settings_go_even_where_a_record_straddles_the_sector() -> None:
     old = record(0, 0xF3F8, bytes([1] * 16)) + record(0, 0xF500, b"\x02") + record(0, 0xF7F8, bytes([3] * 16))
+    old += record(0, 0xF900, b"\x04\x05")
     cells = image(with_settings(CODE + old + END, "x", SETTINGS), "x")
     assert [cells[address] for address in range(0xF3F8, 0xF400)] == [1] * 8
     assert [cells[address] for address in range(0xF800, 0xF808)] == [3] * 8
+    assert (cells[0xF900], cells[0xF901]) == (4, 5)
     assert {address for address in cells if address in SETTINGS_SECTOR} == {*range(0xF400, 0xF400 + 84)}
     again = with_settings(with_settings(CODE + old + END, "x", b"other"), "x", SETTINGS)
     assert image(again, "x") == cells
