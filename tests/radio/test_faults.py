@@ -242,7 +242,7 @@ def test_faults_can_be_combined(tmp_path: Path) -> None:
 
 def test_a_reset_makes_the_radio_number_its_packets_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     resets: list[Air] = []
-    monkeypatch.setattr(Air, "reset", resets.append)
+    monkeypatch.setattr(Air, "reset", lambda air: resets.append(air))
     ran = Ran(tmp_path, "reset@step2")
     assert ran.error is None
     assert len(resets) == 1
