@@ -89,7 +89,10 @@ class Watched:
 
 
 class Pulled:
-    """A radio whose dongle goes away again and again while it is used; it measures how soon that is noticed."""
+    """A radio whose dongle goes away again and again while it is used; it measures how soon that is noticed.
+
+    On a busy machine the thread that plays the dongle may be late enough to be taken for gone: that is no measurement.
+    """
 
     def __init__(self, radio: SerialRadio, host: DongleHost, draw: Callable[[], Pull | None]) -> None:
         self.site = radio.site
@@ -98,15 +101,17 @@ class Pulled:
         self.hung_s: list[float] = []
         self._radio, self._host, self._draw = radio, host, draw
         self._last: Pull | None = None
+        self._drawn_at = 0.0
 
     def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
         was_there = self._radio.gone_since_us is None
         if was_there and self._host.pull is None and frames:
+            self._drawn_at = time.monotonic()
             self._last = self._host.pull = self._draw()
         try:
             return self._radio.exchange(frames)
         except RadioGone:
-            if was_there and self._last is not None:
+            if was_there and self._last is not None and self._host.gone_at > self._drawn_at:
                 (self.hung_s if self._last.hangs else self.noticed_s).append(time.monotonic() - self._host.gone_at)
             raise
 
