@@ -3,10 +3,14 @@
 #include "blake2s.h"
 #include "bytes.h"
 
+/* Further than any target can be from any position that makes sense; durations then fit 31 bits. */
+#define FARTHEST 0x1000000
+
 /* Distances are taken in 64 bits, because two 32-bit counts may be further apart than 32 bits tell. */
 static uint64_t apart(int32_t one, int32_t other) {
     int64_t difference = (int64_t)one - other;
-    return (uint64_t)(difference < 0 ? -difference : difference);
+    if (difference < 0) difference = -difference;
+    return difference < FARTHEST ? (uint64_t)difference : FARTHEST;
 }
 
 static uint64_t ceil_div(uint64_t number, uint64_t divisor) { return (number + divisor - 1) / divisor; }

@@ -8,8 +8,8 @@
 
 enum { CL_UNBRAKED = -1 };
 
-/* Speeds and accelerations [counts/s, counts/s^2] between which all products fit 64 bits, as long as positions stay
-   within +-CL_TARGET_LIMIT and targets within +-CL_POSITION_LIMIT. */
+/* Speeds and accelerations [counts/s, counts/s^2] between which all products fit 64 bits, as long as targets stay within
+   CL_POSITION_LIMIT and positions within twice that. Whatever else a plant says makes a wrong move, but a defined one. */
 #define CL_LEAST_RATE 100
 #define CL_MOST_RATE 1000000
 
