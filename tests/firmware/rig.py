@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ctypes
+import os
 from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path
 from types import TracebackType
 
 from . import build
@@ -45,11 +47,27 @@ class Report(ctypes.Structure):
     )
 
 
+CHECKED = "CURVELINE_CHECKED"
+"""Environment variable that has the benches compiled with checks for undefined behaviour; what they find is the end."""
+
+
+def compiled(name: str, sources: Sequence[Path]) -> ctypes.CDLL:
+    """A bench as a library. Of the checks gcc reports what it finds, the other compiler just stops."""
+    if CHECKED not in os.environ:
+        path = build.shared_library(name, sources, ["-lm"])
+    elif gcc := build.gcc():
+        checks = ["-fsanitize=undefined", "-fno-sanitize-recover=all", "-lm"]
+        path = build.shared_library(name, sources, checks, [gcc])
+    else:
+        checks = ["-fsanitize=undefined", "-fsanitize-trap=undefined", "-lm"]
+        path = build.shared_library(name, sources, checks, build.zig())
+    return ctypes.CDLL(str(path))
+
+
 @lru_cache
-def library(*flags: str, command: tuple[str, ...] | None = None) -> ctypes.CDLL:
-    """The bench, compiled with more flags or by another compiler where asked for."""
-    path = build.shared_library("rig", [*CORE, build.HERE / "rig.c"], [*flags, "-lm"], command)
-    loaded = ctypes.CDLL(str(path))
+def library() -> ctypes.CDLL:
+    """The bench of the drive."""
+    loaded = compiled("rig", [*CORE, build.HERE / "rig.c"])
     loaded.rig_new.restype = ctypes.POINTER(Report)
     loaded.rig_motor.restype = ctypes.POINTER(Motor)
     loaded.rig_run.restype = ctypes.c_int64
@@ -61,8 +79,8 @@ def library(*flags: str, command: tuple[str, ...] | None = None) -> ctypes.CDLL:
 class Rig:
     """Three motors on a drive."""
 
-    def __init__(self, loaded: ctypes.CDLL | None = None) -> None:
-        self._c = loaded or library()
+    def __init__(self) -> None:
+        self._c = library()
         self._self = self._c.rig_new()
         self.motors = [self._c.rig_motor(self._self, axis).contents for axis in range(3)]
 

@@ -11,7 +11,7 @@ import pytest
 from curveline.radio.motion import AxisLimits, plan_move, rest_ms
 
 from . import build
-from .rig import AXES, BANDS, CORE, DRIVER, ENCODER, REENGAGES, STALL, Rig
+from .rig import AXES, BANDS, CORE, DRIVER, ENCODER, REENGAGES, STALL, Rig, compiled
 
 LIMITS = tuple(AxisLimits(*axis) for axis in AXES)
 UNBRAKED = -1
@@ -28,7 +28,7 @@ def rig() -> Iterator[Rig]:
 
 def walker() -> ctypes.CDLL:
     sources = [source for source in CORE if source.stem in ("blake2s", "motion", "track")]
-    return ctypes.CDLL(str(build.shared_library("walk", [*sources, build.HERE / "walk.c"])))
+    return compiled("walk", [*sources, build.HERE / "walk.c"])
 
 
 def random_move(random: Random) -> list[int]:

@@ -10,7 +10,7 @@ from types import TracebackType
 import pytest
 
 from . import build
-from .rig import CORE, DRIVER, ENCODER, RUNAWAY, STALL, Motor, Triple
+from .rig import CORE, DRIVER, ENCODER, RUNAWAY, STALL, Motor, Triple, compiled
 
 EXTRUDE, BIAS, TRANSLATE = range(3)
 BUSY, DONE, FAILED = 1, 2, 3
@@ -47,8 +47,7 @@ class Axis(ctypes.Structure):
 
 @lru_cache
 def library() -> ctypes.CDLL:
-    sources = [*CORE, build.CORE / "homing.c", build.HERE / "homing_rig.c"]
-    loaded = ctypes.CDLL(str(build.shared_library("homing", sources, ["-lm"])))
+    loaded = compiled("homing", [*CORE, build.CORE / "homing.c", build.HERE / "homing_rig.c"])
     loaded.bench_new.restype = ctypes.POINTER(Seen)
     loaded.bench_motor.restype = ctypes.POINTER(Motor)
     loaded.bench_axis.restype = ctypes.POINTER(Axis)

@@ -5,6 +5,7 @@ Bounds are in counts: 221 are a millimetre of the rack axes, 69.5 a degree of th
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -13,7 +14,7 @@ from random import Random
 import pytest
 
 from . import build, long_run
-from .rig import BANDS, DRIVER, ENCODER, REENGAGES, RUNAWAY, STALL, Motor, Rig
+from .rig import BANDS, CHECKED, DRIVER, ENCODER, REENGAGES, RUNAWAY, STALL, Motor, Rig
 
 MM = 221
 
@@ -242,14 +243,20 @@ def test_after_a_fault_the_motor_is_shorted_for_50_ms_then_free_and_stays_off(ri
     assert rig.seen.off_ms[0] > 3000
 
 
-def test_the_long_run_has_no_undefined_behaviour() -> None:
-    """The same moves, every kind of fault and homing, with the compiler's checks compiled in."""
+BENCHES = [f"tests.firmware.test_{name}" for name in ("drive", "homing", "store")]
+PROGRAMS = (["tests.firmware.long_run", "7"], ["pytest", "-q", "-p", "no:cacheprovider", "--pyargs", *BENCHES])
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=["long run", "other tests"])
+def test_no_undefined_behaviour(program: list[str]) -> None:
+    """In processes of their own, because what the checks find ends them."""
     done = subprocess.run(
-        [sys.executable, "-m", "tests.firmware.long_run", "7"],
+        [sys.executable, "-m", *program],
         capture_output=True,
         text=True,
         check=False,
         cwd=build.FIRMWARE.parent,
+        env={**os.environ, CHECKED: "1"},
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "behind at worst" in done.stdout
+    assert "faults found" in done.stdout or " passed" in done.stdout

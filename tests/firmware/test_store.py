@@ -10,7 +10,7 @@ from random import Random
 import pytest
 
 from . import build
-from .rig import Triple
+from .rig import Triple, compiled
 
 NEAR = 8
 RECORD_WORDS, SECTOR_WORDS, WORDS = 8, 256, 512
@@ -35,7 +35,7 @@ class Chip(ctypes.Structure):
 
 @lru_cache
 def library() -> ctypes.CDLL:
-    loaded = ctypes.CDLL(str(build.shared_library("flash", [build.CORE / "store.c", build.HERE / "flash.c"])))
+    loaded = compiled("flash", [build.CORE / "store.c", build.HERE / "flash.c"])
     loaded.flash_new.restype = ctypes.POINTER(Chip)
     loaded.flash_size.restype = ctypes.c_size_t
     loaded.flash_last.restype = loaded.flash_newest.restype = ctypes.c_uint32
