@@ -13,7 +13,7 @@ from hashlib import blake2s
 from pathlib import Path
 from random import Random
 
-from curveline.errors import InvalidInput
+from curveline.errors import InvalidInput, LinkError
 from curveline.plan import DriveTable
 from curveline.radio import Answer, check_frames
 from curveline.radio.air import RATES_KBPS, Air
@@ -79,8 +79,9 @@ class MockRadio:
         self._start_us = steady_us()
         self._virtual_us = 0
         self._store = store
+        self._closed = False
         self._stations = self._build(drive, state, spec.spread)
-        self._numbers = {address: number for number, address in enumerate(drive.addresses, start=1)}
+        self._numbers = {address.upper(): number for number, address in enumerate(drive.addresses, start=1)}
         stage = Stage(self._stations, self._air, self._random)
         self._troubles = Troubles(spec.mishaps, stage)
         self.disk = MockDisk(stage)
@@ -98,12 +99,14 @@ class MockRadio:
     def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
         """See Radio; an address that nobody listens on costs as much time as a node that is off."""
         check_frames(frames)
+        if self._closed:
+            raise LinkError("the mock radio is closed")
         self._reach()
         return [self._exchange(address, payload) for address, payload in frames]
 
     def _exchange(self, address: str, payload: bytes) -> Answer:
         begin_us = self.now_us()
-        number = self._numbers.get(address, 0)
+        number = self._numbers.get(address.upper(), 0)
         self._troubles.before(Packet(begin_us // 1000, number, payload))
         self._reach()
         station = self._stations[number - 1] if number else None
@@ -115,6 +118,7 @@ class MockRadio:
 
     def close(self) -> None:
         """Let every node come to rest as it would without a host, remember all, and unlock the display."""
+        self._closed = True
         if self._store is not None:
             self._settle()
             self.save()
