@@ -70,6 +70,8 @@ class SerialRadio:
         No frames at all only ask whether it is back. What was under way when it went counts as not answered.
         """
         check_frames(frames)
+        if self._closed:
+            raise LinkError(f"the radio at {self.path} is closed")
         if self.gone_since_us is not None:
             self._look_for_it()
         try:
