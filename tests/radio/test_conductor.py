@@ -17,6 +17,7 @@ from curveline.radio.keys import Site
 from curveline.radio.motion import AxisLimits, plan_move
 from curveline.radio.node import Node
 from curveline.radio.nodestate import Identity, Memory
+from curveline.radio.peer import Peer
 from curveline.radio.plant import PlantFault
 
 from .bench import POSES, Bench, make_plan, target
@@ -301,6 +302,72 @@ def test_a_node_that_falls_silent_for_good() -> None:
     assert bench.nodes[0].memory.started == 1, "nobody goes on without the lost node"
 
 
+def test_nobody_answers_at_all() -> None:
+    bench = Bench(make_plan(), Weather(1.0))
+    halt = refused(bench, Cause.DEAF, 0)
+    assert "channel" in halt.hint
+
+
+def test_all_fall_silent_at_once() -> None:
+    """No single node is blamed for a jammed channel."""
+    bench = moving()
+    bench.air.weather = Weather(1.0)
+    halt = halted(bench, Cause.DEAF)
+    assert "no node answers any more, for 6." in halt.message
+    assert all(peer.gone for peer in bench.conductor.peers)
+    at_rest(bench)
+
+
+def test_the_last_but_one_to_fall_silent_is_not_everybody() -> None:
+    bench = moving(20.0)
+    silence(bench, 2)
+    bench.run_for(4000)
+    bench.air.weather = Weather(1.0)
+    bench.hooks.clear()
+    halted(bench, Cause.DEAF)
+    bench = moving(20.0)
+    silence(bench, 1)
+    bench.run_for(5500)
+    bench.air.weather = Weather(1.0)
+    bench.hooks.clear()
+    halted(bench, Cause.SILENT, 1)
+
+
+@pytest.mark.parametrize("away_ms", [500, 3000, 400_000])
+def test_a_host_that_was_suspended(away_ms: int) -> None:
+    bench = moving(5.0)
+    bench.now_us += 1000 * away_ms
+    if away_ms < 1000:
+        assert bench.run() is Phase.DONE
+        return
+    halt = halted(bench, Cause.SUSPENDED)
+    assert f"in step 1 (for {away_ms / 1000:.0f}." in halt.message
+    assert "as if suspended" in halt.message
+    at_rest(bench)
+    assert {node.memory.finished for node in bench.nodes} == {0}
+
+
+def test_a_host_that_was_suspended_during_a_pause_has_missed_nothing() -> None:
+    bench = moving(5.0)
+    bench.conductor.hold(bench.now_ms)
+    bench.run_to(Phase.PAUSED)
+    bench.now_us += 400_000_000
+    bench.run_for(500)
+    bench.conductor.resume(bench.now_ms)
+    assert bench.run() is Phase.DONE
+
+
+def test_a_disk_that_takes_seconds_is_named() -> None:
+    bench = Bench(make_plan())
+    bench.run_to(Phase.RELEASED, 1)
+    while not isinstance(bench.conductor.next(bench.now_ms), Write):
+        bench.turn()
+    bench.now_us += 2_500_000
+    bench.conductor.written(bench.now_ms)
+    assert "for 2.5 s, while a record was being stored" in halted(bench, Cause.SUSPENDED).message
+    assert bench.conductor.barrier == 1
+
+
 def test_a_short_silence_is_forgiven() -> None:
     bench = moving()
     weather = bench.air.weather
@@ -495,6 +562,51 @@ def test_a_hold_stops_everybody_at_once_and_resumes() -> None:
     assert bench.run() is Phase.DONE
 
 
+def test_a_hold_while_a_release_is_being_written_takes_it_back() -> None:
+    """The record may be on disk already; a second one of the same step says the same."""
+    bench = Bench(make_plan())
+    while True:
+        action = bench.conductor.next(bench.now_ms)
+        if isinstance(action, Write) and action.record["type"] == "release":
+            break
+        bench.turn()
+    bench.records.append(dict(action.record))
+    bench.conductor.hold(bench.now_ms)
+    bench.conductor.written(bench.now_ms)
+    bench.run_to(Phase.PAUSED)
+    assert bench.conductor.released == 0
+    bench.conductor.resume(bench.now_ms)
+    bench.run_to(Phase.RELEASED)
+    assert [record["type"] for record in bench.records].count("release") == 2
+    bench.now_us += 3_000_000
+    bench.new_host()
+    assert bench.run() is Phase.DONE
+
+
+def test_a_radio_that_was_away_for_long_needs_another_session() -> None:
+    """While nodes are being found, from the beginning; later from where the run was."""
+    bench = Bench(make_plan())
+    assert bench.conductor.successor(1000, 0x5500) is None
+    for _ in range(2):
+        bench.turn()
+        bench.now_us += 4_000_000
+        successor = bench.conductor.successor(4000, 0x5500 + bench.now_us << 8)
+        assert successor is not None
+        bench.conductor = successor
+    bench.run_to(Phase.RELEASED, 2)
+    bench.run_for(200)
+    assert bench.conductor.successor(900, 0x6600) is None
+    for nonce in (0x7700, 0x8800):
+        bench.now_us += 20_000_000
+        successor = bench.conductor.successor(20_000, nonce)
+        assert successor is not None
+        bench.conductor = successor
+        bench.run_for(5)
+    assert bench.run() is Phase.DONE
+    assert [record["type"] for record in bench.records].count("resume") == 1
+    assert bench.conductor.successor(20_000, 0x9900) is None
+
+
 def test_a_hold_during_a_pause_changes_nothing() -> None:
     bench = moving()
     bench.conductor.hold(bench.now_ms)
@@ -519,6 +631,28 @@ def test_an_emergency_stop_reaches_everybody(loss: float) -> None:
     bench.conductor.estop(bench.now_ms)
     halted(bench, Cause.ESTOP)
     assert {node.state for node in bench.nodes} == {State.ESTOP}
+
+
+def test_an_emergency_stop_reaches_a_node_that_another_host_has_taken() -> None:
+    """Under a session that is no more nothing reaches it; a stop broadcast does."""
+    bench = moving(9.0)
+    taken = bench.nodes[1]
+    other = Peer(2, bench.plan.drive.addresses[1], bench.site.node_key(2), 0xAA00)
+    hello = replace(bench.conductor._hello, nonce=0)
+    bench.run_for(2000)
+    taken.advance(bench.now_ms)
+    taken._session.heard_ms -= 5000  # type: ignore[union-attr]
+    taken.receive(bench.now_ms, other.hello(hello))
+    ident = other.take(taken.ack)
+    assert isinstance(ident, frames.Ident)
+    other.accept(ident, bench.conductor.run_tag)
+    taken.receive(bench.now_ms, other.drive(1, 0, (1, target(POSES[0]).counts, 9000)))
+    taken.receive(bench.now_ms + 1, other.drive(1, 0, (1, target(POSES[0]).counts, 9000)))
+    bench.conductor.estop(bench.now_ms)
+    bench.run()
+    assert bench.nodes[0].state is State.ESTOP
+    assert taken.state is State.HOLD
+    assert taken._stopped
 
 
 def test_an_emergency_stop_also_while_nodes_are_being_held() -> None:

@@ -6,12 +6,22 @@ import errno
 import os
 from pathlib import Path
 from random import Random
+from zlib import crc32
 
 import pytest
 
 from curveline.errors import InvalidInput, LinkError
 from curveline.radio import journal as journal_module
-from curveline.radio.journal import Journal, SystemDisk, encode_record, new_run, read_journal, runs_folder
+from curveline.radio.journal import (
+    Journal,
+    ReopenedJournal,
+    SystemDisk,
+    encode_record,
+    find_run,
+    new_run,
+    read_journal,
+    runs_folder,
+)
 
 RECORDS = [{"type": "start", "run": "00ff", "steps": [[1, [2, 3]]]}]
 for _step in range(1, 6):
@@ -211,6 +221,136 @@ def test_a_folder_holds_one_run(tmp_path: Path) -> None:
         Journal(tmp_path)
     with pytest.raises(LinkError, match="cannot write"):
         Journal(tmp_path / "nowhere")
+
+
+# Opened again
+
+
+def half(folder: Path) -> Path:
+    """A journal that was broken off in the midst of its fifth record, with space reserved behind it."""
+    path = write(folder)
+    whole = path.read_bytes()
+    end = len(b"".join(whole.splitlines(keepends=True)[:4]))
+    path.write_bytes(whole[: end + 30] + bytes(5000))
+    return path
+
+
+def test_a_broken_off_journal_is_continued_where_it_was_whole(tmp_path: Path) -> None:
+    path = half(tmp_path)
+    journal = ReopenedJournal(tmp_path)
+    assert journal.records == RECORDS[:4]
+    assert path.stat().st_size == len(b"".join(path.read_bytes().splitlines(keepends=True)[:4]))
+    size = path.stat().st_size
+    journal.reserve(1000)
+    assert path.stat().st_size == size + 1000
+    for record in RECORDS[4:]:
+        journal.append(record)
+    journal.close()
+    assert read_journal(path) == RECORDS
+    for number, line in enumerate(path.read_bytes().splitlines()):
+        assert int(line[7:15]) == number
+
+
+@pytest.mark.parametrize("opener", [Journal, ReopenedJournal])
+def test_one_process_at_a_time_has_a_run(tmp_path: Path, opener: type[Journal]) -> None:
+    (tmp_path / "run").mkdir()
+    if opener is ReopenedJournal:
+        half(tmp_path / "run")
+    first = opener(tmp_path / "run")
+    with pytest.raises(LinkError, match="another process is sending the run run"):
+        ReopenedJournal(tmp_path / "run")
+    first.close()
+    ReopenedJournal(tmp_path / "run").close()
+
+
+def test_a_journal_that_was_locked_between_its_creation_and_its_lock_is_left_to_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def locked(descriptor: int, operation: int) -> None:
+        raise BlockingIOError
+
+    monkeypatch.setattr(journal_module.fcntl, "flock", locked)
+    with pytest.raises(LinkError, match="another process"):
+        Journal(tmp_path)
+
+
+def test_a_file_system_that_cannot_lock_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    half(tmp_path)
+
+    def no_locks(descriptor: int, operation: int) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(journal_module.fcntl, "flock", no_locks)
+    with pytest.raises(LinkError, match="No locks available"):
+        ReopenedJournal(tmp_path)
+
+
+def test_a_damaged_journal_is_refused_and_left_alone(tmp_path: Path) -> None:
+    path = write(tmp_path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:40] + b"?" + whole[41:])
+    with pytest.raises(InvalidInput, match="damaged"):
+        ReopenedJournal(tmp_path)
+    assert path.read_bytes() == whole[:40] + b"?" + whole[41:]
+
+
+def test_what_cannot_be_opened_again_is_said(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="holds no record of a run"):
+        ReopenedJournal(tmp_path)
+    (tmp_path / "journal").mkdir()
+    with pytest.raises(LinkError, match="cannot write"):
+        ReopenedJournal(tmp_path)
+    (tmp_path / "journal").rmdir()
+    os.mkfifo(tmp_path / "journal")
+    with pytest.raises(LinkError, match="cannot write"):
+        ReopenedJournal(tmp_path)
+    reader = os.open(tmp_path / "journal", os.O_RDONLY | os.O_NONBLOCK)
+    with pytest.raises(InvalidInput, match="a device or a pipe"):
+        ReopenedJournal(tmp_path)
+    os.close(reader)
+
+
+def test_a_checksum_makes_no_record_out_of_what_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "strange"
+    for body in (b"{", b"\xff", b"[" * 100_000, b"9" * 5000):
+        number = b"%08d" % 0
+        path.write_bytes(b"%06d %s %08x %s\n" % (len(body), number, crc32(number + body), body))
+        assert read_journal(path) == []
+
+
+def a_run(folder: Path, name: str, records: list[dict[str, object]], age: int) -> Path:
+    run = folder / name
+    run.mkdir(parents=True)
+    journal = Journal(run)
+    for record in records:
+        journal.append(record)
+    journal.close()
+    os.utime(journal.path, ns=(10**18 - age, 10**18 - age))
+    return run
+
+
+def test_a_run_is_found_by_name_by_path_and_as_the_last_that_began(tmp_path: Path) -> None:
+    runs = tmp_path / "runs"
+    old = a_run(runs, "b-old", [{"type": "start"}], age=3)
+    new = a_run(runs, "a-new", [{"type": "start"}], age=2)
+    refused = a_run(runs, "c-refused", [{"type": "halt"}], age=1)
+    a_run(runs, "d-empty", [], age=0)
+    (runs / "no-run").mkdir()
+    assert find_run(runs, "last") == new
+    assert find_run(runs, "b-old") == old
+    assert find_run(runs, str(refused)) == refused
+    for name in ("nothing", "no-run", "runs/b-old", ".."):
+        with pytest.raises(InvalidInput, match="there is no run"):
+            find_run(runs, name)
+    with pytest.raises(InvalidInput, match=r"no run in .* has come to its first step"):
+        find_run(tmp_path / "empty", "last")
+
+
+def test_a_run_in_the_present_folder_needs_no_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = a_run(tmp_path, "here", [{"type": "start"}], age=0)
+    monkeypatch.chdir(tmp_path)
+    assert find_run(tmp_path / "runs", "here").resolve() == run
+    assert find_run(tmp_path / "runs", "./here").resolve() == run
 
 
 def test_a_record_beyond_the_format_is_refused() -> None:
