@@ -288,7 +288,7 @@ class Node:
 
     def _start(self, session: Session) -> None:
         memory = self.memory
-        idle = memory.finished == memory.started
+        idle = memory.finished == memory.started and self.move is None
         if idle and memory.staged == memory.started + 1 and session.release >= memory.staged and self._may_move():
             memory.started = memory.staged
             memory.target, memory.move_ms = memory.next_target, memory.next_ms

@@ -91,7 +91,7 @@ static void stage(cl_node *node, int64_t now_ms, const cl_drive_frame *frame) {
 
 static void start(cl_node *node) {
     cl_memory *memory = &node->memory;
-    bool idle = memory->finished == memory->started;
+    bool idle = memory->finished == memory->started && !node->moving;
     bool next = memory->staged == memory->started + 1 && node->session.release >= memory->staged;
     if (!idle || !next || !cl_node_may_move(node)) return;
     memory->started = memory->staged;

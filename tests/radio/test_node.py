@@ -152,6 +152,17 @@ def test_a_moving_node_is_not_taken_over_before_its_owner_has_been_silent(host: 
     assert other.status().echo == 1
 
 
+def test_a_new_hosts_step_waits_for_the_axes_to_rest_and_takes_its_own_time(host: Host) -> None:
+    host.start(0, target=FAR)
+    other = Host(host.node, nonce=0x9900, run=RUN + 1)
+    other.offer(DEADMAN)
+    taken = other.drive(DEADMAN + 10, release=1, load_step=1, target=TARGET, move_ms=30_000)
+    assert (taken.state, taken.staged, taken.started) == (State.MOVING, 1, 0)
+    assert other.drive(DEADMAN + 1000, release=1).started == 1
+    assert host.node.move is not None
+    assert host.node.move.duration_ms == 30_000
+
+
 def test_nobody_is_obeyed_who_speaks_for_another_node(host: Host) -> None:
     before = host.node.ack
     host.node.receive(5, frames.encode_drive(Drive(2, host.session, 99, load_step=1), host.key))
