@@ -126,6 +126,7 @@ class Machine:
         self._radio: Any = None
         self._lamp: deque[tuple[int, int]] = deque(maxlen=64)
         self._edges: list[tuple[int, int, int]] = []
+        self._cut: set[int] = set()
         self._motors_next = 0
         self._wants_reset: int | None = None
         self._uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
@@ -161,7 +162,9 @@ class Machine:
             self._radio.ce = 0
         self._active: list[int] = []
         self._asleep = False
+        self._masked_for = 0
         self._uc.mem_write(0, bytes(self.flash))
+        self._uc.ctl_flush_tb()  # what was patched in the running program
         stack, start = struct.unpack_from("<2I", self.flash)
         self._uc.reg_write(UC_ARM_REG_PRIMASK, 0)
         self._uc.reg_write(UC_ARM_REG_SP, stack)
@@ -198,6 +201,16 @@ class Machine:
         pauses = [index for index, gap in enumerate(gaps) if gap > LAMP_PAUSE_US]
         return pauses[-1] - pauses[-2] if len(pauses) > 1 else -1
 
+    def press_button(self, run: Callable[[int], None], us: int) -> None:
+        """Hold the button for so long; `run` lets time pass."""
+        self.set_pin(BUTTON, 0)
+        run(us)
+        self.set_pin(BUTTON, 1)
+
+    def cut_encoder(self, axis: int) -> None:
+        """Break both channels of an encoder: they stay as they are."""
+        self._cut.add(axis)
+
     @property
     def counts(self) -> tuple[int, ...]:
         """Where the motors truly are."""
@@ -220,7 +233,7 @@ class Machine:
     def patch(self, symbol: str, code: bytes) -> None:
         """Overwrite the beginning of a function in the running program, not in its flash: a reset mends it."""
         self._uc.mem_write(self.image.symbols[symbol], code)
-        self._uc.ctl_remove_cache(self.image.symbols[symbol], self.image.symbols[symbol] + len(code))
+        self._uc.ctl_flush_tb()
 
     def stack_used(self) -> int:
         """How deep the stack has been since `paint_stack`."""
@@ -269,6 +282,8 @@ class Machine:
             self._step_motors()
         while self._edges and self._edges[0][0] <= chip.now:
             _, axis, levels = self._edges.pop(0)
+            if axis in self._cut:
+                continue
             chip.set_pin(PORT_D, 2 * axis, levels & 1)
             chip.set_pin(PORT_D, 2 * axis + 1, levels >> 1)
         if chip.systick_next is not None and chip.systick_next <= chip.now:
@@ -314,8 +329,9 @@ class Machine:
         if pending and not masked:
             self._enter_best(pending)
         cycles = until - chip.now
+        self._masked_for = self._masked_for + 1 if masked else 0
         if masked:
-            cycles = min(cycles, MASKED_SLICE)
+            cycles = min(cycles, MASKED_SLICE << min(10, self._masked_for // 16))
         elif self._active:
             cycles = min(cycles, TICK_SLICE if self._active[-1] < 0 else PINS_SLICE)
         self._execute(max(1, cycles * 2 // 3))

@@ -1,12 +1,13 @@
 """Three geared motors with quadrature encoders, as the node program meets them: PWM in, edges out.
 
-A motor takes on the speed that its duty asks for with a time constant; friction eats the first few per cent. A stuck
-motor turns no further, whatever its duty. What is left out: gear play, and the rod's forces.
+A motor takes on the speed that its duty asks for with a time constant; friction eats the first few per cent. The
+encoder sits on the motor: behind a jammed axis it can still turn back by the play of the gears. What is left out: that
+play in ordinary motion, and the rod's forces.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import exp, floor
 
 NO_LOAD = 6953.0
@@ -14,6 +15,8 @@ NO_LOAD = 6953.0
 TIME_CONSTANT_S = 0.030
 FRICTION_DUTY = 0.05
 STEP_US = 500
+PLAY = 40.0
+"""Counts: two degrees behind the gears."""
 
 QUADRATURE = (0b00, 0b01, 0b11, 0b10)
 """Levels of channels B and A in the order in which counts grow."""
@@ -25,22 +28,22 @@ class Motor:
 
     at: float = 0.5
     speed: float = 0.0
-    stuck: bool = False
     low: float = float("-inf")
     high: float = float("inf")
-    edges: list[tuple[int, int]] = field(default_factory=list)
 
     @property
     def levels(self) -> int:
         """What the encoder shows."""
         return QUADRATURE[floor(self.at) & 3]
 
+    def jam(self) -> None:
+        """Something gets in the way of the axis, on the side that it moves to."""
+        play = PLAY if self.speed > 0 else -PLAY
+        self.low, self.high = sorted((self.at, self.at - play))
+
     def step(self, duty: float, now: int, cycles: int) -> list[tuple[int, int]]:
         """Turn for `cycles` from `now` on: when (in cycles) the encoder changes, and to which levels."""
         wanted = 0.0 if abs(duty) <= FRICTION_DUTY else NO_LOAD * duty
-        if self.stuck:
-            self.speed = 0.0
-            return []
         seconds = cycles / 48e6
         self.speed = wanted + (self.speed - wanted) * exp(-seconds / TIME_CONSTANT_S)
         if abs(self.speed) < 1.0 and wanted == 0.0:

@@ -1,0 +1,359 @@
+"""The real Cortex-M0+ image, run instruction by instruction: it carries out plans, and it stops when it must."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from curveline.errors import LinkError
+from curveline.plan import NodeTarget, Plan, Step
+from curveline.radio.journal import Journal
+from curveline.radio.link import NodeStatus, Progress, RunReport, read_status, send_plan
+
+from .conftest import STORE
+from .fleet import AXES, SETTINGS, ChipRadio, Fleet, drive_table
+from .image import make
+from .kl26 import RESET_LOW_VOLTAGE
+from .machine import LAMP_STEADY, NFAULT, Image, Machine
+
+FLASH_LIMIT, RAM_LIMIT = 40960, 5120
+BAND = 24
+"""Counts from its target within which an axis may rest: 0.1 mm, and one for the rounding of the model."""
+POSES = ((1.0, 2.0, 0.4), (0.5, -1.0, 0.8), (0.0, 0.5, 0.2))
+HANG = b"\xfe\xe7"
+"""A branch to itself."""
+UNDEFINED = b"\x00\xde"
+
+
+def target(pose: tuple[float, float, float]) -> NodeTarget:
+    extrude, bias, translate = (axis.counts(value) for axis, value in zip(AXES, pose, strict=True))
+    return NodeTarget(*pose, (extrude, bias, translate))
+
+
+def short_plan(count: int, poses: tuple[tuple[float, float, float], ...] = POSES) -> Plan:
+    steps = tuple(
+        Step(number, "move", 0.2, (target(pose),) * count, (600.0,), ("peak",), 1.0, 1.0, "test", 0.01, 1.0, 1.0)
+        for number, pose in enumerate(poses, start=1)
+    )
+    return Plan("test", drive_table(count), (target((0.0, 0.0, 0.0)),) * count, steps, ("peak",), (600.0,))
+
+
+class Rig:
+    """Homed nodes, a host's radio, and a folder for the record of a run."""
+
+    def __init__(self, image: Image, flash: bytes, folder: Path, *, count: int = 2, loss: float = 0.0) -> None:
+        self.plan = short_plan(count)
+        self.fleet = Fleet(image, self.plan.drive, loss=loss, seed=20)
+        for machine in self.fleet.machines:
+            machine.write_flash(STORE, flash)
+            machine.power_cycle()
+        self.radio = ChipRadio(self.fleet)
+        self.fleet.run(20_000)
+        self._folder = folder
+
+    @property
+    def machines(self) -> list[Machine]:
+        return self.fleet.machines
+
+    def send(self, observer: Callable[[Progress], None] = lambda progress: None) -> RunReport:
+        return send_plan(self.plan, self.radio, Journal(self._folder), observer)
+
+    def status(self) -> list[NodeStatus]:
+        return read_status(self.radio, self.plan.drive)
+
+    def send_until_moving(self, event: Callable[[], object]) -> LinkError:
+        """Send the plan; once node 1 moves let something happen. The error that the run ends with."""
+        happened = False
+
+        def watch(progress: Progress) -> None:
+            nonlocal happened
+            if not happened and progress.status.node == 1 and abs(self.machines[0].motors[0].speed) > 500:
+                happened = True
+                event()
+
+        with pytest.raises(LinkError) as caught:
+            self.send(watch)
+        assert happened
+        return caught.value
+
+
+@pytest.fixture
+def rig(image: Image, homed_flash: bytes, tmp_path: Path) -> Rig:
+    return Rig(image, homed_flash, tmp_path)
+
+
+@pytest.fixture
+def single(image: Image, homed_flash: bytes, tmp_path: Path) -> Rig:
+    return Rig(image, homed_flash, tmp_path, count=1)
+
+
+def test_the_build_says_how_large_the_program_is_and_keeps_it_within_limits(image_folder: Path) -> None:
+    (image_folder / "node.hex").unlink()
+    done = make(image_folder)
+    match = re.search(r"flash (\d+) of (\d+) bytes; RAM (\d+) of (\d+) bytes", done.stdout)
+    assert match, done.stdout + done.stderr
+    flash, flash_limit, ram, ram_limit = map(int, match.groups())
+    assert (flash_limit, ram_limit) == (FLASH_LIMIT, RAM_LIMIT)
+    assert flash <= FLASH_LIMIT
+    assert ram <= RAM_LIMIT
+    assert (image_folder / "node.hex").is_file()
+    for limit in (f"FLASH_LIMIT={flash - 1}", f"RAM_LIMIT={ram - 1}"):
+        (image_folder / "node.hex").unlink(missing_ok=True)
+        assert make(image_folder, limit).returncode != 0, limit
+        assert not (image_folder / "node.hex").exists()
+    assert make(image_folder).returncode == 0
+
+
+def test_the_hex_file_holds_what_the_linker_wrote(image: Image, image_folder: Path) -> None:
+    memory = bytearray(b"\xff" * 0x10000)
+    for line in (image_folder / "node.hex").read_text().split():
+        record = bytes.fromhex(line[1:])
+        assert sum(record) & 0xFF == 0
+        if record[3] == 0:
+            at = record[1] << 8 | record[2]
+            memory[at : at + record[0]] = record[4:-1]
+        else:
+            assert record[3] in (1, 3, 4, 5)
+    assert bytes(memory) == image.flash
+    assert memory[0x400:0x410] == b"\xff" * 12 + bytes.fromhex("def9ffff"), "a chip with another word here is locked"
+    assert memory[SETTINGS:] == b"\xff" * (0x10000 - SETTINGS), "settings and positions are not the program's to bring"
+
+
+def test_the_core_builds_for_this_machine(tmp_path: Path) -> None:
+    done = make(tmp_path, "native")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert os.path.getsize(tmp_path / "libcore.so") > 10_000
+
+
+def test_it_boots_at_48_mhz_with_the_motors_asleep_and_the_watchdog_on(image: Image) -> None:
+    fleet = Fleet(image, drive_table(1))
+    fleet.run(50_000)
+    (machine,) = fleet.machines
+    chip = machine.chip
+    assert chip.core_hz == 48_000_000
+    assert [chip.pwm_hz(timer) for timer in range(3)] == [20_000.0] * 3
+    assert chip.systick_period == 48_000
+    assert chip.cop_ms == 256
+    assert chip.priority(31) < chip.priority(-1), "encoder edges come before the tick"
+    assert not machine.drivers_on
+    assert not machine.crashes
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+def test_two_nodes_take_a_plan_to_its_end(image: Image, homed_flash: bytes, tmp_path: Path, loss: float) -> None:
+    rig = Rig(image, homed_flash, tmp_path, loss=loss)
+    for machine in rig.machines:
+        machine.paint_stack()
+    report = rig.send()
+    assert (report.outcome, report.steps_done) == ("done", len(POSES))
+    assert (rig.radio.retries > 10) == (loss > 0), "loss makes radios repeat"
+    goal = rig.plan.steps[-1].targets[0].counts
+    for machine, node in zip(rig.machines, report.nodes, strict=True):
+        assert node.finished == len(POSES)
+        assert max(abs(at - wanted) for at, wanted in zip(machine.counts, goal, strict=True)) <= BAND
+        assert machine.watchdog_resets == 0
+        assert machine.stack_used() <= 0.75 * (image.symbols["stack_end"] - image.symbols["stack_begin"])
+
+
+@pytest.mark.parametrize("rate", ["250kbps", "2Mbps"])
+def test_it_talks_at_the_other_rates_too(image: Image, rate: str) -> None:
+    fleet = Fleet(image, drive_table(1, rate))
+    fleet.run(50_000)
+    (node,) = read_status(ChipRadio(fleet), fleet.drive)
+    assert node.state == "unhomed"
+
+
+def test_a_node_that_was_never_homed_refuses_to_move(image: Image, tmp_path: Path) -> None:
+    rig = Rig(image, b"", tmp_path, count=1)
+    with pytest.raises(LinkError, match="node 1 does not know where it is"):
+        rig.send()
+    (machine,) = rig.machines
+    assert machine.counts == (0, 0, 0)
+    assert not machine.drivers_on
+    rig.fleet.run(8_000_000)
+    assert machine.lamp() == 1
+
+
+@pytest.mark.parametrize("damage", ["none", "bit", "cut"])
+def test_without_whole_settings_nothing_moves_and_nobody_answers(image: Image, homed_flash: bytes, damage: str) -> None:
+    fleet = Fleet(image, drive_table(1))
+    (machine,) = fleet.machines
+    if damage == "bit":
+        machine.write_flash(SETTINGS + 20, bytes([machine.flash[SETTINGS + 20] ^ 0x10]))
+    else:
+        begin = SETTINGS + (0 if damage == "none" else 40)
+        machine.write_flash(begin, b"\xff" * (SETTINGS + 1024 - begin))
+    machine.write_flash(STORE, homed_flash)
+    machine.power_cycle()
+    fleet.run(12_000_000)
+    assert machine.lamp() == 2
+    assert not machine.drivers_on
+    (node,) = read_status(ChipRadio(fleet), fleet.drive)
+    assert node.state == "silent"
+
+
+def test_a_position_survives_the_power_and_boots_are_counted(image: Image, homed_flash: bytes, tmp_path: Path) -> None:
+    rig = Rig(image, homed_flash, tmp_path, count=1)
+    rig.send()
+    (before,) = rig.status()
+    rig.fleet.run(1_500_000)
+    (machine,) = rig.machines
+    for boot in range(before.boot + 1, before.boot + 40):  # more than a sector holds
+        machine.power_cycle()
+        rig.fleet.run(30_000)
+        (node,) = rig.status()
+        assert (node.state, node.boot) == ("ready", boot)
+        assert node.counts is not None
+        assert max(abs(at - true) for at, true in zip(node.counts, machine.counts, strict=True)) <= 4
+    assert machine.chip.erases > 0
+
+
+def test_power_lost_in_a_move_leaves_the_position_unknown(rig: Rig) -> None:
+    (before, _) = rig.status()
+    error = rig.send_until_moving(rig.machines[0].power_cycle)
+    assert error.node == 1
+    assert "restarted" in error.message
+    (after, other) = rig.status()
+    assert (after.state, after.boot) == ("unhomed", before.boot + 1)
+    assert not rig.machines[0].drivers_on
+    assert other.state == "hold"
+
+
+def test_a_brown_out_costs_the_position_even_at_rest(single: Rig) -> None:
+    (machine,) = single.machines
+    machine.reset(RESET_LOW_VOLTAGE)
+    single.fleet.run(20_000)
+    (node,) = single.status()
+    assert (node.state, node.fault) == ("position-lost", "brown-out")
+    assert not machine.drivers_on
+
+
+def test_a_jammed_motor_is_a_stall_at_the_host(rig: Rig) -> None:
+    error = rig.send_until_moving(rig.machines[0].motors[0].jam)
+    assert error.node == 1
+    assert "stalled" in error.message
+    assert "extrude" in error.message
+    rig.fleet.run(500_000)
+    (node, other) = rig.status()
+    assert (node.state, node.fault) == ("fault", "stall (extrude)")
+    assert other.state == "hold"
+    assert not rig.machines[0].drivers_on
+
+
+def test_a_driver_in_trouble_stops_the_node(rig: Rig) -> None:
+    error = rig.send_until_moving(lambda: rig.machines[0].set_pin(NFAULT, 0))
+    assert error.node == 1
+    assert "motor driver" in error.message
+    assert not rig.machines[0].drivers_on
+
+
+def test_an_encoder_that_falls_silent_loses_the_position(rig: Rig) -> None:
+    error = rig.send_until_moving(lambda: rig.machines[0].cut_encoder(0))
+    assert error.node == 1
+    assert "lost its position" in error.message
+    rig.fleet.run(500_000)
+    assert abs(rig.machines[0].motors[0].speed) < 1.0
+    assert not rig.machines[0].drivers_on
+
+
+class HostGone(Exception):
+    """Stands for the death of the host program."""
+
+
+def test_when_the_host_falls_silent_the_nodes_hold(rig: Rig) -> None:
+    def die(progress: Progress) -> None:
+        if abs(rig.machines[0].motors[0].speed) > 500:
+            raise HostGone
+
+    with pytest.raises(HostGone):
+        rig.send(die)
+    assert any(motor.speed for motor in rig.machines[0].motors)
+    rig.fleet.run(3_000_000)
+    for node, machine in zip(rig.status(), rig.machines, strict=True):
+        assert node.state in ("hold-link", "hold")
+        assert not any(motor.speed for motor in machine.motors)
+
+
+@pytest.mark.parametrize("function", ["link_serve", "motors_tick"])
+def test_a_program_that_hangs_is_reset_by_the_watchdog(single: Rig, function: str) -> None:
+    (machine,) = single.machines
+    (before,) = single.status()
+    machine.patch(function, HANG)
+    single.fleet.run(240_000)
+    assert machine.watchdog_resets == 0
+    single.fleet.run(40_000)
+    assert machine.watchdog_resets == 1
+    single.fleet.run(20_000)
+    (after,) = single.status()
+    assert (after.state, after.boot) == ("ready", before.boot + 1)
+
+
+def test_a_program_that_goes_astray_stops_the_motors_at_once(rig: Rig) -> None:
+    machine = rig.machines[0]
+
+    def crash() -> None:
+        machine.may_crash = True
+        machine.patch("link_serve", UNDEFINED)
+        rig.fleet.run(2_000)
+        assert machine.crashes == 1
+        assert not machine.drivers_on
+
+    error = rig.send_until_moving(crash)
+    assert error.node == 1
+    assert "restarted" in error.message
+    assert machine.watchdog_resets == 1
+    assert rig.status()[0].state == "unhomed"
+
+
+def test_a_radio_chip_that_forgets_is_set_up_again(single: Rig) -> None:
+    (machine,) = single.machines
+    single.fleet.chips[0].reset()
+    assert single.status()[0].state == "silent"
+    single.fleet.run(1_100_000)
+    assert single.status()[0].state == "ready"
+    assert machine.watchdog_resets == 0
+
+
+def test_a_radio_that_is_not_there_yet_is_waited_for(single: Rig) -> None:
+    (machine,) = single.machines
+    (chip,) = single.fleet.chips
+    chip.unplugged = 0xFF
+    machine.power_cycle()
+    single.fleet.run(9_000_000)
+    assert machine.lamp() == 3
+    chip.unplugged = None
+    chip.reset()
+    single.fleet.run(200_000)
+    assert single.status()[0].state == "ready"
+    single.fleet.run(2_500_000)
+    assert machine.lamp() == LAMP_STEADY
+
+
+def test_homing_can_be_stopped_with_its_button(image: Image, tmp_path: Path) -> None:
+    rig = Rig(image, b"", tmp_path, count=1)
+    (machine,) = rig.machines
+    machine.press_button(rig.fleet.run, 2_200_000)
+    assert rig.status()[0].state == "homing"
+    assert machine.drivers_on
+    assert machine.motors[2].speed < -500
+    machine.press_button(rig.fleet.run, 100_000)
+    rig.fleet.run(500_000)
+    assert rig.status()[0].state == "unhomed"
+    assert not any(motor.speed for motor in machine.motors)
+    assert not machine.drivers_on
+
+
+def test_homing_against_an_obstacle_is_a_fault(image: Image, tmp_path: Path) -> None:
+    rig = Rig(image, b"", tmp_path, count=1)
+    (machine,) = rig.machines
+    machine.put_ends_at(-100_000.0, -300.0)
+    machine.motors[2].low = -500.0
+    machine.press_button(rig.fleet.run, 2_200_000)
+    rig.fleet.run(4_000_000)
+    (node,) = rig.status()
+    assert (node.state, node.fault) == ("fault", "stall (translate)")
+    assert not machine.drivers_on
