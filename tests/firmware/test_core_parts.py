@@ -95,6 +95,24 @@ def test_flags_and_limits_are_those_of_python() -> None:
     assert {"VERSION", "COUNTER_END", "HOLD_END", "TARGET_LIMIT", "POSITION_LIMIT", "FLOOD", "DEAF_MS"} <= compared
 
 
+GOOD, REJECT_KIND, REJECT_TAG = range(3)
+
+
+def test_a_decoder_takes_its_own_kind_of_frame_only(core: ctypes.CDLL) -> None:
+    key = bytes(range(16))
+    keyed, frame = ctypes.create_string_buffer(32), ctypes.create_string_buffer(128)
+    core.cl_tag_key(keyed, key)
+    decoders = {1: core.cl_decode_drive, 3: core.cl_decode_hello, 5: core.cl_decode_ask, 7: core.cl_decode_estop}
+    for head in (*range(0x10, 0x20), 0x21, 0x01):
+        body = bytes((head, *23 * (0,)))
+        payload = body + keys.tag(key, body, keys.FROM_HOST)
+        for own, decode in decoders.items():
+            assert decode(payload, keyed, frame) == (GOOD if head == 0x10 | own else REJECT_KIND)
+            spoiled = payload[:31] + bytes((payload[31] ^ 1,))
+            assert decode(spoiled, keyed, frame) == (REJECT_TAG if head == 0x10 | own else REJECT_KIND)
+        assert (core.cl_decode_stop(payload, keyed) == REJECT_KIND) == (head != 0x16)
+
+
 # Moves
 
 

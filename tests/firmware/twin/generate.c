@@ -13,6 +13,7 @@ typedef struct {
     uint8_t sent[REMEMBERED][CL_FRAME_BYTES];
     unsigned sent_count;
     uint64_t handshake;
+    cl_keyed session_key; /* of the session that the last frame belongs to */
 } maker;
 
 /* Numbers that look random; the same for the same seed everywhere. */
@@ -176,6 +177,23 @@ static uint32_t next_counter(maker *make, uint32_t counter) {
     return counter + below(make, 5);
 }
 
+/* The key that a host would sign with: given at the start, or derived from the offer; never the one the node keeps. */
+static const cl_keyed *host_key(maker *make, const cl_session *session) {
+    const cl_node *node = &make->it.node;
+    const twin_start *start = make->start;
+    cl_key key = {{0}};
+    if (session->number == start->live.number) {
+        memcpy(key.bytes, start->live.key, sizeof key.bytes);
+    } else if (session->number == start->offered.number) {
+        memcpy(key.bytes, start->offered.key, sizeof key.bytes);
+    } else {
+        uint64_t nonce = (uint64_t)start->boot << 48 | (uint64_t)session->number << 32 | start->noise;
+        cl_session_key(&key, &node->key, &(cl_handshake){session->handshake, nonce, session->run_tag});
+    }
+    cl_tag_key(&make->session_key, &key);
+    return &make->session_key;
+}
+
 /* A DRIVE or an ESTOP of the live session, or of the offered one; of none if there is none. */
 static const cl_keyed *fill_claim(maker *make, uint8_t *payload, uint8_t kind) {
     const cl_node *node = &make->it.node;
@@ -186,7 +204,7 @@ static const cl_keyed *fill_claim(maker *make, uint8_t *payload, uint8_t kind) {
     cl_put16(payload + 2, session->number);
     cl_put32(payload + 4, next_counter(make, session->counter));
     if (kind == CL_KIND_DRIVE) fill_drive(make, session, payload);
-    return &session->key;
+    return host_key(make, session);
 }
 
 static const cl_keyed *fill_hello(maker *make, uint8_t *payload, uint8_t frame) {
