@@ -297,6 +297,24 @@ def test_a_row_of_silent_nodes_is_no_silence_of_the_dongle(line: WireLine, rate:
     assert dongle.exchange([(A, FRAME)] * BATCH) == [Answer(None, 3)] * BATCH
 
 
+@pytest.mark.parametrize("rate", RATES_KBPS)
+def test_a_dongle_that_takes_its_time_is_waited_for(line: WireLine, rate: str) -> None:
+    dongle = Dongle(line, "here")
+    dongle.configure(76, rate)
+    whole, late = line.read, 0
+
+    def read() -> bytes:
+        nonlocal late
+        late = (late + 1) % 5
+        if late:
+            line.time_s += serial_radio.READ_S
+            return b""
+        return whole()
+
+    line.read = read  # type: ignore[method-assign]
+    assert dongle.exchange([(A, FRAME)] * 3) == [Answer(b"")] * 3
+
+
 def test_a_host_that_was_kept_from_running_blames_nobody(dongle: Dongle, line: WireLine) -> None:
     whole = line.read
 
