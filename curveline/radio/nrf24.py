@@ -18,6 +18,7 @@ from curveline.errors import InvalidInput, LinkError, MissingExtra
 from curveline.plan import DriveTable
 from curveline.radio import Answer, RadioGone, check_frames
 from curveline.radio.air import RATES_KBPS, RETRIES
+from curveline.radio.clock import steady_us
 from curveline.radio.frames import FRAME_BYTES
 from curveline.radio.keyfile import hardware_site
 from curveline.radio.keys import Site
@@ -45,6 +46,8 @@ WIRING_HINT = "look at the chip's supply (10 uF or more at its pins) and wires; 
 NO_SPI_HINT = (
     "switch SPI on (on a Raspberry Pi: raspi-config, Interface Options), or use a dongle: `--radio serial:PORT`"
 )
+
+GROUPS_HINT = "membership of the groups spi and gpio permits it"
 
 
 def open_radio(settings: str, drive: DriveTable, runs: Path) -> Nrf24Radio:
@@ -98,13 +101,10 @@ class Nrf24Radio:
         try:
             if self._dipped(chip) or self.now_us() - self._checked_us >= CHECK_US:
                 self._check(chip)
-            chip.flush_rx()  # an answer left over from a broken exchange would be taken for another node's
-            answers = [self._exchange(chip, address, payload) for address, payload in frames]
-            if any(answer.payload is None for answer in answers):
-                self._check(chip)
+            self._tidy(chip)
+            return [self._exchange(chip, address, payload) for address, payload in frames]
         except RuntimeError as error:
-            raise self._gone(str(error)) from error
-        return answers
+            raise self._gone(_reason(str(error))) from error
 
     def close(self) -> None:
         """See Radio; the chip is switched off."""
@@ -121,13 +121,19 @@ class Nrf24Radio:
 
     def now_us(self) -> int:
         """See Radio."""
-        return time.monotonic_ns() // 1000
+        return steady_us()
 
     def sleep_until(self, moment_us: int) -> None:
         """See Radio."""
         time.sleep(max(0, moment_us - self.now_us()) / 1e6)
 
     # One packet
+
+    def _tidy(self, chip: RF24) -> None:
+        """Clear what an exchange that was broken off has left: its answers would be taken for another node's."""
+        chip.flush_rx()
+        chip.clear_status_flags()
+        self._target = ""  # pointing the chip at a node empties the queue of what it is to send
 
     def _exchange(self, chip: RF24, address: str, payload: bytes) -> Answer:
         if address != self._target:
@@ -138,6 +144,7 @@ class Nrf24Radio:
         answer = self._newest(chip)
         if not delivered:
             chip.flush_tx()
+            self._check(chip)  # a chip that forgot its channel hears nobody either
         if answer is None and delivered:
             answer = b""
         return Answer(answer, retries)
@@ -154,8 +161,10 @@ class Nrf24Radio:
         chip.start_fast_write(payload)
         while not (flags := chip.update()) & (sent | failed):
             if self.now_us() > deadline_us:
-                self._check(chip)
-                break
+                chip.ce_pin(False)
+                if self._check(chip):
+                    raise self._gone("it ends no transmission; is its CE pin connected?")
+                return False
         chip.ce_pin(False)
         chip.clear_status_flags()
         return bool(flags & sent) and not flags & failed
@@ -223,14 +232,16 @@ class Nrf24Radio:
 
         return chip.crc_length != RF24_CRC_16
 
-    def _check(self, chip: RF24) -> None:
-        """Read the settings back; a chip that lost them is told again, one that is gone is a RadioGone."""
+    def _check(self, chip: RF24) -> bool:
+        """Whether the chip still has its settings; if not, it gets them again. RadioGone if there is no chip."""
         if not chip.is_chip_connected:
             raise self._gone("it does not answer any more")
-        if self._fits(chip):
+        kept = self._fits(chip)
+        if kept:
             self._checked_us = self.now_us()
         else:
             self._set_up(chip)
+        return kept
 
     @property
     def _name(self) -> str:
@@ -249,18 +260,17 @@ class Nrf24Radio:
     def _cannot_use(self, why: str) -> LinkError:
         """Why the library could not even begin, in a sentence of ours."""
         if "GPIO" in why or "gpio" in why:
-            hint = "is the line in use by another program, and may this user (group gpio) use it?"
+            hint = f"is it a line that this board has, and free? {GROUPS_HINT}"
             return LinkError(f"GPIO line {self._pins[0]} cannot be used: {_reason(why)}", hint)
         return self._gone(_reason(why))
 
 
 def _check_library() -> None:
     try:
-        import pyrf24
+        import pyrf24  # noqa: F401
     except ImportError as error:
         hint = "`pip install pyrf24`; it comes with curveline on Linux"
         raise MissingExtra(f"the nrf24 radio needs the package pyrf24: {error}", hint) from None
-    assert pyrf24.RF24_DRIVER == "SPIDEV"  # the only driver of the published package
 
 
 def _lock(device: Path) -> int:
@@ -272,9 +282,7 @@ def _lock(device: Path) -> int:
     except FileNotFoundError:
         raise LinkError(f"there is no SPI device {device} on this machine", NO_SPI_HINT) from None
     except PermissionError:
-        raise LinkError(
-            f"this user may not open {device}", "membership of the groups spi and gpio permits it"
-        ) from None
+        raise LinkError(f"this user may not open {device}", GROUPS_HINT) from None
     except OSError as error:
         raise LinkError(f"{device} cannot be opened: {error.strerror}", NO_SPI_HINT) from None
     try:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from random import Random
+
+from curveline.radio.air import Weather
 from curveline.radio.node import Node
 
-from .chip import Chip
 from .chip_setup import Listener
-from .ether import Ether
 
 SERVE_US = 60
 """From an interrupt of the chip to the node's new answer."""
@@ -14,24 +15,21 @@ TICK_US = 2000
 
 
 class ChipNode:
-    """A node that listens on one address."""
+    """A node behind a listening chip; of the weather it makes packets that come twice and answers that are old."""
 
-    def __init__(self, ether: Ether, node: Node, address: bytes, rate: str, channel: int) -> None:
+    def __init__(self, listener: Listener, node: Node, weather: Weather, random: Random) -> None:
         self.node = node
-        self._ether = ether
-        self._listener = Listener(ether, address, rate, channel)
+        self.listener = listener
+        self._ether = listener.ether
+        self._weather = weather
+        self._random = random
         self._loaded = b""
-        self.chip.on_irq = self._interrupt
+        listener.chip.on_irq = self._interrupt
         self._tick()
-
-    @property
-    def chip(self) -> Chip:
-        """Its radio chip."""
-        return self._listener.chip
 
     def switch_off(self) -> None:
         """The radio goes silent; the node itself goes on, as one out of reach does."""
-        self.chip.ce = 0
+        self.listener.chip.ce = 0
 
     def _interrupt(self, level: int) -> None:
         if level == 0:
@@ -39,8 +37,10 @@ class ChipNode:
 
     def _serve(self) -> None:
         now_ms = self._ether.now_us // 1000
-        for payload in self._listener.heard():
+        for payload in self.listener.heard():
             self.node.receive(now_ms, payload)
+            if self._chance(self._weather.duplicate):
+                self.node.receive(now_ms, payload)
         self._load()
 
     def _tick(self) -> None:
@@ -51,6 +51,11 @@ class ChipNode:
 
     def _load(self) -> None:
         """Make the newest answer the only one; after every packet, for the chip drops what it takes for delivered."""
+        if self._loaded and self._chance(self._weather.stale):
+            self.listener.load(self.node.ack)  # behind the ones that are loaded already
+        elif self.node.ack:
+            self.listener.reload(self.node.ack)
         self._loaded = self.node.ack
-        if self._loaded:
-            self._listener.reload(self._loaded)
+
+    def _chance(self, part: float) -> bool:
+        return bool(part) and self._random.random() < part

@@ -7,20 +7,21 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Mapping
 from pathlib import Path
+from random import Random
 
 from curveline.plan import DriveTable
-from curveline.radio.keyfile import adopt, new_site
+from curveline.radio.air import Weather
 from curveline.radio.keys import Site
 from curveline.radio.motion import axes_of
 from curveline.radio.node import Node
 from curveline.radio.nodestate import Identity, Memory
 from curveline.radio.plant import MotorPlant
+from firmware.build import shared_library
 
-from ..firmware.build import shared_library
 from .chip import Chip
 from .chip_node import ChipNode
+from .chip_setup import Listener
 from .ether import Ether
 
 CE, CSN = 22, 0
@@ -42,20 +43,24 @@ def environment() -> dict[str, str]:
     return {**os.environ, "LD_PRELOAD": str(shared_library("spi_shim", [Path(__file__).with_name("spi_shim.c")]))}
 
 
-def write_keys(path: Path, drive: DriveTable) -> Site:
-    """A key file for the display."""
-    chips = {address: 0x1000 + number for number, address in enumerate(drive.addresses, start=1)}
-    return adopt(new_site(path), chips).site(drive)
+def is_preloaded() -> bool:
+    """Whether this is such a process."""
+    return hasattr(ctypes.CDLL(None), "shim_install")
 
 
 class SpiRig:
     """The machine: one chip at CE 22, CSN 0, and the nodes of `drive` around it.
 
-    `devices` says whether SPI and GPIO are there; the SPI device is a file in `folder`, which can be locked.
+    With `ce_connected` False the chip's CE pin stays as it is. `devices` says whether SPI and GPIO are there; the SPI
+    device is a file in `folder`, which can be locked.
     """
 
-    def __init__(self, folder: Path, drive: DriveTable, site: Site, weather: Mapping[str, float]) -> None:
-        self.ether = Ether(**weather)  # type: ignore[arg-type]
+    def __init__(self, folder: Path, drive: DriveTable, site: Site, weather: Weather, seed: int = 0) -> None:
+        self.ether = Ether(weather.loss, weather.corrupt, seed)
+        self.site = site
+        self.ce_connected = True
+        self._weather = weather
+        self._random = Random(seed)
         self.chip = Chip(self.ether, "host")
         self.nodes = [self._new_node(number, drive, site) for number in range(1, drive.node_count + 1)]
         self.transfers = 0
@@ -73,10 +78,15 @@ class SpiRig:
         _KEPT.extend(held)
         self._library.shim_devices(*held)
 
+    def fail_transfers(self, count: int) -> None:
+        """Let the next transfers on the bus fail."""
+        self._library.shim_fail(ctypes.c_int(count))
+
     def _new_node(self, number: int, drive: DriveTable, site: Site) -> ChipNode:
         node = Node(Identity(number, site), axes_of(drive), MotorPlant((0, 0, 0)), Memory())
         address = bytes.fromhex(drive.addresses[number - 1])
-        return ChipNode(self.ether, node, address, drive.data_rate, drive.channel)
+        listener = Listener(self.ether, address, drive.data_rate, drive.channel)
+        return ChipNode(listener, node, self._weather, self._random)
 
     def _install(self) -> None:
         callbacks = (_TRANSFER(self._transfer), _LINE(self._line), _PASS(self._pass))
@@ -95,7 +105,7 @@ class SpiRig:
         ctypes.memmove(got, answer, length)  # type: ignore[arg-type]
 
     def _line(self, line: int, level: int) -> None:
-        if line == CE:
+        if line == CE and self.ce_connected:
             self.chip.ce = level
 
     def _pass(self, now_us: int) -> None:

@@ -45,6 +45,7 @@ static struct {
     int64_t begin_ns;
     int64_t passed_ns;
     int64_t transfer_ns;
+    int failures; /* transfers to come that fail */
 } model;
 
 static int (*real_open)(const char *, int, ...);
@@ -86,6 +87,10 @@ void shim_devices(const char *spi_file, const char *gpio_file) {
 
 int64_t shim_passed_us(void) {
     return model.passed_ns / NS_PER_US;
+}
+
+void shim_fail(int count) {
+    model.failures = count;
 }
 
 static void pass(int64_t duration_ns) {
@@ -160,6 +165,11 @@ static int spi_ioctl(uint32_t csn, unsigned long request, void *argument) {
     if (request != SPI_IOC_MESSAGE(1)) {
         return 0; /* mode, word size, speed: nothing to model */
     }
+    if (model.failures > 0) {
+        model.failures--;
+        errno = EIO;
+        return -1;
+    }
     model.transfer((int)csn, (const uint8_t *)(uintptr_t)message->tx_buf, (uint8_t *)(uintptr_t)message->rx_buf,
                    message->len);
     pass(model.transfer_ns);
@@ -197,7 +207,7 @@ int ioctl(int file, unsigned long request, ...) {
 }
 
 static bool is_modelled(clockid_t clock) {
-    return model.installed && (clock == CLOCK_MONOTONIC || clock == CLOCK_MONOTONIC_RAW);
+    return model.installed && (clock == CLOCK_MONOTONIC || clock == CLOCK_MONOTONIC_RAW || clock == CLOCK_BOOTTIME);
 }
 
 int clock_gettime(clockid_t clock, struct timespec *now) {
