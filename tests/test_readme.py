@@ -27,6 +27,7 @@ def place(tmp_path_factory):
     """A folder that looks like a fresh clone to the commands, with records of its own."""
     folder = tmp_path_factory.mktemp("clone")
     shutil.copytree(ROOT / "shapes", folder / "shapes")
+    shutil.copytree(ROOT / "firmware", folder / "firmware", ignore=shutil.ignore_patterns("build"))
     return folder
 
 
@@ -34,6 +35,7 @@ def _run(command: str, place: Path) -> subprocess.CompletedProcess[str]:
     environment = {
         **os.environ,
         "CURVELINE_RUNS": str(place / "runs"),
+        "CURVELINE_KEYS": str(place / "site.json"),
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
     }
     return subprocess.run(
