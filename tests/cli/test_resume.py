@@ -1,0 +1,225 @@
+"""`curveline send --resume`: runs that were paused, killed and halted, and those that cannot go on."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from curveline.plan import write_plan
+from curveline.radio.journal import ReopenedJournal, read_journal
+from curveline.radio.link import Control, Request
+
+from .conftest import SHAPES, Run, small_plan
+
+SHAPE = SHAPES / "level-up-peak.toml"
+
+
+@pytest.fixture
+def asking(monkeypatch: pytest.MonkeyPatch):
+    """Ask for something as soon as a step has begun, once, as somebody at the keyboard would."""
+    from curveline.cli import progress
+
+    def ask(request: Request, step: int) -> None:
+        plain, asked = progress.Lines.__call__, []
+
+        def call(self: progress.Lines, news: object) -> None:
+            plain(self, news)  # type: ignore[arg-type]
+            if not asked and news.step == step and news.status.started == step:  # type: ignore[attr-defined]
+                asked.append(step)
+                self._control.ask(request)
+
+        monkeypatch.setattr(progress.Lines, "__call__", call)
+
+    return ask
+
+
+def only_run(tmp_path: Path) -> Path:
+    (journal,) = (tmp_path / "runs").glob("*/journal")
+    return journal.parent
+
+
+def kinds(tmp_path: Path) -> list[str]:
+    return [str(record["type"]) for record in read_journal(only_run(tmp_path) / "journal")]
+
+
+@pytest.mark.parametrize("request_", [Request.PAUSE, Request.HOLD])
+def test_a_paused_shape_goes_on_to_its_end(run: Run, asking, tmp_path: Path, request_: Request) -> None:
+    asking(request_, 3)
+    code, out, err = run("send", SHAPE, "--radio", "mock", "--yes")
+    assert code == 130
+    assert out.startswith("paused: ")
+    folder = only_run(tmp_path)
+    assert f"to go on with this run: curveline send --resume {folder.name}\n" in err
+    code, out, err = run("send", "--resume", folder.name, "--radio", "mock", "--yes", "--json")
+    assert code == 0, err
+    document = json.loads(out)
+    assert (document["outcome"], document["steps_done"], document["steps"]) == ("done", 5, 5)
+    assert document["rod"]["states"] == ["peak"]
+    assert document["run"] == str(folder)
+    assert only_run(tmp_path) == folder
+    assert kinds(tmp_path).count("start") == kinds(tmp_path).count("resume") == kinds(tmp_path).count("end") == 1
+    assert "goes on " in err
+
+
+@pytest.mark.parametrize("chosen", ["--runs", "environment"])
+def test_a_run_elsewhere_is_named_by_its_path(
+    run: Run, asking, plan_file: Path, tmp_path: Path, chosen: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    elsewhere = tmp_path / "with spaces"
+    options = ("--runs", elsewhere) if chosen == "--runs" else ()
+    if chosen == "environment":
+        monkeypatch.setenv("CURVELINE_RUNS", str(elsewhere))
+    asking(Request.PAUSE, 1)
+    err = run("send", plan_file, "--radio", "mock", "--yes", *options).err
+    (folder,) = (journal.parent for journal in elsewhere.glob("*/journal"))
+    named = f"'{folder}'" if chosen == "--runs" else folder.name
+    assert f"curveline send --resume {named}\n" in err
+    assert run("send", "--resume", named.strip("'"), "--radio", "mock", "--yes", *options).code == 0
+
+
+def test_a_dry_run_shows_what_is_left_and_touches_nothing(run: Run, asking, plan_file: Path, tmp_path: Path) -> None:
+    asking(Request.PAUSE, 1)
+    assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
+    before = {path: path.read_bytes() for path in (tmp_path / "runs").rglob("*") if path.is_file()}
+    code, out, err = run("send", "--resume", "last", "--dry-run", "--json")
+    assert code == 0
+    assert "small: goes on with step 2 of 2\n" in err
+    assert {frame["step"] for frame in json.loads(out)["frames"]} == {2}
+    assert {path: path.read_bytes() for path in before} == before
+
+
+def test_what_is_left_of_a_run_is_said(run: Run, plan_file: Path, tmp_path: Path) -> None:
+    assert run("send", plan_file, "--radio", "mock", "--yes").code == 0
+    path = only_run(tmp_path) / "journal"
+    lines = path.read_bytes().splitlines(keepends=True)
+    for count, words in ((1, "with step 1 of 2"), (2, "in the midst of step 1 of 2"), (5, "all 2 steps are done")):
+        path.write_bytes(b"".join(lines[:count]))
+        assert words in run("send", "--resume", "last", "--dry-run").err
+
+
+def test_a_run_that_is_done_is_not_done_again(run: Run, plan_file: Path) -> None:
+    assert run("send", plan_file, "--radio", "mock", "--yes").code == 0
+    code, out, err = run("send", "--resume", "last", "--radio", "mock", "--yes")
+    assert (code, out) == (2, "")
+    assert "error: there is nothing to resume: the run has been done to its end" in err
+
+
+def test_usage(run: Run, plan_file: Path) -> None:
+    for arguments in ((plan_file, "--resume", "last"), ("--yes",), ("--resume", "nobody")):
+        code, out, err = run("send", *arguments, "--radio", "mock")
+        assert (code, out) == (2, "")
+        assert "Traceback" not in err
+
+
+def test_a_full_disk_holds_the_nodes_and_the_run_goes_on_when_there_is_space(
+    run: Run, plan_file: Path, tmp_path: Path
+) -> None:
+    code, out, err = run("send", plan_file, "--radio", "mock:disk=full@step2", "--yes")
+    assert (code, out) == (3, "")
+    assert "No space left on device" in err
+    assert f"curveline send --resume {only_run(tmp_path).name}" in err
+    assert run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0
+
+
+@pytest.mark.parametrize(
+    ("mishap", "can"),
+    [("gone@step1", True), ("silence=1@step1", True), ("stall=1@step2", True), ("reboot=2@step1", False)],
+)
+def test_after_a_halt_the_way_on_is_told_if_there_is_one(run: Run, tmp_path: Path, mishap: str, can: bool) -> None:
+    write_plan(small_plan(seconds=3.0), tmp_path / "plan.json")
+    code, out, err = run("send", tmp_path / "plan.json", "--radio", f"mock:{mishap}", "--yes")
+    assert (code, out) == (3, "")
+    assert ("to go on with this run: curveline send --resume" in err) is can
+    code, out, err = run("send", "--resume", "last", "--radio", "mock", "--yes", "--json")
+    if can:
+        assert code == 0, err
+        assert json.loads(out)["outcome"] == "done"
+    else:
+        assert (code, out) == (2, "")
+        assert "error: this run cannot be resumed after its halt: node 2 has restarted in step 1" in err
+        assert "hint: send the shape again" in err
+
+
+def test_an_emergency_stop_is_not_gone_on_with(run: Run, asking, plan_file: Path) -> None:
+    asking(Request.ESTOP, 1)
+    code, _, err = run("send", plan_file, "--radio", "mock", "--yes")
+    assert code == 130
+    assert "--resume" not in err
+    code, _, err = run("send", "--resume", "last", "--radio", "mock", "--yes")
+    assert code == 2
+    assert "emergency stop" in err
+
+
+def test_a_display_that_was_replaced_is_no_place_to_go_on(run: Run, asking, plan_file: Path) -> None:
+    asking(Request.PAUSE, 1)
+    assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
+    code, out, err = run("send", "--resume", "last", "--radio", "mock:fresh", "--yes")
+    assert (code, out) == (3, "")
+    assert "error: node 1 knows nothing of this run" in err
+    assert "to go on with this run" not in err
+
+
+def test_a_run_that_another_process_sends_is_not_sent_twice(run: Run, asking, plan_file: Path, tmp_path: Path) -> None:
+    asking(Request.PAUSE, 1)
+    assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
+    other = ReopenedJournal(only_run(tmp_path))
+    code, out, err = run("send", "--resume", "last", "--radio", "mock", "--yes")
+    other.close()
+    assert (code, out) == (3, "")
+    assert f"another process is sending the run {only_run(tmp_path).name}" in err
+
+
+def test_a_plan_that_was_changed_is_not_the_one_that_was_sent(
+    run: Run, asking, plan_file: Path, tmp_path: Path
+) -> None:
+    asking(Request.PAUSE, 1)
+    assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
+    write_plan(small_plan(seconds=0.6), only_run(tmp_path) / "plan.json", force=True)
+    code, out, err = run("send", "--resume", "last", "--radio", "mock", "--yes")
+    assert (code, out) == (2, "")
+    assert "not of the plan that is kept beside it" in err
+
+
+def test_takeover_is_handed_to_the_nodes(run: Run, plan_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[bool] = []
+    plain = Control.__init__
+
+    def build(self: Control, policy: object = None, **options: bool) -> None:
+        plain(self, policy, **options)  # type: ignore[arg-type]
+        seen.append(self.policy.takeover)
+
+    monkeypatch.setattr(Control, "__init__", build)
+    assert run("send", plan_file, "--radio", "mock", "--yes").code == 0
+    assert run("send", plan_file, "--radio", "mock:fresh", "--yes", "--takeover").code == 0
+    assert seen == [False, True]
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_killed_for_real_and_gone_on_with_by_the_command_line(tmp_path: Path, seed: int) -> None:
+    write_plan(small_plan(steps=3, seconds=0.8), tmp_path / "plan.json")
+    env = {**os.environ, "CURVELINE_RUNS": str(tmp_path / "runs")}
+    command = [sys.executable, "-m", "curveline", "send", "plan.json", "--radio", "mock:realtime", "--yes"]
+    with (tmp_path / "said").open("w") as said:
+        process = subprocess.Popen(command, cwd=tmp_path, env=env, stderr=said, stdout=said)
+    while "step 1 of 3" not in (tmp_path / "said").read_text():
+        assert process.poll() is None, (tmp_path / "said").read_text()
+        time.sleep(0.02)
+    time.sleep(Random(seed).random() * 1.5)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+    command = [sys.executable, "-m", "curveline", "send", "--resume", "last", "--radio", "mock", "--yes", "--json"]
+    done = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, (seed, done.stderr)
+    assert json.loads(done.stdout)["steps_done"] == 3
+    steps = [(each["type"], each.get("step")) for each in read_journal(only_run(tmp_path) / "journal")]
+    steps = [each for each in steps if each[0] in ("release", "barrier", "end")]
+    wanted = [(kind, step) for step in (1, 2, 3) for kind in ("release", "barrier")]
+    assert steps == [*wanted, ("end", None)]
