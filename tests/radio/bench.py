@@ -12,7 +12,7 @@ from curveline.radio.air import Air, Antenna, Heard, Weather
 from curveline.radio.conductor import Conductor
 from curveline.radio.frames import Counts
 from curveline.radio.mock import mock_site
-from curveline.radio.motion import axes_of
+from curveline.radio.motion import Move, axes_of
 from curveline.radio.node import Node
 from curveline.radio.nodestate import Identity, Memory
 from curveline.radio.plant import MotorPlant
@@ -52,6 +52,27 @@ def short_plan(count: int, steps: int) -> Plan:
     return make_plan(count, [(0.2 * (step % 2), 0.4 * (step % 3), 0.1) for step in range(steps)], seconds=0.05)
 
 
+class RestingPlant(MotorPlant):
+    """Motors that remember where they came to rest: nodes ask for their place at every poll, and mostly they rest."""
+
+    _rest: tuple[int, Counts] | None = None
+
+    def follow(self, now_ms: int, start_ms: int, move: Move) -> None:
+        """See Plant."""
+        self._rest = None
+        super().follow(now_ms, start_ms, move)
+
+    def positions(self, now_ms: int) -> Counts:
+        """See Plant."""
+        if self._rest is not None and now_ms >= self._rest[0]:
+            return self._rest[1]
+        counts = super().positions(now_ms)
+        end_ms = self.settles_ms()
+        if end_ms is not None and now_ms >= end_ms:
+            self._rest = (end_ms, counts)
+        return counts
+
+
 class Bench:
     """A conductor that sends through modelled air to modelled nodes; `hooks` see every Send before it leaves.
 
@@ -78,8 +99,9 @@ class Bench:
         self.records: list[Record] = []
         self.hooks: list[Callable[[Send], object]] = []
         self.write_error = ""
+        self.deaf: set[int] = set()
         self.air = Air(weather or Weather(), plan.drive.data_rate, random or Random(0))
-        self.plants = [MotorPlant(start.counts, paces()) for start in plan.start]
+        self.plants = [RestingPlant(start.counts, paces()) for start in plan.start]
         self.nodes = [self.new_node(index, Memory()) for index in range(len(self.plants))]
         self.antennas = [Antenna(node) for node in self.nodes]
         self.conductor = self.host_class(plan, self.site, 0x1122334455667700, policy)
@@ -126,7 +148,10 @@ class Bench:
         for hook in self.hooks:
             hook(action)
         self.polls += 1
-        heard = self.air.exchange(self.antennas[action.node - 1], action.payload, self.now_us)
+        if action.node - 1 in self.deaf:
+            heard = self.air.unheard()
+        else:
+            heard = self.air.exchange(self.antennas[action.node - 1], action.payload, self.now_us)
         self.now_us += heard.took_us
         return heard
 

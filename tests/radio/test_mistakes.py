@@ -1,0 +1,213 @@
+"""Mistakes built into the real node and host: a simulation finds every one, and an invariant gives it its name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+
+from .mutants import Mistake, mutant
+from .scenarios import SCENARIOS
+from .watched import Broken, Watched
+
+SEEDS = 60
+"""How many seeds of its scenario a mistake may survive."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A mistake, the scenario that is to find it, and how the message then begins."""
+
+    mistake: Mistake
+    scenario: str
+    caught: str
+
+
+def trial(name: str, where: tuple[str, str, str], scenario: str, caught: str) -> Trial:
+    """One row of the table below."""
+    return Trial(Mistake(name, *where), scenario, caught)
+
+
+TRIALS = (
+    trial(
+        "a hold does not keep a node from moving",
+        ("node", "return not (self._silent or self._stopped or session.hold_gen & 1)", "return True"),
+        "paused",
+        "I3",
+    ),
+    trial(
+        "release is an edge",
+        (
+            "node",
+            "session.release = max(session.release, frame.release)",
+            "session.release = 65535 * (frame.release > 0)",
+        ),
+        "lossy",
+        "I4",
+    ),
+    trial("a counter is not checked", ("node", "counter <= session.counter or", ""), "haunted", "I6"),
+    trial(
+        "the dead-man does not brake",
+        (
+            "node",
+            "self._lift_above = self._session.hold_gen\n            self._brake(now_ms)",
+            "self._lift_above = self._session.hold_gen",
+        ),
+        "silenced",
+        "I8",
+    ),
+    trial(
+        "being heard again lifts the dead-man",
+        ("node", "session.heard_ms = now_ms", "session.heard_ms, self._silent = now_ms, False"),
+        "cut_off",
+        "I3",
+    ),
+    trial(
+        "another target for a staged step is taken",
+        (
+            "node",
+            "memory.next_target, memory.next_ms):\n                self._fail(now_ms, Fault.CONFLICT, 0)",
+            "memory.next_target, memory.next_ms):\n                memory.next_target = frame.target",
+        ),
+        "misled",
+        "I2",
+    ),
+    trial(
+        "a target is used as soon as it is staged",
+        (
+            "node",
+            "memory.next_target, memory.next_ms = frame.target, frame.move_ms",
+            "memory.target = memory.next_target = frame.target",
+        ),
+        "lossy",
+        "I10",
+    ),
+    trial(
+        "a resumed session begins from nothing",
+        ("node", "resumed = bool(session.hello.flags & FLAG_RESUME)", "resumed = False"),
+        "killed",
+        "I10",
+    ),
+    trial(
+        "a session key without the node's nonce",
+        ("keys", "(host_nonce, node_nonce, run_tag)", "(host_nonce, 0, run_tag)"),
+        "haunted",
+        "I3",
+    ),
+    trial(
+        "a step is released before its record",
+        ("conductor", 'self._write({"type": "release", "step": self.step}, self._release)', "self._release(now_ms)"),
+        "lossy",
+        "I4",
+    ),
+    trial(
+        "the barrier asks one node only",
+        (
+            "conductor",
+            "late = [peer for peer in self.peers if peer.finished < self.step]",
+            "late = [peer for peer in self.peers[:1] if peer.finished < self.step]",
+        ),
+        "lossy",
+        "I1",
+    ),
+    trial(
+        "the barrier asks for started, not finished",
+        ("conductor", "if peer.finished < self.step]", "if peer.started < self.step]"),
+        "lossy",
+        "I1",
+    ),
+    trial(
+        "a resumed run leaves a step out",
+        (
+            "conductor",
+            "self.step = 1 if resume is None else resume.barrier + 1",
+            "self.step = 1 if resume is None else resume.released + 1",
+        ),
+        "killed",
+        "I10",
+    ),
+    trial(
+        "a restart is not noticed",
+        ("conductor", "elif ident.boot != peer.boot:", "elif ident.boot < 0:"),
+        "restarted",
+        "I2",
+    ),
+    trial(
+        "a pause is believed without an answer to it",
+        ("conductor", "status.echo < peer.mark:", "status.echo < 0:"),
+        "paused",
+        "I3",
+    ),
+    trial(
+        "the newest answer wins, however old its facts",
+        ("peer", "self.started = max(self.started, status.started)", "self.started = status.started"),
+        "lossy",
+        "I4",
+    ),
+    trial(
+        "a handshake is repeated bit by bit",
+        ("peer", "(self.nonce + 1 & ATTEMPT_MASK)", "(self.nonce & ATTEMPT_MASK)"),
+        "filtered",
+        "I10",
+    ),
+    trial(
+        "a poll is repeated bit by bit",
+        (
+            "peer",
+            "self.counter += 1\n        step, target",
+            "self.counter = max(self.counter, 1)\n        step, target",
+        ),
+        "lossy",
+        "I10",
+    ),
+)
+
+
+def bench_with(mistake: Mistake) -> type[Watched]:
+    """A bench whose nodes and host are made with the mistake."""
+    module = mutant(mistake)
+
+    class Mistaken(Watched):
+        pass
+
+    if mistake.module == "node":
+        Mistaken.node_class = module.Node
+    elif mistake.module == "conductor":
+        Mistaken.host_class = module.Conductor
+    else:
+        _rebuild(Mistaken, mistake.module, vars(module))
+    return Mistaken
+
+
+def _rebuild(bench: type[Watched], name: str, names: dict[str, object]) -> None:
+    """Host and node once more, with what they import from the module of the mistake."""
+    node, peer, conductor = (
+        mutant(Mistake("", module, "from __future__", "from __future__")) for module in ("node", "peer", "conductor")
+    )
+    if name == "keys":
+        node.session_key = peer.session_key = names["session_key"]
+        conductor.Peer = peer.Peer
+    else:
+        conductor.Peer = names["Peer"]
+    bench.node_class, bench.host_class = node.Node, conductor.Conductor
+
+
+@pytest.mark.parametrize("trial", TRIALS, ids=lambda trial: trial.mistake.name)
+def test_a_mistake_is_found_by_simulation(trial: Trial) -> None:
+    bench = bench_with(trial.mistake)
+    for seed in range(SEEDS):
+        message = broken_by(trial.scenario, seed, bench)
+        if message:
+            break
+    print(f"{trial.mistake.name}: {message} ({trial.scenario} {seed})")
+    assert message.startswith(trial.caught), f"{seed + 1} seeds of {trial.scenario} find {message!r}"
+    assert message
+
+
+def broken_by(scenario: str, seed: int, bench: type[Watched]) -> str:
+    """How a scenario fails; empty if it does not."""
+    try:
+        SCENARIOS[scenario](seed, bench)
+    except Broken as broken:
+        return str(broken)
+    return ""
