@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from .fleet import Fleet, drive_table
-from .image import build_image
-from .machine import Image, read_image
+from .image import Image, build_image, read_image
 
 STORE = 0xF800
 
@@ -30,6 +29,11 @@ def image(image_folder: Path) -> Image:
 @pytest.fixture(scope="session")
 def homed_flash(image: Image) -> bytes:
     """What a node has in its store after it was homed and left alone for a while."""
+    return home_flash(image)
+
+
+def home_flash(image: Image) -> bytes:
+    """Home a node and see what it writes down."""
     fleet = Fleet(image, drive_table(1))
     fleet.home()
     (machine,) = fleet.machines

@@ -17,7 +17,8 @@ from curveline.radio import Answer
 from curveline.radio.keyfile import settings_record
 from curveline.radio.keys import Site
 
-from .machine import BUTTON, LAMP_STEADY, MAIN_SLICE_US, Image, Machine
+from .image import Image
+from .machine import BUTTON, LAMP_STEADY, MAIN_SLICE_US, Machine
 
 SETTINGS = 0xF400
 MASTER = bytes(range(1, 17))

@@ -16,9 +16,9 @@ from curveline.radio.link import NodeStatus, Progress, RunReport, read_status, s
 
 from .conftest import STORE
 from .fleet import AXES, SETTINGS, ChipRadio, Fleet, drive_table
-from .image import make
+from .image import Image, make
 from .kl26 import RESET_LOW_VOLTAGE
-from .machine import LAMP_STEADY, NFAULT, Image, Machine
+from .machine import LAMP_STEADY, NFAULT, Machine
 
 FLASH_LIMIT, RAM_LIMIT = 40960, 5120
 BAND = 24
@@ -140,14 +140,14 @@ def test_it_boots_at_48_mhz_with_the_motors_asleep_and_the_watchdog_on(image: Im
     assert chip.cop_ms == 256
     assert chip.priority(31) < chip.priority(-1), "encoder edges come before the tick"
     assert not machine.drivers_on
-    assert not machine.crashes
+    assert not machine.cpu.crashes
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.3])
 def test_two_nodes_take_a_plan_to_its_end(image: Image, homed_flash: bytes, tmp_path: Path, loss: float) -> None:
     rig = Rig(image, homed_flash, tmp_path, loss=loss)
     for machine in rig.machines:
-        machine.paint_stack()
+        machine.cpu.paint_stack()
     report = rig.send()
     assert (report.outcome, report.steps_done) == ("done", len(POSES))
     assert (rig.radio.retries > 10) == (loss > 0), "loss makes radios repeat"
@@ -156,7 +156,7 @@ def test_two_nodes_take_a_plan_to_its_end(image: Image, homed_flash: bytes, tmp_
         assert node.finished == len(POSES)
         assert max(abs(at - wanted) for at, wanted in zip(machine.counts, goal, strict=True)) <= BAND
         assert machine.watchdog_resets == 0
-        assert machine.stack_used() <= 0.75 * (image.symbols["stack_end"] - image.symbols["stack_begin"])
+        assert machine.cpu.stack_used() <= 0.75 * (image.symbols["stack_end"] - image.symbols["stack_begin"])
 
 
 @pytest.mark.parametrize("rate", ["250kbps", "2Mbps"])
@@ -282,7 +282,7 @@ def test_when_the_host_falls_silent_the_nodes_hold(rig: Rig) -> None:
 def test_a_program_that_hangs_is_reset_by_the_watchdog(single: Rig, function: str) -> None:
     (machine,) = single.machines
     (before,) = single.status()
-    machine.patch(function, HANG)
+    machine.cpu.patch(function, HANG)
     single.fleet.run(240_000)
     assert machine.watchdog_resets == 0
     single.fleet.run(40_000)
@@ -296,10 +296,10 @@ def test_a_program_that_goes_astray_stops_the_motors_at_once(rig: Rig) -> None:
     machine = rig.machines[0]
 
     def crash() -> None:
-        machine.may_crash = True
-        machine.patch("link_serve", UNDEFINED)
+        machine.cpu.may_crash = True
+        machine.cpu.patch("link_serve", UNDEFINED)
         rig.fleet.run(2_000)
-        assert machine.crashes == 1
+        assert machine.cpu.crashes == 1
         assert not machine.drivers_on
 
     error = rig.send_until_moving(crash)
