@@ -307,6 +307,16 @@ def test_a_packet_without_end_is_dropped(core: Core) -> None:
     assert core.bodies() == [ident(bad=1)]
 
 
+def test_a_packet_too_long_is_dropped_even_if_its_beginning_is_a_good_one(core: Core) -> None:
+    core.set_up()
+    body = bytes([Kind.SCHEDULE, 1]) + schedule_bytes([("FFFFFFFFFF", b"\xff" * 32)] * 16)
+    core.feed(encode_packet(body)[:-1])
+    core.feed(b"\x05more\0")
+    assert not core.step()
+    core.feed(encode_packet(body))
+    assert core.step()
+
+
 @pytest.mark.parametrize("body", [b"", b"\x01"])
 def test_a_packet_too_short_for_a_request_is_dropped(core: Core, body: bytes) -> None:
     core.feed(encode_packet(body))

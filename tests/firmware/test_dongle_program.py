@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from radio.chip import Chip
 from radio.chip_setup import Host, Listener
-from radio.chipbank import EN_RXADDR, RF_CH, RF_SETUP, SETUP_AW, SETUP_RETR
+from radio.chipbank import CONFIG, DYNPD, EN_AA, EN_RXADDR, FEATURE, RF_CH, RF_SETUP, SETUP_AW, SETUP_RETR
 from radio.ether import Ether
 
 from curveline.radio.dongle import Kind, Outcome
@@ -96,7 +96,8 @@ def test_every_register_takes_its_value(bench: Bench) -> None:
         assert bench.sender.configure(40 + rate, rate, 4, 5, 1500)
         bank = bench.chip.bank
         assert (bank[RF_CH], bank[RF_SETUP], bank[SETUP_AW], bank[SETUP_RETR]) == (40 + rate, bits, 2, 0x55)
-        assert bank[EN_RXADDR] == 1
+        assert (bank[CONFIG] & 0x0F, bank[EN_AA], bank[EN_RXADDR]) == (0x0E, 1, 1)
+        assert (bank[FEATURE], bank[DYNPD]) == (6, 1)
 
 
 @pytest.mark.parametrize(("rate", "name", "delay_us"), [(0, "250kbps", 1500), (1, "1Mbps", 500), (2, "2Mbps", 500)])
