@@ -99,6 +99,7 @@ class _Job:
 
 def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> Ending:
     show.note(f"record: {job.folder}")
+    show.note(f"if this is cut short: {_resuming(job.folder)}")
     begin = job.radio.now_us() / 1e6
     try:
         with _signals(control), watch(job.plan, control) as observer:
@@ -119,8 +120,13 @@ def advise_resuming(plan: Plan, run: Path) -> None:
     """Say how a run that was broken off goes on, if its record allows that."""
     with suppress(InvalidInput):
         resume_point(plan, read_journal(run / FILE_NAME))
-        known = run.parent == runs_folder()
-        show.note(f"to go on with this run: curveline send --resume {run.name if known else shlex.quote(str(run))}")
+        show.note(f"to go on with this run: {_resuming(run)}")
+
+
+def _resuming(run: Path) -> str:
+    """The command that goes on with a run, whose folder needs no path if it is where runs are looked for."""
+    name = run.name if run.parent == runs_folder() else str(run)
+    return f"curveline send --resume {shlex.quote(name)}"
 
 
 def _rod_lines(playback: Playback | None, plan: Plan) -> list[str]:

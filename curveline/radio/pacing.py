@@ -51,7 +51,7 @@ class Pace:
     def patience_ms(self, missing: Sequence[Peer]) -> int:
         """How long to ask for nodes that are not ours yet: one with an owner keeps it, if that one is still alive."""
         owned = any(peer.busy for peer in missing)
-        return min(self._policy.budget_ms, self.silence_ms + BUSY_MS) if owned else self._policy.budget_ms
+        return self.silence_ms + BUSY_MS if owned else self._policy.budget_ms
 
     def after_answer(self, peer: Peer, now_ms: int) -> None:
         """The node answered."""
