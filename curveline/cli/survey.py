@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict
 from typing import Any
@@ -11,13 +11,15 @@ from curveline import __version__
 from curveline.cli import show
 from curveline.cli.status import Asked
 from curveline.errors import EXIT_DONE, EXIT_LINK
-from curveline.radio import open_radio
+from curveline.radio import Radio, open_radio
 from curveline.radio.keyfile import lenient
 from curveline.radio.scan import Found, problems, radio_test, scan
 
 SCAN_HEAD = ("node", "address", "chip", "fw", "boot", "state", "bad tags", "polls", "lost", "retries")
 TEST_HEAD = ("node", "address", "32-byte answers", "cut short", "repeats")
 REPEATS = {True: "dropped", False: "let through", None: "not known"}
+SWEEPS = 5
+"""Looks at every channel: somebody who sends now and then is not met at the first."""
 UNTESTED = (
     "Not tested: packets without acknowledgement, which some copies of the chip get wrong; curveline sends none. "
     "Repeats let through are harmless, because every frame is numbered, but tell that the chip is no original."
@@ -28,20 +30,39 @@ def survey(asked: Asked, *, tests: bool, as_json: bool) -> int:
     """Ask every address, show the answers, and return the exit code."""
     with lenient(without_file=True), closing(open_radio(asked.spec, asked.drive, asked.runs)) as radio:
         found = (radio_test if tests else scan)(radio, asked.drive)
+        busy = None if tests else _busy(radio)
         chips = radio.site.chips
     wrong = {each.node: problems(each, chips[each.node - 1], asked.drive) for each in found}
     if tests:
         for each in found:
             wrong[each.node] += _doubts(each)
     if as_json:
-        show.emit(_document(asked, found, wrong))
+        show.emit({**_document(asked, found, wrong), "busy_channels": busy})
     else:
         show.result("\n".join([f"display {asked.drive.display} over {asked.spec}", *_lines(found, tests=tests)]))
         for text in (text for texts in wrong.values() for text in texts):
             show.result(text)
+        if busy is not None:
+            show.result(f"others send on {_spans(busy) or 'no channel'}; the display is on {asked.drive.channel}")
         if tests:
             show.note(UNTESTED)
     return EXIT_LINK if any(wrong.values()) else EXIT_DONE
+
+
+def _busy(radio: Radio) -> list[int] | None:
+    """Channels on which somebody sends while the display is not asked anything; None if this radio cannot listen."""
+    carriers: Callable[[], Sequence[int]] | None = getattr(radio, "carriers", None)
+    if carriers is None:
+        return None
+    return sorted({channel for _ in range(SWEEPS) for channel in carriers()})
+
+
+def _spans(channels: Sequence[int]) -> str:
+    """Channels as 3, 10-25."""
+    firsts = [channel for channel in channels if channel - 1 not in channels]
+    lasts = [channel for channel in channels if channel + 1 not in channels]
+    spans = zip(firsts, lasts, strict=True)
+    return ", ".join(str(first) if first == last else f"{first}-{last}" for first, last in spans)
 
 
 def _doubts(found: Found) -> list[str]:
