@@ -62,10 +62,8 @@ static int32_t sign(int32_t value) { return value > 0 ? 1 : value < 0 ? -1 : 0; 
 
 static int32_t clamped(int32_t value, int32_t most) { return value > most ? most : value < -most ? -most : value; }
 
-static int32_t apart(int32_t one, int32_t other) {
-    int64_t difference = (int64_t)one - other;
-    return difference > ERROR_MOST ? ERROR_MOST : difference < -ERROR_MOST ? -ERROR_MOST : (int32_t)difference;
-}
+/* Far more than the travel of any axis may wrap round: it is a fault before anybody reckons with it. */
+static int32_t apart(int32_t one, int32_t other) { return (int32_t)((uint32_t)one - (uint32_t)other); }
 
 static void later(uint16_t *timer, uint16_t elapsed_ms) {
     *timer = *timer > UINT16_MAX - elapsed_ms ? UINT16_MAX : (uint16_t)(*timer + elapsed_ms);
@@ -125,16 +123,16 @@ bool cl_servo_calm(const cl_servo *servo) {
 
 /* Take in where the axis is; the window is one of readings, so a missed ms counts as one of constant speed. */
 static void observe(cl_servo *servo, int32_t position, uint16_t elapsed_ms) {
-    int64_t step = (int64_t)position - servo->position;
-    if (size(apart(position, servo->position)) > servo->config->jump * (int32_t)elapsed_ms) {
+    int32_t step = apart(position, servo->position), most = servo->config->jump * (int32_t)elapsed_ms;
+    if (step > most || step < -most) {
         cl_servo_fail(servo, CL_FAULT_ENCODER);
+        step = 0;
     }
-    unsigned missed = elapsed_ms < CL_SPEED_WINDOW_MS ? elapsed_ms : CL_SPEED_WINDOW_MS;
-    for (unsigned ms = missed; ms-- > 0;) {
-        servo->newest = (uint8_t)((servo->newest + 1) % CL_SPEED_WINDOW_MS);
-        int32_t oldest = servo->past[servo->newest];
-        servo->past[servo->newest] = ms == 0 ? position : (int32_t)(position - step * ms / elapsed_ms);
-        servo->moved = apart(position, oldest);
+    for (unsigned ms = elapsed_ms < CL_SPEED_WINDOW_MS ? elapsed_ms : CL_SPEED_WINDOW_MS; ms-- > 0;) {
+        unsigned slot = (servo->newest + 1u) % CL_SPEED_WINDOW_MS;
+        servo->moved = apart(position, servo->past[slot]);
+        servo->past[slot] = ms == 0 ? position : position - step * (int32_t)ms / elapsed_ms;
+        servo->newest = (uint8_t)slot;
     }
     servo->position = position;
 }
@@ -156,9 +154,9 @@ static bool rests(cl_servo *servo, const cl_setpoint *setpoint, int32_t error) {
 
 /* PI, feed-forward and damping; the integral grows only while that can still change the PWM. */
 static int32_t control(cl_servo *servo, const cl_setpoint *setpoint, int32_t error, uint16_t elapsed_ms) {
-    enum { FRACTION = 256, SPEED_MOST = 200000, WINDOWS_PER_S = 1000 / CL_SPEED_WINDOW_MS };
+    enum { FRACTION = 256, SPEED_MOST = 200000, PER_WINDOW = 65536 * CL_SPEED_WINDOW_MS / 1000 };
     const cl_servo_config *config = servo->config;
-    int32_t wanted = clamped(setpoint->speed, SPEED_MOST) / WINDOWS_PER_S;
+    int32_t wanted = clamped(setpoint->speed, SPEED_MOST) * PER_WINDOW / 65536;
     int32_t push = config->proportional * error + config->damping * (wanted - servo->moved) +
                    config->forward * clamped(setpoint->lead, SPEED_MOST) + servo->integral;
     int32_t heading = setpoint->moving ? setpoint->speed : size(error) > config->band ? error : 0;
@@ -173,12 +171,12 @@ static int32_t control(cl_servo *servo, const cl_setpoint *setpoint, int32_t err
 
 /* Motion against the PWM that does not slow down: encoder or motor is wired the wrong way round. */
 static bool runs_away(cl_servo *servo, int32_t pwm, uint16_t elapsed_ms) {
-    bool steady = size(pwm) > FIRM && sign(pwm) == sign(servo->pwm);
+    bool steady = size(pwm) > FIRM && (pwm > 0) == (servo->pwm > 0);
     bool pushed = lasts(&servo->steady_ms, steady, elapsed_ms, STEADY_MS);
-    int32_t recent = apart(servo->position, ago(servo, 7)), before = apart(ago(servo, 8), ago(servo, 15));
-    if (recent * sign(pwm) >= 0) {
+    int32_t recent = apart(servo->position, ago(servo, 7));
+    if (recent == 0 || (recent > 0) == (pwm > 0)) {
         servo->against = 0;
-    } else if (pushed && size(recent) >= size(before)) {
+    } else if (pushed && size(recent) >= size(apart(ago(servo, 8), ago(servo, 15)))) {
         servo->against += size(apart(servo->position, ago(servo, 1)));
     }
     return servo->against > AGAINST_COUNTS;
@@ -186,7 +184,8 @@ static bool runs_away(cl_servo *servo, int32_t pwm, uint16_t elapsed_ms) {
 
 /* Strong PWM and not a count: begin the probe. */
 static void look_for_life(cl_servo *servo, uint16_t elapsed_ms) {
-    bool still = size(apart(servo->position, servo->stood_at)) <= 1;
+    int32_t gone = apart(servo->position, servo->stood_at);
+    bool still = gone >= -1 && gone <= 1;
     if (!still) servo->stood_at = servo->position;
     if (lasts(&servo->dead_ms, still && size(servo->pwm) > HALF, elapsed_ms, DEAD_MS)) {
         servo->stood_at = servo->position;
@@ -228,7 +227,7 @@ void cl_servo_tick(cl_servo *servo, const cl_setpoint *setpoint, int32_t positio
         probe(servo, elapsed_ms);
         return;
     }
-    int32_t error = apart(setpoint->at, position);
+    int32_t error = clamped(apart(setpoint->at, position), ERROR_MOST);
     if (rests(servo, setpoint, error)) {
         later(&servo->calm_ms, elapsed_ms);
         return;

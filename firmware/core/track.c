@@ -1,7 +1,6 @@
 #include "track.h"
 
-#define FRACTION 16
-#define MOST_SPEED (1 << 24) /* counts/s: beyond any motor, and small enough for 32-bit products with gains */
+enum { MOST_PLACES = 16, MOST_LEAD_MS = 255 };
 
 /* The product of two 32-bit numbers out of four 16-bit ones, which a Cortex-M0+ multiplies in a cycle each. */
 static uint64_t product(uint32_t one, uint32_t other) {
@@ -22,16 +21,33 @@ static int32_t path_speed(const cl_track *track, int32_t at_ms) {
     return speed;
 }
 
+static void look(cl_track *track) {
+    track->speed = path_speed(track, track->at_ms);
+    track->next = track->at_ms < track->end_ms ? path_speed(track, track->at_ms + 1) : track->speed;
+}
+
 void cl_track_rest(cl_track *track, const cl_counts *counts) {
     const cl_move none = {*counts, *counts, 2, 1, CL_UNBRAKED};
     cl_track_begin(track, &none);
     track->at_ms = track->end_ms;
+    look(track);
+}
+
+/* Counts/s per ms of rising speed; no speed of the move, and no lead over it, may need more than 31 bits. */
+static void set_rise(cl_track *track, cl_track_axis *axis) {
+    uint64_t rise = (product(axis->distance, 1000) << MOST_PLACES) / track->half_length;
+    uint32_t most = (uint32_t)INT32_MAX / ((uint32_t)track->move.ramp_ms + MOST_LEAD_MS);
+    axis->places = MOST_PLACES;
+    while (rise > most && axis->places > 0) {
+        rise >>= 1;
+        axis->places--;
+    }
+    axis->rise = (int32_t)(rise > most ? most : rise);
 }
 
 void cl_track_begin(cl_track *track, const cl_move *move) {
-    uint32_t spread = (uint32_t)(move->duration_ms - move->ramp_ms);
     track->move = *move;
-    track->half_length = product((uint32_t)move->ramp_ms, spread);
+    track->half_length = product((uint32_t)move->ramp_ms, (uint32_t)(move->duration_ms - move->ramp_ms));
     track->at_ms = 0;
     track->end_ms = cl_move_end_ms(move);
     for (unsigned index = 0; index < CL_AXES; index++) {
@@ -40,9 +56,9 @@ void cl_track_begin(cl_track *track, const cl_move *move) {
         axis->distance = (uint32_t)(way < 0 ? -way : way);
         axis->part = 0;
         axis->rest = track->half_length; /* half of what makes a count: rounding */
-        uint64_t rise = (product(axis->distance, 1000) << FRACTION) / track->half_length;
-        axis->rise = rise > UINT32_MAX ? UINT32_MAX : (uint32_t)rise;
+        set_rise(track, axis);
     }
+    look(track);
 }
 
 void cl_track_brake(cl_track *track, const cl_move *move) {
@@ -50,6 +66,7 @@ void cl_track_brake(cl_track *track, const cl_move *move) {
     if (move->brake_ms != CL_UNBRAKED) cl_track_to(track, least(at_ms, move->brake_ms));
     track->move.brake_ms = move->brake_ms;
     track->end_ms = cl_move_end_ms(move);
+    look(track);
     cl_track_to(track, at_ms);
 }
 
@@ -75,42 +92,45 @@ static void borrow(cl_track_axis *axis, uint64_t take, uint64_t length) {
     axis->rest -= take;
 }
 
-void cl_track_to(cl_track *track, int64_t at_ms) {
-    int32_t goal = at_ms < 0 ? 0 : at_ms > track->end_ms ? track->end_ms : (int32_t)at_ms;
-    while (track->at_ms != goal) {
-        bool ahead = track->at_ms < goal;
-        int32_t next = track->at_ms + (ahead ? 1 : -1);
-        uint32_t way = (uint32_t)(path_speed(track, track->at_ms) + path_speed(track, next));
-        for (unsigned index = 0; index < CL_AXES; index++) {
-            cl_track_axis *axis = &track->axis[index];
-            uint64_t step = product(axis->distance, way);
-            if (ahead) {
-                axis->rest += step;
-                carry(axis, 2 * track->half_length);
-            } else {
-                borrow(axis, step, 2 * track->half_length);
-            }
+static void step(cl_track *track, uint32_t way, bool ahead) {
+    uint64_t length = 2 * track->half_length;
+    for (unsigned index = 0; index < CL_AXES; index++) {
+        cl_track_axis *axis = &track->axis[index];
+        if (axis->distance == 0) continue;
+        uint64_t grown = product(axis->distance, way);
+        if (ahead) {
+            axis->rest += grown;
+            carry(axis, length);
+        } else {
+            borrow(axis, grown, length);
         }
-        track->at_ms = next;
     }
 }
 
-static int32_t speed_of(const cl_track_axis *axis, int32_t path) {
-    uint64_t speed = product(axis->rise, (uint32_t)(path < 0 ? -path : path)) >> FRACTION;
-    int32_t capped = speed > MOST_SPEED ? MOST_SPEED : (int32_t)speed;
-    return path < 0 ? -capped : capped;
+void cl_track_to(cl_track *track, int64_t at_ms) {
+    int32_t goal = at_ms < 0 ? 0 : at_ms > track->end_ms ? track->end_ms : (int32_t)at_ms;
+    while (track->at_ms < goal) {
+        step(track, (uint32_t)(track->speed + track->next), true);
+        track->at_ms++;
+        look(track);
+    }
+    while (track->at_ms > goal) {
+        track->at_ms--;
+        look(track);
+        step(track, (uint32_t)(track->speed + track->next), false);
+    }
 }
 
 void cl_track_setpoint(const cl_track *track, unsigned axis, int32_t lead_ms, cl_setpoint *setpoint) {
     const cl_track_axis *walk = &track->axis[axis];
-    const cl_move *move = &track->move;
-    bool forward = move->target.at[axis] >= move->start.at[axis];
-    uint32_t start = (uint32_t)move->start.at[axis];
+    uint32_t start = (uint32_t)track->move.start.at[axis];
+    bool forward = track->move.target.at[axis] >= track->move.start.at[axis];
     setpoint->at = (int32_t)(forward ? start + walk->part : start - walk->part);
     setpoint->moving = track->at_ms < track->end_ms && walk->distance > 0;
-    int32_t path = path_speed(track, track->at_ms), lead = 0;
-    if (setpoint->moving) lead = path + lead_ms * (path_speed(track, track->at_ms + 1) - path);
-    setpoint->speed = speed_of(walk, forward ? path : -path);
-    setpoint->lead = speed_of(walk, forward ? lead : -lead);
+    setpoint->speed = setpoint->lead = 0;
+    if (setpoint->moving) {
+        int32_t rise = forward ? walk->rise : -walk->rise;
+        setpoint->speed = rise * track->speed >> walk->places;
+        setpoint->lead = rise * (track->speed + lead_ms * (track->next - track->speed)) >> walk->places;
+    }
 }
-

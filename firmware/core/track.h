@@ -15,8 +15,9 @@
 typedef struct {
     uint64_t rest;     /* of the set-point's division by `half_length` */
     uint32_t distance; /* counts from start to target */
-    uint32_t rise;     /* counts/s per ms while the speed rises, 16 binary places */
     uint32_t part;     /* counts from the start */
+    int32_t rise;      /* counts/s per ms while the speed rises, with as many binary places as 32 bits have room for */
+    uint8_t places;
 } cl_track_axis;
 
 typedef struct {
@@ -24,6 +25,7 @@ typedef struct {
     uint64_t half_length;
     int32_t at_ms;
     int32_t end_ms;
+    int32_t speed, next; /* along the path, now and 1 ms later; rises by 1 per ms */
     cl_track_axis axis[CL_AXES];
 } cl_track;
 
@@ -46,7 +48,8 @@ void cl_track_brake(cl_track *track, const cl_move *move);
 /* Walk to `at_ms` of the move, also backwards. */
 void cl_track_to(cl_track *track, int64_t at_ms);
 
-/* Where the set-point of an axis (from 0) is, and how fast; `lead_ms` is the time constant of the motor. */
+/* Where the set-point of an axis (from 0) is, and how fast; `lead_ms` is the time constant of the motor,
+   255 at most. */
 void cl_track_setpoint(const cl_track *track, unsigned axis, int32_t lead_ms, cl_setpoint *setpoint);
 
 #endif
