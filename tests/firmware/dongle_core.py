@@ -88,6 +88,7 @@ class Core:
 
     def __init__(self, transmit: Transmitter = lambda address, payload: (Outcome.ACKED, b"", 0)) -> None:
         self.transmit = transmit
+        self.configure: Callable[..., bool] = lambda *settings: True
         self.said = bytearray()
         self.sent: list[tuple[str, bytes]] = []
         self.configured: list[tuple[int, int, int, int, int]] = []
@@ -136,7 +137,7 @@ class Core:
 
     def _configure(self, _: int, settings: Any) -> bool:
         self.configured.append(settings.contents.values())
-        return self.has_chip
+        return self.has_chip and self.configure(*self.configured[-1])
 
     def _transmit(self, _: int, address: Any, payload: Any, reply: Any) -> int:
         where = ctypes.string_at(address, ADDRESS).hex().upper()
