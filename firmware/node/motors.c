@@ -31,6 +31,7 @@ static void open_gate(void) {
 static void follow(void *self, int64_t now_ms, int64_t start_ms, const cl_move *move) {
     (void)self;
     bool written = persist_moving();
+    pwm_wake(); /* before the next tick, which takes motors of sleeping drivers for ones that have no move to make */
     close_gate();
     if (!written) {
         cl_drive_fail(&drive, now_ms, CL_FAULT_DRIVER, 0);

@@ -9,6 +9,7 @@
 /* Between the steps of a run nodes stand for a few ms: saving there would wear the flash out for nothing. */
 #define SAVE_AFTER_MS 250
 #define PREPARE_AFTER_MS 1000
+#define FLAG_ESTOP 1u
 
 static cl_store store;
 static int64_t still_ms;
@@ -35,11 +36,13 @@ bool persist_begin(cl_memory *memory, cl_counts *position) {
         return false;
     }
     *position = store.last.position;
-    bool brown_out = (RCM_SRS0 & (RCM_SRS0_LVD | RCM_SRS0_POR)) == RCM_SRS0_LVD;
+    bool powered_on = (RCM_SRS0 & RCM_SRS0_POR) != 0;
+    bool brown_out = !powered_on && (RCM_SRS0 & RCM_SRS0_LVD) != 0;
     *memory = (cl_memory){
         .boot = (uint16_t)store.last.boot,
         .noise = startup_noise,
         .homed = store.last.known && !brown_out,
+        .estop = (store.last.flags & FLAG_ESTOP) != 0 && !powered_on, /* no reset but the power switch ends it */
         .fault = brown_out ? CL_FAULT_BROWN_OUT : CL_FAULT_NONE,
     };
     return true;
@@ -55,7 +58,7 @@ void persist_serve(const cl_node *node, int64_t now_ms) {
     cl_counts position;
     motors_where(&position);
     if (now_ms - still_ms >= SAVE_AFTER_MS) {
-        cl_store_save(&store, &position, node->memory.homed, 0);
+        cl_store_save(&store, &position, node->memory.homed, node->memory.estop ? FLAG_ESTOP : 0);
     }
     if (now_ms - still_ms >= PREPARE_AFTER_MS) {
         cl_store_prepare(&store);

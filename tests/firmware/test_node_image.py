@@ -11,13 +11,16 @@ import pytest
 
 from curveline.errors import LinkError
 from curveline.plan import NodeTarget, Plan, Step
+from curveline.radio.intelhex import image as intel_hex_bytes
+from curveline.radio.intelhex import with_settings
 from curveline.radio.journal import Journal
-from curveline.radio.link import NodeStatus, Progress, RunReport, read_status, send_plan
+from curveline.radio.keyfile import settings_record
+from curveline.radio.link import Control, NodeStatus, Progress, Request, RunReport, read_status, send_plan
 
 from .conftest import STORE
-from .fleet import AXES, SETTINGS, ChipRadio, Fleet, drive_table
+from .fleet import AXES, MASTER, SETTINGS, ChipRadio, Fleet, drive_table
 from .image import Image, make
-from .kl26 import RESET_LOW_VOLTAGE
+from .kl26 import RESET_LOW_VOLTAGE, RESET_WATCHDOG
 from .machine import LAMP_STEADY, NFAULT, Machine
 
 FLASH_LIMIT, RAM_LIMIT = 40960, 5120
@@ -59,8 +62,10 @@ class Rig:
     def machines(self) -> list[Machine]:
         return self.fleet.machines
 
-    def send(self, observer: Callable[[Progress], None] = lambda progress: None) -> RunReport:
-        return send_plan(self.plan, self.radio, Journal(self._folder), observer)
+    def send(
+        self, observer: Callable[[Progress], None] = lambda progress: None, control: Control | None = None
+    ) -> RunReport:
+        return send_plan(self.plan, self.radio, Journal(self._folder), observer, control)
 
     def status(self) -> list[NodeStatus]:
         return read_status(self.radio, self.plan.drive)
@@ -121,6 +126,18 @@ def test_the_hex_file_holds_what_the_linker_wrote(image: Image, image_folder: Pa
     assert bytes(memory) == image.flash
     assert memory[0x400:0x410] == b"\xff" * 12 + bytes.fromhex("def9ffff"), "a chip with another word here is locked"
     assert memory[SETTINGS:] == b"\xff" * (0x10000 - SETTINGS), "settings and positions are not the program's to bring"
+
+
+def test_a_node_flashed_with_its_own_hex_file_answers(image: Image, image_folder: Path) -> None:
+    fleet = Fleet(image, drive_table(2))
+    machine = fleet.machines[1]
+    machine.write_flash(0, b"\xff" * 0x10000)
+    text = with_settings((image_folder / "node.hex").read_text(), "node.hex", settings_record(MASTER, fleet.drive, 2))
+    for address, byte in intel_hex_bytes(text, "node2.hex").items():
+        machine.write_flash(address, bytes([byte]))
+    machine.power_cycle()
+    fleet.run(50_000)
+    assert [node.state for node in read_status(ChipRadio(fleet), fleet.drive)] == ["unhomed"] * 2
 
 
 def test_the_core_builds_for_this_machine(tmp_path: Path) -> None:
@@ -307,6 +324,27 @@ def test_a_program_that_goes_astray_stops_the_motors_at_once(rig: Rig) -> None:
     assert "restarted" in error.message
     assert machine.watchdog_resets == 1
     assert rig.status()[0].state == "unhomed"
+
+
+def test_an_emergency_stop_outlives_a_reset_but_not_the_power_switch(single: Rig) -> None:
+    (machine,) = single.machines
+    control = Control()
+
+    def stop(progress: Progress) -> None:
+        if abs(machine.motors[0].speed) > 500:
+            control.ask(Request.ESTOP)
+
+    with pytest.raises(LinkError, match="emergency stop"):
+        single.send(stop, control)
+    single.fleet.run(1_000_000)
+    assert single.status()[0].state == "estop"
+    assert not machine.drivers_on
+    machine.reset(RESET_WATCHDOG)
+    single.fleet.run(20_000)
+    assert single.status()[0].state == "estop"
+    machine.power_cycle()
+    single.fleet.run(20_000)
+    assert single.status()[0].state == "ready"
 
 
 def test_a_radio_chip_that_forgets_is_set_up_again(single: Rig) -> None:
