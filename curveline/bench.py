@@ -13,11 +13,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from curveline.measured import Row
 from curveline.rod import spline
 from curveline.rod.elastica import clamped_arch
 from curveline.rod.equilibrium import ClampedRod, refine
@@ -33,17 +33,6 @@ from curveline.units import deg, mm, to_mm
 SCENES = 144
 SEED = 20260101
 STARTS = 24
-
-
-@dataclass(frozen=True)
-class Row:
-    """One figure: `value` in `unit`, the goal it is held against, empty if none, and how it was taken."""
-
-    name: str
-    value: float
-    unit: str
-    goal: str
-    how: str
 
 
 def quick(shapes: Iterable[str]) -> Iterable[Row]:

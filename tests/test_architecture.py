@@ -15,9 +15,9 @@ MODULES = sorted(ROOT.rglob("*.py"))
 
 LAYERS = (
     {"errors", "units"},
-    {"files", "records", "scene", "toml_document", "toml_location"},
+    {"files", "measured", "records", "scene", "toml_document", "toml_location"},
     {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
-    {"bench", "figures", "passage", "planning", "playback", "results", "simulation"},
+    {"bench", "figures", "linkbench", "passage", "planning", "playback", "results", "simulation"},
     {"cli"},
 )
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}

@@ -1,0 +1,51 @@
+"""The figures of the link: their shape, and the relations between them that any machine must show."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from curveline import linkbench
+from curveline.radio.actions import Policy
+from curveline.radio.air import HOST_US, Weather
+
+from .conftest import Run
+
+NAMES = 2 * 2 * len(linkbench.COUNTS) + 2 * 2 + 2 * 2 * 2 + 2
+
+
+def test_json_has_every_figure(run: Run) -> None:
+    result = run("bench", "--link", "--json")
+    assert result.code == 0
+    rows = {row["name"]: row for row in json.loads(result.out)["rows"]}
+    assert len(rows) == NAMES
+    for row in rows.values():
+        assert set(row) == {"name", "value", "unit", "goal", "how"}
+        assert math.isfinite(row["value"])
+        assert row["value"] > 0.0
+        assert len(row["name"]) <= 33
+    assert rows["nrf24, 8 nodes, no loss"]["value"] == pytest.approx(105, abs=1)
+    assert rows["polls a step, 8 nodes, 30 % loss"]["value"] <= 1.15
+    assert rows["polls a step, 8 nodes, 50 % loss"]["value"] <= 1.5
+
+
+def test_a_batch_costs_one_request() -> None:
+    """Sixteen nodes in one exchange over serial: the 2 ms of the request are paid once."""
+    plan = linkbench._plan(16, 1)
+    spent = [linkbench._run(plan, each, Weather(), linkbench.FLAT_OUT) for each in linkbench.BACK_ENDS]
+    spi, serial = (each.virtual_us / each.polls for each in spent)
+    assert serial == pytest.approx(spi - HOST_US + 50 + 2000 / 16, rel=0.05)
+
+
+def test_a_step_waits_for_all_and_no_longer() -> None:
+    spent = linkbench._run(linkbench._plan(4, 10), linkbench.BACK_ENDS[0], Weather(), Policy())
+    assert len(spent.latencies_ms) == 9
+    assert all(0 < wait < 50 for wait in spent.latencies_ms)
+
+
+def test_the_link_has_no_shapes(run: Run) -> None:
+    result = run("bench", "--link", "--quick")
+    assert result.code == 2
+    assert "--link measures no shapes" in result.err
