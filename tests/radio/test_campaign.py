@@ -14,12 +14,12 @@ from .scenarios import SCENARIOS
 
 SEEDS = {
     "filtered": 24,
-    "lossy": 2000,
+    "lossy": 1000,
     "restarted": 1000,
-    "killed": 1500,
-    "paused": 1000,
-    "held": 1000,
-    "cut_off": 500,
+    "killed": 1000,
+    "paused": 500,
+    "held": 500,
+    "cut_off": 300,
     "silenced": 10_000,
     "misled": 300,
     "haunted": 500,
