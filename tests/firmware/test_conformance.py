@@ -48,6 +48,7 @@ MISTAKES = (
     ("node.c", "memory->move_ms = cl_move_rest_ms(&node->move);", ""),
     ("node.c", "able && cl_node_has_owner(node) && !node->silent", "able && cl_node_has_owner(node)"),
     ("node.c", "if (!node->memory.homing) return;", ""),
+    ("node.c", "node->ack_serial++;", ""),
     ("motion.c", "+ 2 * (uint64_t)begins_at * braking - braking * braking", "+ (uint64_t)begins_at * braking"),
     ("motion.c", "done + length) / (2 * length)", "done) / (2 * length)"),
     ("frames.c", "CL_POSITION_UNIT / 2) / CL_POSITION_UNIT", "0) / CL_POSITION_UNIT"),

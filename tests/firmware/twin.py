@@ -31,7 +31,7 @@ CORE_SOURCES = tuple(
 
 START = struct.Struct("<qqqQ qQQ16sIHHHBBBB2x qQQ16sIHHHBBBB2x 3i3i3iiiI 8H 12B 4x")
 EVENT = struct.Struct("<q32s4iBBBB4x")
-SHORT = struct.Struct("<32s3iBB2x")
+SHORT = struct.Struct("<32s3iBBH")
 FULL = struct.Struct("<5qQ 3i3i3i3i 4i 4I 11H 12B 6x")
 MOST_EVENTS = 12
 BATCH = 500
@@ -97,6 +97,24 @@ class ToldPlant:
         return self.coming
 
 
+class WatchedNode(Node):
+    """A node that counts how often an answer is loaded, as the C one does for its radio."""
+
+    loads = -1
+    """The empty answer that a node is made with is none."""
+    _loaded = b""
+
+    @property
+    def ack(self) -> bytes:
+        """The loaded answer."""
+        return self._loaded
+
+    @ack.setter
+    def ack(self, payload: bytes) -> None:
+        self._loaded = payload
+        self.loads += 1
+
+
 def _session(facts: tuple[Any, ...]) -> Session | None:
     heard_ms, handshake, run_tag, key, counter, number, release, deadman_ms, flags, hold_gen, exists, closed = facts
     if not exists:
@@ -105,7 +123,7 @@ def _session(facts: tuple[Any, ...]) -> Session | None:
     return Session(number, key, hello, counter, release, hold_gen, heard_ms, bool(closed))
 
 
-def begin(start: tuple[Any, ...]) -> Node:
+def begin(start: tuple[Any, ...]) -> WatchedNode:
     """The node that a start describes, with a ToldPlant."""
     window_ms, deaf_until_ms, run_tag = start[1:4]
     place, (move_ms, lag_ms, noise) = start[34:37], start[37:40]
@@ -115,7 +133,7 @@ def begin(start: tuple[Any, ...]) -> Node:
         *(boot, noise, offers, bool(homed), bool(homing), bool(estop), Fault(fault), fault_axis, run_tag),
         *(finished, started, staged, start[28:31], move_ms, start[31:34], next_ms),
     )
-    node = Node(IDENTITIES[who], AXES[axes], ToldPlant(place, lag_ms), memory)
+    node = WatchedNode(IDENTITIES[who], AXES[axes], ToldPlant(place, lag_ms), memory)
     node._session, node._pending = _session(start[4:16]), _session(start[16:28])
     node._silent, node._stopped, node._lift_above = bool(silent), bool(stopped), lift_above
     tally = node.tally
@@ -147,10 +165,10 @@ def do(node: Node, event: tuple[Any, ...]) -> None:
         plant.coming = PlantFault(now_ms + c, Fault(a), b) if a else None
 
 
-def look(node: Node, now_ms: int) -> bytes:
-    """What shows after every event: the loaded answer, the set-points and the state."""
+def look(node: WatchedNode, now_ms: int) -> bytes:
+    """What shows after every event: the loaded answer, the set-points, the state, how often answers were loaded."""
     ack = node.ack
-    return SHORT.pack(ack, *node.setpoint(now_ms), len(ack), node.state)
+    return SHORT.pack(ack, *node.setpoint(now_ms), len(ack), node.state, node.loads & 0xFFFF)
 
 
 def look_closely(node: Node) -> bytes:

@@ -131,6 +131,7 @@ void twin_look(const twin *it, int64_t now_ms, twin_short *seen) {
     memcpy(seen->ack, it->node.ack, CL_FRAME_BYTES);
     seen->ack_length = it->node.ack_length;
     seen->state = cl_node_state(&it->node);
+    seen->loads = (uint16_t)it->node.ack_serial;
     cl_node_setpoint(&it->node, now_ms, &setpoint);
     memcpy(seen->setpoint, setpoint.at, sizeof seen->setpoint);
 }

@@ -77,7 +77,8 @@ typedef struct {
 typedef struct {
     uint8_t ack[CL_FRAME_BYTES];
     int32_t setpoint[3];
-    uint8_t ack_length, state, zeros[2];
+    uint8_t ack_length, state;
+    uint16_t loads; /* how often an answer was loaded */
 } twin_short;
 
 /* After the last event of a sequence. */
