@@ -45,7 +45,7 @@ bool persist_begin(cl_memory *memory, cl_counts *position) {
         .estop = (store.last.flags & FLAG_ESTOP) != 0 && !powered_on, /* no reset but the power switch ends it */
         .fault = brown_out ? CL_FAULT_BROWN_OUT : CL_FAULT_NONE,
     };
-    return true;
+    return !brown_out || cl_store_moving(&store); /* nor must a later boot believe it */
 }
 
 bool persist_moving(void) { return cl_store_moving(&store); }

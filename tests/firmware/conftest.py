@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from .fleet import Fleet, drive_table
+from .fleet import STORE, Fleet, drive_table
 from .image import Image, build_image, read_image
-
-STORE = 0xF800
 
 
 @pytest.fixture(scope="session")

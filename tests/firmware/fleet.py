@@ -20,7 +20,7 @@ from curveline.radio.keys import Site
 from .image import Image
 from .machine import BUTTON, LAMP_STEADY, MAIN_SLICE_US, Machine
 
-SETTINGS = 0xF400
+SETTINGS, STORE = 0xF400, 0xF800
 MASTER = bytes(range(1, 17))
 HOST_US = 300
 """Time that a host spends per exchange besides what the radios take."""

@@ -48,7 +48,7 @@ def read_image(elf: Path) -> Image:
 
 def make(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run make in `firmware/` with products in `folder`."""
-    command = ["make", "-C", str(FIRMWARE), f"PYTHON={sys.executable}", f"BUILD={folder}", *arguments]
+    command = ["make", "-j2", "-C", str(FIRMWARE), f"PYTHON={sys.executable}", f"BUILD={folder}", *arguments]
     return subprocess.run(
         command, env=compiler_environment(), capture_output=True, text=True, check=False, timeout=BUILD_LIMIT_S
     )

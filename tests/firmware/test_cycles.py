@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from .cycles import Meter, cost, describe, metered
+from .display import Rig
 from .image import Image
-from .test_node_image import Rig
 
 TAG_LIMIT = 8_000
 TICK_LIMIT = 9_600

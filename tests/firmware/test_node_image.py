@@ -4,86 +4,28 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from curveline.errors import LinkError
-from curveline.plan import NodeTarget, Plan, Step
 from curveline.radio.intelhex import image as intel_hex_bytes
 from curveline.radio.intelhex import with_settings
-from curveline.radio.journal import Journal
 from curveline.radio.keyfile import settings_record
-from curveline.radio.link import Control, NodeStatus, Progress, Request, RunReport, read_status, send_plan
+from curveline.radio.link import Control, Progress, Request, read_status
 
-from .conftest import STORE
-from .fleet import AXES, MASTER, SETTINGS, ChipRadio, Fleet, drive_table
+from .display import POSES, Rig
+from .fleet import MASTER, SETTINGS, STORE, ChipRadio, Fleet, drive_table
 from .image import Image, make
 from .kl26 import RESET_LOW_VOLTAGE, RESET_WATCHDOG
-from .machine import LAMP_STEADY, NFAULT, Machine
+from .machine import LAMP_STEADY, NFAULT
 
 FLASH_LIMIT, RAM_LIMIT = 40960, 5120
 BAND = 24
 """Counts from its target within which an axis may rest: 0.1 mm, and one for the rounding of the model."""
-POSES = ((1.0, 2.0, 0.4), (0.5, -1.0, 0.8), (0.0, 0.5, 0.2))
 HANG = b"\xfe\xe7"
 """A branch to itself."""
 UNDEFINED = b"\x00\xde"
-
-
-def target(pose: tuple[float, float, float]) -> NodeTarget:
-    extrude, bias, translate = (axis.counts(value) for axis, value in zip(AXES, pose, strict=True))
-    return NodeTarget(*pose, (extrude, bias, translate))
-
-
-def short_plan(count: int, poses: tuple[tuple[float, float, float], ...] = POSES) -> Plan:
-    steps = tuple(
-        Step(number, "move", 0.2, (target(pose),) * count, (600.0,), ("peak",), 1.0, 1.0, "test", 0.01, 1.0, 1.0)
-        for number, pose in enumerate(poses, start=1)
-    )
-    return Plan("test", drive_table(count), (target((0.0, 0.0, 0.0)),) * count, steps, ("peak",), (600.0,))
-
-
-class Rig:
-    """Homed nodes, a host's radio, and a folder for the record of a run."""
-
-    def __init__(self, image: Image, flash: bytes, folder: Path, *, count: int = 2, loss: float = 0.0) -> None:
-        self.plan = short_plan(count)
-        self.fleet = Fleet(image, self.plan.drive, loss=loss, seed=20)
-        for machine in self.fleet.machines:
-            machine.write_flash(STORE, flash)
-            machine.power_cycle()
-        self.radio = ChipRadio(self.fleet)
-        self.fleet.run(20_000)
-        self._folder = folder
-
-    @property
-    def machines(self) -> list[Machine]:
-        return self.fleet.machines
-
-    def send(
-        self, observer: Callable[[Progress], None] = lambda progress: None, control: Control | None = None
-    ) -> RunReport:
-        return send_plan(self.plan, self.radio, Journal(self._folder), observer, control)
-
-    def status(self) -> list[NodeStatus]:
-        return read_status(self.radio, self.plan.drive)
-
-    def send_until_moving(self, event: Callable[[], object]) -> LinkError:
-        """Send the plan; once node 1 moves let something happen. The error that the run ends with."""
-        happened = False
-
-        def watch(progress: Progress) -> None:
-            nonlocal happened
-            if not happened and progress.status.node == 1 and abs(self.machines[0].motors[0].speed) > 500:
-                happened = True
-                event()
-
-        with pytest.raises(LinkError) as caught:
-            self.send(watch)
-        assert happened
-        return caught.value
 
 
 @pytest.fixture
@@ -247,6 +189,9 @@ def test_a_brown_out_costs_the_position_even_at_rest(single: Rig) -> None:
     (node,) = single.status()
     assert (node.state, node.fault) == ("position-lost", "brown-out")
     assert not machine.drivers_on
+    machine.power_cycle()
+    single.fleet.run(20_000)
+    assert single.status()[0].state == "unhomed"
 
 
 def test_a_jammed_motor_is_a_stall_at_the_host(rig: Rig) -> None:
@@ -347,6 +292,13 @@ def test_an_emergency_stop_outlives_a_reset_but_not_the_power_switch(single: Rig
     assert single.status()[0].state == "ready"
 
 
+def test_an_answer_stays_loaded_whatever_comes_in(single: Rig) -> None:
+    single.status()
+    address = single.plan.drive.addresses[0]
+    junk = [(address, bytes([each]) * 32) for each in range(5)]
+    assert all(answer.payload for answer in single.radio.exchange(junk))
+
+
 def test_a_radio_chip_that_forgets_is_set_up_again(single: Rig) -> None:
     (machine,) = single.machines
     single.fleet.chips[0].reset()
@@ -388,8 +340,7 @@ def test_homing_can_be_stopped_with_its_button(image: Image, tmp_path: Path) -> 
 def test_homing_against_an_obstacle_is_a_fault(image: Image, tmp_path: Path) -> None:
     rig = Rig(image, b"", tmp_path, count=1)
     (machine,) = rig.machines
-    machine.put_ends_at(-100_000.0, -300.0)
-    machine.motors[2].low = -500.0
+    machine.motors[2].low = -500.0  # and no switch
     machine.press_button(rig.fleet.run, 2_200_000)
     rig.fleet.run(4_000_000)
     (node,) = rig.status()
