@@ -70,7 +70,6 @@ static void take_turn(cl_homing *homing, const cl_homing_input *input) {
     cl_servo_place(&homing->servo, &homing->gentle, input->encoders.at[homing->axis]);
     homing->closed = switched(homing, input);
     homing->bounce_ms = 0;
-    homing->blocked = false;
     enter(homing, axis_of(homing)->home == CL_HOME_SWITCH && homing->closed ? LEAVE : SEEK);
 }
 
@@ -123,13 +122,13 @@ static void drive(cl_homing *homing, int32_t speed, int32_t position) {
     homing->stuck_ms = stuck ? (uint16_t)(homing->stuck_ms + 1) : 0;
 }
 
-/* The axis does not go on: for a hard stop that is the goal. */
+/* The axis does not go on: for a hard stop that is the goal. What is in the way of a switch will be so again, at the
+   approach; but first the way back tells whether the encoder lives. */
 static void held_up(cl_homing *homing) {
     int32_t moved = size(homing->servo.position - homing->begin);
     if (homing->phase == BACK || homing->phase == LEAVE) {
         fail(homing, moved < LIFE_COUNTS ? CL_FAULT_ENCODER : CL_FAULT_STALL);
     } else if (homing->phase == SEEK) {
-        homing->blocked = axis_of(homing)->home == CL_HOME_SWITCH;
         homing->first = homing->servo.position;
         enter(homing, BACK);
     } else if (axis_of(homing)->home == CL_HOME_STOP) {
@@ -146,15 +145,6 @@ static void found(cl_homing *homing) {
         enter(homing, BACK);
     } else {
         enter(homing, REST);
-    }
-}
-
-/* Backed off far enough: with something in the way there is no going on, with a stuck switch neither. */
-static void backed_off(cl_homing *homing) {
-    if (homing->blocked) {
-        fail(homing, CL_FAULT_STALL);
-    } else if (!homing->closed || axis_of(homing)->home == CL_HOME_STOP) {
-        enter(homing, APPROACH);
     }
 }
 
@@ -176,8 +166,8 @@ static void advance(cl_homing *homing, int32_t gone) {
     bool on_switch = axis->home == CL_HOME_SWITCH && homing->closed;
     if (homing->phase == LEAVE && !on_switch) {
         enter(homing, SEEK);
-    } else if (homing->phase == BACK && gone >= axis->back_off) {
-        backed_off(homing);
+    } else if (homing->phase == BACK && gone >= axis->back_off && !on_switch) {
+        enter(homing, APPROACH);
     } else if ((homing->phase == SEEK || homing->phase == APPROACH) && on_switch) {
         found(homing);
     } else if (homing->stuck_ms >= STUCK_MS) {

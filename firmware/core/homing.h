@@ -59,8 +59,7 @@ typedef struct {
     uint8_t axis, phase, status;
     uint8_t fault, fault_axis;  /* CL_FAULT_..., axis from 1; valid if failed */
     uint8_t bounce_ms;
-    bool closed;   /* the switch, debounced */
-    bool blocked;  /* something was in the way of the switch */
+    bool closed; /* the switch, debounced */
 } cl_homing;
 
 /* Begin with the axes of `which` (bit 0 for the first); `axes` has to stay. */

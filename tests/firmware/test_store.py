@@ -213,6 +213,17 @@ def test_a_position_that_is_lost_at_rest_is_lost_also_if_the_save_is_cut() -> No
         assert flash.last()[1] == ((10, 20, 30) if cut == 0 else None), cut
 
 
+def test_power_that_bounces_while_it_is_switched_on_costs_no_position(flash: Flash) -> None:
+    """A boot's own record that was cut short before its checksum says nothing against the one before."""
+    flash.boot()
+    flash.save((10, 20, 30))
+    for cut in range(7):
+        flash.chip.cut_after = flash.chip.operations + cut
+        assert not flash.boot()
+        flash.open()
+        assert flash.last()[1] == (10, 20, 30)
+
+
 def test_wear_is_two_erases_for_sixty_records_or_more(flash: Flash) -> None:
     flash.boot()
     random = Random(4)
