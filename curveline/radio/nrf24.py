@@ -161,7 +161,6 @@ class Nrf24Radio:
         chip.start_fast_write(payload)
         while not (flags := chip.update()) & (sent | failed):
             if self.now_us() > deadline_us:
-                chip.ce_pin(False)
                 if self._check(chip):
                     raise self._gone("it ends no transmission; is its CE pin connected?")
                 return False

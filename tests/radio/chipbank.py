@@ -182,7 +182,6 @@ class Bank:
     def flush_tx(self) -> None:
         """Empty the TX FIFO; what is in the air goes on."""
         self.tx.clear()
-        self.confirmed_by_next.clear()
         self.repeats = False
 
     def flush_rx(self) -> None:

@@ -131,8 +131,8 @@ def test_a_poll_costs_what_the_budget_says(lab: Lab, radio: Radio) -> None:
         assert lab.ask(radio, 1 + attempt % 2, attempt).payload is not None
     took_us, per_poll = radio.now_us() - begin_us, (lab.rig.transfers - transfers) / 100
     print(f"{took_us / 100:.0f} us and {per_poll:.0f} transfers a poll, alone")
-    assert took_us / 100 <= 1800
-    assert per_poll <= 100
+    assert took_us / 100 <= 1450
+    assert per_poll <= 80
 
 
 def test_a_batch_costs_less_than_its_polls(lab: Lab, radio: Radio) -> None:
@@ -165,8 +165,10 @@ def test_what_a_broken_exchange_left_is_nobodys_answer(lab: Lab, radio: Radio) -
     lab.rig.chip.bank.push(b"unsent" + bytes(26))
     lab.rig.chip.bank.flags = 0x70
     assert radio.exchange([(NOBODY, BLANK)]) == [Answer(None, RETRIES)]
-    assert lab.rig.chip.bank.tx == []
-    assert lab.ask(radio).payload is not None
+    lab.ask(radio)
+    lab.rig.chip.bank.push(b"unsent" + bytes(26))
+    assert lab.ask(radio, attempt=1).payload is not None
+    assert lab.rig.chip.bank.tx == [], "the old packet went out, and the new one did not"
 
 
 def test_of_several_answers_the_newest_frame_counts(lab: Lab, radio: Radio) -> None:
@@ -209,13 +211,15 @@ def test_a_chip_that_is_not_there_cannot_be_opened(lab: Lab, bus: int) -> None:
 def test_a_chip_that_goes_away_is_noticed_and_taken_back(lab: Lab, radio: Radio, bus: int) -> None:
     lab.ask(radio)
     lab.rig.chip.unplugged = bus
-    for _ in range(3):
-        with at_most(radio, 200), pytest.raises(RadioGone) as caught:
+    for limit_ms in (60, 200, 200):
+        with at_most(radio, limit_ms), pytest.raises(RadioGone) as caught:
             radio.exchange([lab.query()] * BATCH)
         assert caught.value.may_return
     lab.rig.chip.unplugged = None
     lab.rig.chip.reset()
     assert lab.ask(radio).payload is not None
+    with at_most(radio, 10):
+        assert lab.ask(radio).payload is not None
 
 
 def test_a_chip_that_stays_away_is_given_up(lab: Lab, radio: Radio) -> None:

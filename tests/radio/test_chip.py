@@ -119,6 +119,17 @@ def test_bytes_without_select_go_nowhere(host: Host) -> None:
 # One exchange
 
 
+def test_writing_a_flag_takes_down_that_flag_only(ether: Ether, host: Host) -> None:
+    node = Listener(ether, A)
+    node.load(frame(9))
+    host.send(A, frame(1))
+    node.chip.bank.flags |= MAX_RT
+    write(node.chip, STATUS, MAX_RT)
+    assert read(node.chip, STATUS) & 0x70 == RX_DR
+    write(node.chip, STATUS, RX_DR)
+    assert read(node.chip, STATUS) & 0x70 == 0
+
+
 def test_a_payload_arrives_and_is_acknowledged(ether: Ether, host: Host) -> None:
     node = Listener(ether, A)
     assert host.send(A, frame(1)) == TX_DS
@@ -338,7 +349,9 @@ def test_constant_polls_of_4_nodes_in_turn_are_filtered(ether: Ether, host: Host
     for _ in range(8):
         for node in nodes:
             assert host.send(node.address, BLANK) == TX_DS, "the hardware acknowledges all the same"
-        heard += [len(node.heard()) for node in nodes].pop(0)
+        heard += len(nodes[0].heard())
+        for node in nodes[1:]:
+            node.heard()
     assert heard == shown
 
 
@@ -452,6 +465,18 @@ def test_it_takes_time_to_wake_up(ether: Ether) -> None:
     assert chip.mode is Mode.STANDBY
 
 
+def test_a_dip_while_it_wakes_up_begins_anew(ether: Ether) -> None:
+    chip = Chip(ether)
+    set_up(chip, 0x0E)
+    ether.advance(1000)
+    chip.reset()
+    set_up(chip, 0x0E)
+    ether.advance(1500)
+    assert chip.mode is Mode.STARTING
+    ether.advance(2500)
+    assert chip.mode is Mode.STANDBY
+
+
 def test_a_pulse_on_ce_sends_if_it_is_long_enough(ether: Ether, host: Host) -> None:
     for width_us, packets in ((9, 0), (10, 4)):
         host.chip.command(bytes([W_TX_PAYLOAD]) + frame(1))
@@ -488,6 +513,18 @@ def test_masked_flags_do_not_interrupt(ether: Ether, host: Host) -> None:
     write(node.chip, CONFIG, 0x4F)
     host.send(A, frame(2))
     assert (node.heard(), levels) == ([frame(2)], [0, 1])
+
+
+def test_a_receiver_that_dips_acknowledges_no_more(ether: Ether, host: Host) -> None:
+    node = Listener(ether, A)
+    write(host.chip, TX_ADDR, *A)
+    host.chip.command(bytes([W_TX_PAYLOAD]) + frame(1))
+    host.chip.ce = 1
+    ether.advance(ether.now_us + 130 + 329 + 60)
+    assert node.chip.mode is Mode.ACKING
+    node.chip.reset()
+    ether.advance(ether.now_us + 200)
+    assert ether.sent == 1
 
 
 def test_a_dip_during_a_packet_is_survived(ether: Ether, host: Host) -> None:
