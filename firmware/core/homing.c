@@ -118,7 +118,7 @@ static void run(cl_homing *homing, int32_t speed) {
 static void drive(cl_homing *homing, int32_t speed, int32_t position) {
     cl_setpoint setpoint = {(int32_t)(homing->setpoint / MILLI), speed, speed, speed != 0};
     cl_servo_tick(&homing->servo, &setpoint, position, 1);
-    bool stuck = homing->servo.pwm != 0 && size(homing->servo.pwm) >= GENTLE && size(homing->servo.moved) <= STUCK_COUNTS;
+    bool stuck = size(homing->servo.pwm) >= GENTLE && size(homing->servo.moved) <= STUCK_COUNTS;
     homing->stuck_ms = stuck ? (uint16_t)(homing->stuck_ms + 1) : 0;
 }
 
