@@ -1,4 +1,4 @@
-/* What is wired to which pin of the Teensy LC; firmware/README.md has the same table for people with a soldering iron. */
+/* What is wired to which pin of the Teensy LC; firmware/README.md has the same table. */
 #ifndef BOARD_H
 #define BOARD_H
 

@@ -1,4 +1,4 @@
-/* From reset to main: vector table, flash protection, watchdog, memory; and what happens when the program goes astray. */
+/* From reset to main: vector table, flash protection, watchdog, memory; and what happens when it goes astray. */
 #include "board.h"
 #include "program.h"
 
