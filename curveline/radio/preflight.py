@@ -14,8 +14,8 @@ from curveline.radio.halts import Cause, Halt, fault_halt
 from curveline.radio.motion import Axes, outside
 from curveline.radio.peer import Peer
 
-START_TOLERANCE = 16
-"""How far [counts] a node may stand from the start of a plan; STATUS itself rounds to 8."""
+START_TOLERANCE = 32
+"""How far [counts] a node may stand from the start of a plan: a servo rests within 22, and STATUS rounds to 8."""
 
 
 def move_ms(seconds: float) -> int:
