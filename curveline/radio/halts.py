@@ -92,7 +92,7 @@ class Cause(Enum):
     )
     STALL = (
         "node {node} has stalled{when}: its {detail} motor does not follow",
-        "free what blocks it, then clear the fault by restarting the node",
+        "free what blocks it; resuming the run then clears the fault",
     )
     RUNAWAY = (
         "node {node} moved against its command{when} ({detail})",
@@ -100,7 +100,7 @@ class Cause(Enum):
     )
     DRIVER = (
         "node {node} reports a fault of its motor driver{when} ({detail})",
-        "check the motor's wiring and supply for a short circuit",
+        "check the motor's wiring and supply for a short circuit; resuming the run then clears the fault",
     )
     HELD = (
         "node {node} heard nothing for longer than its dead-man time and holds{when}",
