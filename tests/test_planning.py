@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from playing import SHAPES, counts_of, next_plan, plan, scene
 
 from curveline.errors import EXIT_NO, EXIT_USAGE, Infeasible, InvalidInput
 from curveline.plan import AXES, NodeTarget, Plan, from_json, to_json
@@ -18,6 +17,7 @@ from curveline.scene import Display, Load, Node, Scene, Segment
 from curveline.shapefile import read_display
 from curveline.simulation import clamped_rod
 from curveline.units import deg, mm, to_deg, to_mm
+from playing import SHAPES, counts_of, next_plan, plan, scene
 
 NAMES = list(SHAPES)
 CHAIN = list(itertools.pairwise(NAMES))

@@ -6,11 +6,11 @@ import itertools
 from dataclasses import replace
 
 import pytest
-from playing import SHAPES, Frame, counts_of, motion, next_plan, plan, scene
 
 from curveline.plan import Plan
 from curveline.playback import LOST, STRAIGHT, replay
 from curveline.shapefile import read_display
+from playing import SHAPES, Frame, counts_of, motion, next_plan, plan, scene
 
 NAMES = list(SHAPES)
 CHAIN = list(itertools.pairwise(NAMES))

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from radio.dongle_host import DongleHost, Room, dongle_host, write_keys
 
 from curveline.plan import drive_table, write_plan
 from curveline.shapefile import read_display
+from radio.dongle_host import DongleHost, Room, dongle_host, write_keys
 
 from .conftest import Run, small_plan
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from radio import chipbank as nrf
-from radio.chip import PULSE_US, Chip
-from radio.ether import Ether
-
 from curveline.plan import AxisDrive, DriveTable
 from curveline.radio import Answer
 from curveline.radio.keyfile import settings_record
 from curveline.radio.keys import Site
+from radio import chipbank as nrf
+from radio.chip import PULSE_US, Chip
+from radio.ether import Ether
 
 from .image import Image
 from .machine import BUTTON, LAMP_STEADY, MAIN_SLICE_US, Machine

@@ -7,11 +7,6 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from radio.bench import drive_table, make_plan
-from radio.chip import Chip
-from radio.chip_node import ChipNode
-from radio.chip_setup import Listener
-from radio.ether import Ether
 
 from curveline.plan import DriveTable
 from curveline.radio.air import Weather
@@ -24,6 +19,11 @@ from curveline.radio.node import Node
 from curveline.radio.nodestate import Identity, Memory
 from curveline.radio.plant import MotorPlant
 from curveline.radio.serial import READ_S, SerialRadio
+from radio.bench import drive_table, make_plan
+from radio.chip import Chip
+from radio.chip_node import ChipNode
+from radio.chip_setup import Listener
+from radio.ether import Ether
 
 from .dongle_core import Core, Sender
 

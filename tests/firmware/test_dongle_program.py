@@ -7,12 +7,12 @@ import sys
 from pathlib import Path
 
 import pytest
+
+from curveline.radio.dongle import Kind, Outcome
 from radio.chip import Chip
 from radio.chip_setup import Host, Listener
 from radio.chipbank import CONFIG, DYNPD, EN_AA, EN_RXADDR, FEATURE, RF_CH, RF_SETUP, SETUP_AW, SETUP_RETR
 from radio.ether import Ether
-
-from curveline.radio.dongle import Kind, Outcome
 
 from .build import CORE, FIRMWARE, HERE, compiler, executable, gcc, run_compiler, zig
 from .dongle_core import Core, Sender, schedule_bytes

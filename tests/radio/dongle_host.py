@@ -17,8 +17,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from firmware.dongle_core import Core
-
 from curveline.plan import DriveTable
 from curveline.radio.air import Air, Antenna, Weather
 from curveline.radio.dongle import Outcome
@@ -29,6 +27,7 @@ from curveline.radio.motion import axes_of
 from curveline.radio.node import Node
 from curveline.radio.nodestate import Identity, Memory
 from curveline.radio.plant import MotorPlant
+from firmware.dongle_core import Core
 
 PAUSE_S = 0.0005
 

@@ -11,7 +11,6 @@ from random import Random
 from types import SimpleNamespace
 
 import pytest
-from firmware.dongle_core import UNIQUE, Core
 from serial.tools import list_ports
 
 from curveline.errors import InvalidInput, LinkError
@@ -23,6 +22,7 @@ from curveline.radio.dongle import Dongle, Kind, LineLost, LineSilent, Outcome, 
 from curveline.radio.keyfile import default_path
 from curveline.radio.link import read_status
 from curveline.radio.serial import SerialRadio
+from firmware.dongle_core import UNIQUE, Core
 
 from .bench import drive_table
 from .dongle_host import DongleHost, Room, dongle_host, write_keys
