@@ -1,33 +1,7 @@
-/* See sender.h. Register numbers and times are those of the nRF24L01+ product specification. */
+/* See sender.h. Times are those of the nRF24L01+ product specification. */
 #include "sender.h"
 
-enum {
-    REG_CONFIG = 0x00,
-    REG_EN_AA = 0x01,
-    REG_EN_RXADDR = 0x02,
-    REG_SETUP_AW = 0x03,
-    REG_SETUP_RETR = 0x04,
-    REG_RF_CH = 0x05,
-    REG_RF_SETUP = 0x06,
-    REG_STATUS = 0x07,
-    REG_OBSERVE_TX = 0x08,
-    REG_RPD = 0x09,
-    REG_RX_ADDR_P0 = 0x0A,
-    REG_TX_ADDR = 0x10,
-    REG_DYNPD = 0x1C,
-    REG_FEATURE = 0x1D
-};
-
-enum {
-    CMD_WRITE = 0x20,
-    CMD_ACTIVATE = 0x50,
-    CMD_RX_WIDTH = 0x60,
-    CMD_RX_PAYLOAD = 0x61,
-    CMD_TX_PAYLOAD = 0xA0,
-    CMD_FLUSH_TX = 0xE1,
-    CMD_FLUSH_RX = 0xE2,
-    CMD_NOP = 0xFF
-};
+#include "nrf24_registers.h"
 
 enum {
     FLAG_RECEIVED = 0x40,
@@ -36,8 +10,7 @@ enum {
     FLAGS = 0x70,
     CONFIG_SEND = 0x7E,   /* CRC-16, power up, sender, no interrupts */
     CONFIG_LISTEN = 0x7F, /* the same as a receiver */
-    FEATURES = 0x06,      /* dynamic length, answers with payload */
-    ACTIVATE_KEY = 0x73
+    FEATURES = 0x06       /* dynamic length, answers with payload */
 };
 
 #define SETTINGS_COUNT 9u

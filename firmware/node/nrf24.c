@@ -1,35 +1,10 @@
 #include "nrf24.h"
 
 #include "board.h"
+#include "nrf24_registers.h"
 #include "spi.h"
 #include "tick.h"
 
-enum {
-    REG_CONFIG = 0x00,
-    REG_EN_AA = 0x01,
-    REG_EN_RXADDR = 0x02,
-    REG_SETUP_AW = 0x03,
-    REG_SETUP_RETR = 0x04,
-    REG_RF_CH = 0x05,
-    REG_RF_SETUP = 0x06,
-    REG_STATUS = 0x07,
-    REG_RX_ADDR_P1 = 0x0B,
-    REG_DYNPD = 0x1C,
-    REG_FEATURE = 0x1D,
-};
-
-enum {
-    CMD_WRITE = 0x20,
-    CMD_ACTIVATE = 0x50,
-    CMD_RX_WIDTH = 0x60,
-    CMD_RX_PAYLOAD = 0x61,
-    CMD_ACK_PAYLOAD_1 = 0xA9, /* for pipe 1, the one that listens */
-    CMD_FLUSH_TX = 0xE1,
-    CMD_FLUSH_RX = 0xE2,
-    CMD_NOP = 0xFF,
-};
-
-#define ACTIVATE_KEY 0x73u
 #define STATUS_FLAGS 0x70u
 #define STATUS_RX_PIPE 0x0Eu
 #define POWER_UP_US 2000u /* 1.5 ms with most crystals */
