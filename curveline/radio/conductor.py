@@ -18,7 +18,7 @@ from curveline.radio.halts import Cause, Halt
 from curveline.radio.keys import Site
 from curveline.radio.motion import axes_of, config_hash
 from curveline.radio.pacing import Pace
-from curveline.radio.peer import Peer
+from curveline.radio.peer import STRANGE, Peer
 from curveline.radio.preflight import (
     check_ident,
     check_running,
@@ -29,7 +29,7 @@ from curveline.radio.preflight import (
     node_facts,
     run_tag,
     start_record,
-    what_is_left,
+    why_late,
     why_missing,
 )
 from curveline.radio.resume import ResumePoint, check_identity, check_progress, resume_record
@@ -42,8 +42,6 @@ UNCLAIMED = frozenset({Phase.DISCOVER, Phase.PREFLIGHT})
 WATCHED = frozenset({Phase.STAGING, Phase.RELEASED, Phase.PAUSING, Phase.PAUSED})
 UNREACHABLE = frozenset({Cause.SILENT, Cause.DEAF, Cause.REBOOT, Cause.TAKEN})
 """Causes after which the node at fault, or every node, will not answer under its session any more."""
-STRANGE = 3
-"""Answers in a row that are no status, after which a node is asked who it is."""
 
 
 class Conductor:
@@ -308,8 +306,7 @@ class Conductor:
         elif self._moving_ms + self._since(now_ms) > allowed_ms:
             for peer in late:
                 if not self._pace.is_lost(peer, now_ms):
-                    left = what_is_left(self.plan, self.step, peer)
-                    self.fail(now_ms, Halt(Cause.DEADLINE, peer.number, self.step, left))
+                    self.fail(now_ms, why_late(self.plan, self.step, peer))
 
     def _pass_barrier(self, now_ms: int) -> None:
         self.barrier = self.step

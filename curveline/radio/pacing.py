@@ -19,6 +19,8 @@ ANSWER_MS = {"250kbps": 4, "1Mbps": 2, "2Mbps": 2}
 LOSS_MS = {"250kbps": 14, "1Mbps": 6, "2Mbps": 4}
 """What a poll takes that is repeated to the end and never answered."""
 BUSY_MS = 500
+BUSY_CYCLES = 5
+"""How long beyond the dead-man a node may go on calling itself busy: so many poll cycles, but at least `BUSY_MS`."""
 LOST_SHARE = 10
 """All lost nodes together are given one part in so many of the air time."""
 BATCH_MS = 32
@@ -33,6 +35,7 @@ class Pace:
     def __init__(self, policy: Policy, count: int, data_rate: str) -> None:
         cycle_ms = max(policy.poll_ms, ANSWER_MS[data_rate] * count)
         self.silence_ms = min(DEADMAN_LIMIT_MS, max(policy.silence_ms, CYCLES * cycle_ms))
+        self._busy_ms = self.silence_ms + max(BUSY_MS, BUSY_CYCLES * cycle_ms)
         self._policy = policy
         self._loss_ms = LOSS_MS[data_rate]
         self._batch = min(BATCH, BATCH_MS // ANSWER_MS[data_rate])
@@ -51,7 +54,7 @@ class Pace:
     def patience_ms(self, missing: Sequence[Peer]) -> int:
         """How long to ask for nodes that are not ours yet: one with an owner keeps it, if that one is still alive."""
         owned = any(peer.busy for peer in missing)
-        return self.silence_ms + BUSY_MS if owned else self._policy.budget_ms
+        return self._busy_ms if owned else self._policy.budget_ms
 
     def after_answer(self, peer: Peer, now_ms: int) -> None:
         """The node answered."""

@@ -23,6 +23,9 @@ from curveline.radio.frames import (
 )
 from curveline.radio.keys import session_key
 
+STRANGE = 3
+"""Answers in a row that are no status of the session, after which a node is asked who it is."""
+
 
 @dataclass
 class LinkTally:
@@ -60,7 +63,7 @@ class Peer:
     unheard: int = 0
     """Polls since the last STATUS of this session."""
     strange: int = 0
-    """Answers in a row that were no STATUS of this session."""
+    """Answers in a row that were no STATUS of this session; see STRANGE."""
     busy: bool = False
     gone: bool = False
     """Lost for this session: nothing is expected of it any more."""

@@ -12,7 +12,7 @@ from curveline.radio.actions import Record
 from curveline.radio.frames import MOVE_MS_LIMIT, VERSION, Counts, Fault, Ident, State, Status
 from curveline.radio.halts import Cause, Halt, fault_halt
 from curveline.radio.motion import Axes, outside
-from curveline.radio.peer import Peer
+from curveline.radio.peer import STRANGE, Peer
 
 START_TOLERANCE = 32
 """How far [counts] a node may stand from the start of a plan: a servo rests within 22, and STATUS rounds to 8."""
@@ -105,7 +105,14 @@ def why_missing(missing: Sequence[Peer], count: int) -> Halt:
     return Halt(Cause.UNTRUSTED if peer.ident is None else Cause.TAKEN, peer.number)
 
 
-def what_is_left(plan: Plan, step: int, peer: Peer) -> str:
+def why_late(plan: Plan, step: int, peer: Peer) -> Halt:
+    """The halt for a node that is not done in time: it still has a way to go, or it obeys somebody else by now."""
+    if peer.strange > STRANGE:
+        return Halt(Cause.TAKEN, peer.number, step)
+    return Halt(Cause.DEADLINE, peer.number, step, _what_is_left(plan, step, peer))
+
+
+def _what_is_left(plan: Plan, step: int, peer: Peer) -> str:
     """Which axis of a late node is how far from its target."""
     if peer.status is None or peer.started < step:
         return "it has not set off"

@@ -633,6 +633,27 @@ def test_an_emergency_stop_reaches_everybody(loss: float) -> None:
     assert {node.state for node in bench.nodes} == {State.ESTOP}
 
 
+def test_a_node_that_obeys_somebody_else_is_not_called_late() -> None:
+    """Its step is over before it has been strange for long enough; what it answers says why nevertheless."""
+    bench = Bench(make_plan(poses=[(0.1, 0.0, 0.0)], seconds=0.3), policy=Policy(slack_ms=0))
+    bench.run_to(Phase.STAGING, 1)
+    taken, first = bench.nodes[1], bench.conductor
+    other = Peer(2, bench.plan.drive.addresses[1], bench.site.node_key(2), 0xAA00)
+    taken.receive(bench.now_ms, other.hello(replace(first._hello, nonce=0)))
+    ident = other.take(taken.ack)
+    assert isinstance(ident, frames.Ident)
+    other.accept(ident, first.run_tag)
+
+    def keep(send: Send) -> None:
+        if first.released:
+            taken.receive(bench.now_ms, other.drive(0, 0, (0, (0, 0, 0), 0)))
+
+    bench.hooks.append(keep)
+    halt = halted(bench, Cause.TAKEN, 2)
+    assert halt.step == 1
+    assert taken.memory.started == 0
+
+
 def test_an_emergency_stop_reaches_a_node_that_another_host_has_taken() -> None:
     """Under a session that is no more nothing reaches it; a stop broadcast does."""
     bench = moving(9.0)
