@@ -120,7 +120,7 @@ def _send(wanted: Plan | Scene | BrokenRun, way: _Way) -> Ending | None:
     from curveline.radio.actions import Policy
     from curveline.radio.link import Control
 
-    control = Control(Policy(takeover=way.takeover))
+    control = Control(Policy(takeover=way.takeover), tell=show.note)
     if isinstance(wanted, BrokenRun):
         with wanted.opened() as journal, closing(open_radio(way.spec, wanted.plan.drive, way.runs)) as radio:
             show.note(wanted.summary())

@@ -51,15 +51,23 @@ class Request(IntEnum):
     ESTOP = 3
 
 
+def ignore(news: object) -> None:
+    """Whoever looks away."""
+
+
 class Control:
     """The operator's hand on a run; safe to use from a signal handler.
 
     With `waits` a paused run goes on polling until `resume`, `hold` or an emergency stop; without, it ends there.
+    `tell` is given a line when the radio goes away, and when it is back.
     """
 
-    def __init__(self, policy: Policy | None = None, *, waits: bool = False) -> None:
+    def __init__(
+        self, policy: Policy | None = None, *, waits: bool = False, tell: Callable[[str], None] = ignore
+    ) -> None:
         self.policy = policy or Policy()
         self.waits = waits
+        self.tell = tell
         self.request = Request.NONE
         self.resumes = False
 
@@ -131,10 +139,6 @@ class FrameRecord:
 
 
 Observer = Callable[[Progress], None]
-
-
-def ignore(progress: Progress) -> None:
-    """An observer that looks away."""
 
 
 class Halted(LinkError):
@@ -234,6 +238,8 @@ class _Run:
         Nodes that have held by themselves meanwhile are taken over again, as by `resume_plan`.
         """
         begin_ms = self._now_ms()
+        if gone.may_return:
+            control.tell(f"{gone.message}; waiting for it to come back")
         while control.request < Request.HOLD and gone.may_return:
             try:
                 self._radio.exchange(())
@@ -242,6 +248,7 @@ class _Run:
             else:
                 successor = self._conductor.successor(self._now_ms() - begin_ms, _fresh_nonce())
                 self._conductor = self._report.conductor = successor or self._conductor
+                control.tell("the radio is back")
                 return successor is not None
         raise gone
 

@@ -102,6 +102,18 @@ def test_nobody_has_to_wait_for_a_radio(tmp_path: Path) -> None:
     assert radio.now_us() < 4_000_000
 
 
+def test_the_operator_is_told_when_the_radio_goes_and_when_it_is_back(tmp_path: Path) -> None:
+    told: list[tuple[int, str]] = []
+    radio = Returning([(700, 3000)])
+    control = Control(tell=lambda line: told.append((radio.now_us() // 1000, line)))
+    assert radio.send(tmp_path, ignore, control).outcome == "done"
+    (gone_ms, gone), (back_ms, back) = told
+    assert gone == "the dongle is gone; waiting for it to come back"
+    assert back == "the radio is back"
+    assert gone_ms < 800
+    assert 3700 <= back_ms < 3800
+
+
 @pytest.mark.parametrize("asked_s", [-1.0, 0.5])
 def test_a_pause_that_was_asked_for_outlives_the_radio(tmp_path: Path, asked_s: float) -> None:
     control, radio = Control(), Returning([(700, 3000)])
