@@ -42,10 +42,10 @@ class BackEnd:
     name: str
     exchange_us: int
     frame_us: int
+    note: str
 
 
-BACK_ENDS = (BackEnd("nrf24", 0, HOST_US), BackEnd("serial", 2000, 50))
-"""The mock display is timed as SPI is, too."""
+BACK_ENDS = (BackEnd("nrf24", 0, HOST_US, "model; mock too"), BackEnd("serial", 2000, 50, "model"))
 
 
 @dataclass
@@ -74,7 +74,13 @@ def _rates() -> Iterator[Row]:
             for count in COUNTS:
                 spent = _run(_plan(count, max(1, 16 // count)), back_end, Weather(loss), FLAT_OUT)
                 rate = 1e6 * spent.polls / spent.virtual_us / count
-                yield Row(f"{back_end.name}, {count} nodes, {_percent(loss)}", rate, "/s", "", "polls per node, model")
+                yield Row(
+                    f"{back_end.name}, {count} nodes, {_percent(loss)}",
+                    rate,
+                    "/s",
+                    "",
+                    f"polls per node, {back_end.note}",
+                )
 
 
 def _cost_of_loss() -> Iterator[Row]:
