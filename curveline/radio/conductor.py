@@ -169,6 +169,7 @@ class Conductor:
 
     def heard(self, now_ms: int, node: int, payload: bytes | None, retries: int = 0) -> Status | None:
         """What came back for a frame of the last Poll, None if nothing; returns the node's status if it proves one."""
+        self._notice(now_ms, "as if suspended")
         peer = self.peers[node - 1]
         peer.tally.polls += 1
         peer.tally.retries += retries

@@ -15,7 +15,7 @@ from random import Random
 
 from curveline.radio import RadioGone
 from curveline.radio.air import Air
-from curveline.radio.frames import Fault
+from curveline.radio.frames import Fault, Stop, encode_stop
 from curveline.radio.intruders import REPLAYS, NextVersion, Rival, forged, stranger_identity
 from curveline.radio.journal import SystemDisk
 from curveline.radio.node import Node
@@ -27,6 +27,7 @@ SILENCE_MS = 3000
 RESET_MS = 200
 REPLUG_MS = 2500
 """Longer than the dead-man time: the nodes hold meanwhile."""
+SLEEP_MS = 10_000
 
 
 class Form(Enum):
@@ -59,6 +60,7 @@ class Stage:
     rivals: list[Rival] = field(default_factory=list)
     heard: Mapping[int, deque[bytes]] = field(default_factory=lambda: defaultdict(lambda: deque(maxlen=REPLAYS)))
     gone_until_ms: int = 0
+    asleep_until_ms: int = 0
     disk_is_full: bool = False
 
     def station(self, mishap: Mishap) -> Station:
@@ -119,6 +121,11 @@ class Troubles:
         for mishap, row in self._mishaps:
             if row.meddle is not None:
                 row.meddle(self._stage, mishap, packet)
+
+    @property
+    def asleep_until_ms(self) -> int:
+        """Until when the host's computer sleeps, in the midst of an exchange."""
+        return self._stage.asleep_until_ms
 
     def gone(self, now_ms: int) -> RadioGone | None:
         """What to raise while the radio itself is away."""
@@ -192,6 +199,15 @@ def _replug(stage: Stage, mishap: Mishap, now_ms: int) -> None:
     stage.gone_until_ms = now_ms + REPLUG_MS
 
 
+def _sleep(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    stage.asleep_until_ms = now_ms + SLEEP_MS
+
+
+def _stop(stage: Stage, mishap: Mishap, now_ms: int) -> None:
+    for station in stage.stations:
+        station.intrude(now_ms, encode_stop(Stop(0), station.identity.site.stop_key))
+
+
 def _disk(stage: Stage, mishap: Mishap, now_ms: int) -> None:
     stage.disk_is_full = True
 
@@ -263,6 +279,8 @@ MISHAPS: Mapping[str, Row] = {
     "reset": Row(Form.STEP, "the radio's chip restarts and comes back", strike=_reset),
     "gone": Row(Form.STEP, "the radio is unplugged", strike=_gone),
     "replug": Row(Form.STEP, "the radio is unplugged for 2.5 s", strike=_replug),
+    "sleep": Row(Form.STEP, "this computer sleeps for 10 s", strike=_sleep),
+    "stop": Row(Form.STEP, "somebody else stops the display", strike=_stop),
     "disk": Row(Form.FULL_STEP, "the disk under the run's record is full", strike=_disk),
     "unhomed": Row(Form.NODE, "a node has not been homed", prepare=_unhomed),
     "estop": Row(Form.NODE, "a node was stopped for good", prepare=_estop),

@@ -105,10 +105,11 @@ class MockRadio:
         return [self._exchange(address, payload) for address, payload in frames]
 
     def _exchange(self, address: str, payload: bytes) -> Answer:
-        begin_us = self.now_us()
         number = self._numbers.get(address.upper(), 0)
-        self._troubles.before(Packet(begin_us // 1000, number, payload))
+        self._troubles.before(Packet(self._now_ms(), number, payload))
+        self.sleep_until(1000 * self._troubles.asleep_until_ms)
         self._reach()
+        begin_us = self.now_us()
         station = self._stations[number - 1] if number else None
         heard = station.exchange(self._air, payload, begin_us) if station else self._air.unheard()
         self.sleep_until(begin_us + heard.took_us)

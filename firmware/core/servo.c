@@ -26,35 +26,14 @@ enum {
     ERROR_MOST = 8191    /* counts: keeps products within 32 bits */
 };
 
-const cl_servo_config cl_servo_linear = {
-    .proportional = 12 * 256,
-    .integral = 12,
-    .damping = 3 * 256 / 2,
-    .forward = 88,
-    .lead_ms = 30,
-    .kick = 192,
-    .limit = CL_PWM_FULL,
-    .band = 22,
-    .reengage = 66,
-    .error_limit = 221,
-    .lag_limit = 1107,
-    .jump = 20,
-};
+/* All three motors are the same, so their gains are. */
+#define GAINS \
+    .proportional = 12 * 256, .integral = 12, .damping = 3 * 256 / 2, .forward = 88, .lead_ms = 30, .kick = 192, \
+    .limit = CL_PWM_FULL, .jump = 20
 
-const cl_servo_config cl_servo_bias = {
-    .proportional = 12 * 256,
-    .integral = 12,
-    .damping = 3 * 256 / 2,
-    .forward = 88,
-    .lead_ms = 30,
-    .kick = 192,
-    .limit = CL_PWM_FULL,
-    .band = 10,
-    .reengage = 31,
-    .error_limit = 209,
-    .lag_limit = 695,
-    .jump = 20,
-};
+const cl_servo_config cl_servo_linear = {GAINS, .band = 22, .reengage = 66, .error_limit = 221, .lag_limit = 1107};
+
+const cl_servo_config cl_servo_bias = {GAINS, .band = 10, .reengage = 31, .error_limit = 209, .lag_limit = 695};
 
 static int32_t size(int32_t value) { return value < 0 ? -value : value; }
 

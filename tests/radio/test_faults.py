@@ -61,6 +61,14 @@ HALTING = [
     Row("taken=1@step2", Cause.TAKEN, 1, "node 1 no longer obeys this session", "only one host"),
     Row("jam@step2", Cause.DEAF, 0, "no node answers any more, for", "jamming"),
     Row("gone@step2", None, 0, "the radio does not answer this computer any more", "plug it in again"),
+    Row(
+        "sleep@step2",
+        Cause.SUSPENDED,
+        0,
+        r"this computer fell silent in step 2 \(for 1\d\.\d s, as if",
+        "keep it awake",
+    ),
+    Row("stop@step2", Cause.STOPPED, 1, "node 1 was stopped in step 2 by a stop broadcast", "find out who"),
     Row("disk=full@step2", Cause.JOURNAL, 0, "record of the run cannot be written.*No space left", "free space"),
     Row(
         "unhomed=2",
