@@ -171,14 +171,11 @@ class Conductor:
         """What came back for a frame of the last Poll, None if nothing; returns the node's status if it proves one."""
         self._notice(now_ms, "as if suspended")
         peer = self.peers[node - 1]
-        peer.tally.polls += 1
-        peer.tally.retries += retries
+        peer.tally.count(payload, retries)
         peer.unheard += 1
         if payload is None:
-            peer.tally.lost += 1
             self._pace.after_loss(self.peers, peer, now_ms)
             return None
-        peer.tally.answered += 1
         self._pace.after_answer(peer, now_ms)
         fact = peer.take(payload)
         if isinstance(fact, Status):

@@ -44,11 +44,6 @@ def with_settings(text: str, path: str, settings: bytes) -> str:
     return "".join(map(_encode, [*sorted(parts, key=lambda line: line.address), *starts, _Line(END, 0, b"")]))
 
 
-def image(text: str, path: str) -> dict[int, int]:
-    """Byte at every address that a file gives; InvalidInput for a bad one."""
-    return dict(_bytes(line for line in _parse(text, path) if line.kind == DATA))
-
-
 def _parse(text: str, path: str) -> Iterator[_Line]:
     base = 0
     rows = text.rstrip("\n").split("\n")
@@ -99,11 +94,6 @@ def _outside(line: _Line, sector: range) -> Iterator[_Line]:
     if _end(line) > sector.stop:
         cut = max(0, sector.stop - line.address)
         yield _Line(DATA, line.address + cut, line.data[cut:])
-
-
-def _bytes(lines: Iterator[_Line]) -> Iterator[tuple[int, int]]:
-    for line in lines:
-        yield from enumerate(line.data, start=line.address)
 
 
 def _end(line: _Line) -> int:

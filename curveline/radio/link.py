@@ -344,13 +344,10 @@ def _query(radio: Radio, number: int, address: str) -> NodeStatus:
     question = Hello(number, nonce, 0, 0, 0, FLAG_QUERY)
     for _ in range(QUERIES):
         (answer,) = radio.exchange([(address, peer.hello(question))])
-        peer.tally.polls += 1
-        peer.tally.retries += answer.retries
+        peer.tally.count(answer.payload, answer.retries)
         if answer.payload is None:
-            peer.tally.lost += 1
             radio.sleep_until(radio.now_us() + QUERY_GAP_US)
             continue
-        peer.tally.answered += 1
         status = decode_status(answer.payload, peer.node_key, nonce)
         if isinstance(status, Status) and status.node == number:
             return _node_status(status, address, peer.tally)

@@ -37,6 +37,15 @@ class LinkTally:
     retries: int = 0
     bad_tags: int = 0
 
+    def count(self, payload: bytes | None, retries: int) -> None:
+        """One more poll, and what came back for it, None if nothing did."""
+        self.polls += 1
+        self.retries += retries
+        if payload is None:
+            self.lost += 1
+        else:
+            self.answered += 1
+
 
 @dataclass
 class Peer:

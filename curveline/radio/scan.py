@@ -141,12 +141,9 @@ def _ask(radio: Radio, group: Sequence[Found], probes: int) -> None:
 
 
 def _note(found: Found, answer: Answer, nonce: int) -> None:
-    found.link.polls += 1
-    found.link.retries += answer.retries
+    found.link.count(answer.payload, answer.retries)
     if answer.payload is None:
-        found.link.lost += 1
         return
-    found.link.answered += 1
     found.cut += 0 < len(answer.payload) < FRAME_BYTES
     page = decode_page(answer.payload, nonce)
     if isinstance(page, Reject):

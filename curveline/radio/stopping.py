@@ -79,11 +79,7 @@ class _Asked:
             self._note(answer)
 
     def _note(self, answer: Answer) -> None:
-        link = self.found.link
-        link.polls += 1
-        link.retries += answer.retries
-        link.lost += answer.payload is None
-        link.answered += answer.payload is not None
+        self.found.link.count(answer.payload, answer.retries)
         status = decode_status(answer.payload or b"", self._peer.node_key, self._nonce)
         if self._is_told and isinstance(status, Status):
             self.found.state = status.state

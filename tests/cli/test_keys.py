@@ -11,9 +11,9 @@ import pytest
 import typer
 
 from curveline.plan import drive_table
-from curveline.radio.intelhex import image
 from curveline.radio.keyfile import read_site, settings_record
 from curveline.shapefile import read_display
+from hexfile import bytes_of
 
 from .conftest import Run
 
@@ -149,7 +149,7 @@ def test_a_node_gets_an_image_of_its_own(run: Run, keys: Path, tmp_path: Path) -
     assert "address C1C1C1C102" in out
     assert "teensy_loader_cli" in err
     assert stat.S_IMODE(target.stat().st_mode) == 0o600
-    cells = image(target.read_text(), "two.hex")
+    cells = bytes_of(target.read_text())
     record = settings_record(read_site(keys).master, drive_table(read_display("single")), 2)
     assert bytes(cells[0xF400 + index] for index in range(len(record))) == record
     content = target.read_bytes()

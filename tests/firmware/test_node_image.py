@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import LinkError
-from curveline.radio.intelhex import image as intel_hex_bytes
 from curveline.radio.intelhex import with_settings
 from curveline.radio.keyfile import settings_record
 from curveline.radio.link import Control, Progress, Request, read_status
+from hexfile import bytes_of
 
 from .display import POSES, Rig
 from .fleet import MASTER, SETTINGS, STORE, ChipRadio, Fleet, drive_table
@@ -57,14 +57,8 @@ def test_the_build_says_how_large_the_program_is_and_keeps_it_within_limits(imag
 
 def test_the_hex_file_holds_what_the_linker_wrote(image: Image, image_folder: Path) -> None:
     memory = bytearray(b"\xff" * 0x10000)
-    for line in (image_folder / "node.hex").read_text().split():
-        record = bytes.fromhex(line[1:])
-        assert sum(record) & 0xFF == 0
-        if record[3] == 0:
-            at = record[1] << 8 | record[2]
-            memory[at : at + record[0]] = record[4:-1]
-        else:
-            assert record[3] in (1, 3, 4, 5)
+    for at, byte in bytes_of((image_folder / "node.hex").read_text()).items():
+        memory[at] = byte
     gap = slice(0xC0, 0x400)  # between vectors and flash configuration linkers fill with what they like
     assert not any(memory[gap].strip(b"\xff"))
     memory[gap] = image.flash[gap]
@@ -78,7 +72,7 @@ def test_a_node_flashed_with_its_own_hex_file_answers(image: Image, image_folder
     machine = fleet.machines[1]
     machine.write_flash(0, b"\xff" * 0x10000)
     text = with_settings((image_folder / "node.hex").read_text(), "node.hex", settings_record(MASTER, fleet.drive, 2))
-    for address, byte in intel_hex_bytes(text, "node2.hex").items():
+    for address, byte in bytes_of(text).items():
         machine.write_flash(address, bytes([byte]))
     machine.power_cycle()
     fleet.run(50_000)

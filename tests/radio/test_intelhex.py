@@ -7,7 +7,8 @@ from random import Random
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.radio.intelhex import SETTINGS_SECTOR, image, with_settings
+from curveline.radio.intelhex import SETTINGS_SECTOR, with_settings
+from hexfile import bytes_of
 
 SETTINGS = bytes(range(100, 184))
 
@@ -23,8 +24,8 @@ CODE = record(0, 0, bytes(range(16))) + record(0, 16, b"\xaa\xbb")
 
 def test_settings_are_added_and_all_else_is_kept() -> None:
     merged = with_settings(CODE + END, "node.hex", SETTINGS)
-    cells = image(merged, "node.hex")
-    assert {address: cells[address] for address in range(18)} == image(CODE + END, "node.hex")
+    cells = bytes_of(merged)
+    assert {address: cells[address] for address in range(18)} == bytes_of(CODE + END)
     assert bytes(cells[0xF400 + index] for index in range(84)) == SETTINGS
     assert len(cells) == 18 + 84
     assert merged.endswith(END)
@@ -34,15 +35,15 @@ def test_settings_are_added_and_all_else_is_kept() -> None:
 def test_old_settings_go_even_where_a_record_straddles_the_sector() -> None:
     old = record(0, 0xF3F8, bytes([1] * 16)) + record(0, 0xF500, b"\x02") + record(0, 0xF7F8, bytes([3] * 16))
     old += record(0, 0xF900, b"\x04\x05")
-    cells = image(with_settings(CODE + old + END, "x", SETTINGS), "x")
+    cells = bytes_of(with_settings(CODE + old + END, "x", SETTINGS))
     assert [cells[address] for address in range(0xF3F8, 0xF400)] == [1] * 8
     assert [cells[address] for address in range(0xF800, 0xF808)] == [3] * 8
     assert (cells[0xF900], cells[0xF901]) == (4, 5)
     assert {address for address in cells if address in SETTINGS_SECTOR} == {*range(0xF400, 0xF400 + 84)}
     again = with_settings(with_settings(CODE + old + END, "x", b"other"), "x", SETTINGS)
-    assert image(again, "x") == cells
+    assert bytes_of(again) == cells
     wide = record(0, 0xF3FE, bytes(255)) + record(0, 0xF4FD, bytes(255)) + record(0, 0xF5FC, bytes(255))
-    assert len(image(with_settings(CODE + wide + END, "x", SETTINGS), "x")) == 18 + 2 + 84
+    assert len(bytes_of(with_settings(CODE + wide + END, "x", SETTINGS))) == 18 + 2 + 84
 
 
 def test_base_addresses_and_start_addresses_are_understood() -> None:
@@ -50,7 +51,7 @@ def test_base_addresses_and_start_addresses_are_understood() -> None:
         record(4, 0, b"\0\0") + CODE + record(2, 0, b"\x08\0") + record(0, 0x10, b"\x07") + record(5, 0, b"\0\0\1\x95")
     )
     merged = with_settings(text + END, "x", SETTINGS)
-    cells = image(merged, "x")
+    cells = bytes_of(merged)
     assert cells[0x8010] == 7
     assert record(5, 0, b"\0\0\1\x95") in merged
 
