@@ -54,7 +54,7 @@ def between(begin, end, fraction):
 def node_loads(pose, bearing, free, phi, multipliers):
     """Largest curvature away from the natural one [1/m], then what a node must hold: see `Branch`."""
     length = pose.length - bearing.clamp
-    table = vertex_table(free, phi)
+    table = vertex_table(free, phi, multipliers)
     force = bearing.stiffness / length**2
     end_x, end_y = -multipliers[0] * force, -multipliers[1] * force
     start_x, start_y = -end_x, bearing.weight * length - end_y

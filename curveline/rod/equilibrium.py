@@ -45,6 +45,7 @@ class ClampedRod:
     natural_curvature: float = 0.0  # [1/m]
     loads: tuple[tuple[float, float, float], ...] = ()
     winding: int = 0
+    stretching: float = math.inf  # EA [N]; infinite for an inextensible rod
 
     @property
     def free_length(self) -> float:
@@ -73,7 +74,9 @@ class ClampedRod:
     @property
     def bearing(self) -> Bearing:
         """What stays the same when the nodes move."""
-        return Bearing(float(self.clamp), float(self.stiffness), float(self.weight), float(self.natural_curvature))
+        compliance = float(self.stiffness / self.stretching)
+        curvature = float(self.natural_curvature)
+        return Bearing(float(self.clamp), float(self.stiffness), float(self.weight), curvature, compliance)
 
     @property
     def turn(self) -> float:
@@ -92,9 +95,9 @@ class ClampedRod:
 class Equilibrium:
     """A state of a segment, in SI, in the frame of its left pivot.
 
-    `vertices_table (m+1, 4)` holds position [m], tangent angle [rad] and curvature [1/m] at the ends of `edges (m,)`
-    [m] of the free rod; `vertices` counts those of the finest rod it was extrapolated from. Forces and moments are
-    those of the clamps on the rod, where the free rod begins and ends.
+    `vertices_table (m+1, 6)` holds position [m], tangent angle [rad], curvature [1/m], axial strain and its slope [1/m]
+    at the ends of the unstretched `edges (m,)` [m] of the free rod; `vertices` counts those of the finest rod it was
+    extrapolated from. Forces and moments are those of the clamps on the rod, where the free rod begins and ends.
     """
 
     name: str
@@ -147,7 +150,7 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
     table, scalars, places, estimate, unstable, iterations, finest = climb(
         rod.scaled(), edges, phi, multipliers, tolerance / length, MOST_EDGES
     )
-    table *= np.array([length, length, 1.0, 1.0 / length])
+    table *= np.array([length, length, 1.0, 1.0 / length, 1.0, 1.0 / length])
     table[:, :2] += rod.free_start
     stable = unstable == 0 and scalars[EIGENVALUE] > 0.0
     force, moment = _clamp_wrench(rod, scalars)

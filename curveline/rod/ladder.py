@@ -10,32 +10,44 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.rod._jit import njit
-from curveline.rod.planar import Effort, energy, lowest_eigenvalue, newton
+from curveline.rod.hermite import weights
+from curveline.rod.planar import Effort, energy, lowest_eigenvalue, newton, thrust_on
 from curveline.rod.problem import halved, largest_change, make_problem, refine_angles, released
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
 
 SCALARS = 7
-"""Per level: both multipliers, both end curvatures, bending energy, load potential, lowest eigenvalue."""
+"""Per level: both multipliers, both end curvatures, strain energy, load potential, lowest eigenvalue."""
 
 EIGENVALUE = 6
+COLUMNS = 6
 HONESTY = 0.15
 ROUNDING = 1e-12
 
 
 @njit
-def vertex_table(problem, phi):
-    """Position x, y, tangent angle and curvature at every vertex: (n+1, 4)."""
+def vertex_table(problem, phi, multipliers):
+    """Position x, y, tangent angle, curvature, axial strain and its slope at every vertex: (n+1, 6)."""
     n = phi.size
-    table = np.zeros((n + 1, 4))
+    table = np.zeros((n + 1, COLUMNS))
+    before = 0.0
     for j in range(n):
-        table[j + 1, 0] = table[j, 0] + problem.edges[j] * np.cos(phi[j])
-        table[j + 1, 1] = table[j, 1] + problem.edges[j] * np.sin(phi[j])
+        strain = -problem.compliance[j] * thrust_on(problem, phi, multipliers, j)
+        length = problem.edges[j] * (1.0 + strain)
+        table[j + 1, 0] = table[j, 0] + length * np.cos(phi[j])
+        table[j + 1, 1] = table[j, 1] + length * np.sin(phi[j])
         if j > 0:
             turn = phi[j] - phi[j - 1]
             share = problem.edges[j - 1] / (problem.edges[j - 1] + problem.edges[j])
             table[j, 2] = phi[j - 1] + share * turn
             table[j, 3] = turn * problem.stiffness[j]
+            table[j, 4] = before + share * (strain - before)
+            table[j, 5] = (strain - before) * problem.stiffness[j]
+        before = strain
+    table[0, 5] = table[1, 5]
+    table[n, 5] = table[n - 1, 5]
+    table[0, 4] = table[1, 4] - problem.edges[0] * table[0, 5]
+    table[n, 4] = table[n - 1, 4] + problem.edges[n - 1] * table[n, 5]
     table[0, 2] = problem.ends[0]
     table[n, 2] = problem.ends[1]
     # The derivative of the discrete energy by the clamp angle: the end moment, second order accurate.
@@ -55,8 +67,9 @@ def level_scalars(problem, phi, multipliers, table):
     out[3] = table[n, 3]
     potential = 0.0
     for j in range(n):
-        potential += problem.loads[0, j] * np.cos(phi[j]) + problem.loads[1, j] * np.sin(phi[j])
-    out[4] = energy(problem, phi) - potential
+        stretch = 1.0 - problem.compliance[j] * thrust_on(problem, phi, multipliers, j)
+        potential += (problem.loads[0, j] * np.cos(phi[j]) + problem.loads[1, j] * np.sin(phi[j])) * stretch
+    out[4] = energy(problem, phi, multipliers) - potential
     out[5] = potential
     out[EIGENVALUE] = 0.0
     return out
@@ -64,7 +77,7 @@ def level_scalars(problem, phi, multipliers, table):
 
 @njit
 def largest_gap(fine, coarse):
-    """Largest distance between the vertices of `coarse (m+1, 4)` and the same ones of `fine (2m+1, 4)`."""
+    """Largest distance between the vertices of `coarse (m+1, 6)` and the same ones of `fine (2m+1, 6)`."""
     worst = 0.0
     for i in range(coarse.shape[0]):
         worst = max(worst, np.hypot(fine[2 * i, 0] - coarse[i, 0], fine[2 * i, 1] - coarse[i, 1]))
@@ -82,14 +95,14 @@ def extrapolate(coarse, fine, out):
 def climb(rod, edges, phi, multipliers, tolerance, most_edges):
     """Refine the equilibrium `phi (n,)`, `multipliers (2,)` on `edges (n,)` until its error is below `tolerance`.
 
-    Returns (table, scalars, edges, estimate, unstable, iterations, level): the extrapolated vertices (m+1, 4), the
+    Returns (table, scalars, edges, estimate, unstable, iterations, level): the extrapolated vertices (m+1, 6), the
     extrapolated scalars, the edges (m,) between these vertices, the error estimate in units of the length, the number
     of unstable directions on the finest level (-1 if the equilibrium was lost there), Newton iterations in all, and
     the finest level's number of edges. Stops at `most_edges` with the estimate reached by then.
     """
     free = released(make_problem(rod, edges))
     spent, unstable = newton(free, phi, multipliers, POLISH)
-    fine_table = vertex_table(free, phi)
+    fine_table = vertex_table(free, phi, multipliers)
     fine_scalars = level_scalars(free, phi, multipliers, fine_table)
     table = fine_table
     scalars = fine_scalars
@@ -112,7 +125,7 @@ def climb(rod, edges, phi, multipliers, tolerance, most_edges):
             return table, scalars, places, np.inf, -1, spent, 2 * edges.size
         coarse_table = fine_table
         coarse_scalars = fine_scalars
-        fine_table = vertex_table(free, phi)
+        fine_table = vertex_table(free, phi, multipliers)
         fine_scalars = level_scalars(free, phi, multipliers, fine_table)
         before = table
         table = np.empty(coarse_table.shape)
@@ -141,7 +154,7 @@ def climb(rod, edges, phi, multipliers, tolerance, most_edges):
 def interpolate(table, edges, places, out):
     """Positions `out (k, 2)` at the sorted arc lengths `places (k,)`, by quintic Hermite interpolation.
 
-    Position, tangent and curvature at the vertices `table (m+1, 4)` are met: error of sixth order in the edges.
+    Position and its first two derivatives at the vertices `table (m+1, 6)` are met: error of sixth order in the edges.
     """
     j = 0
     begin = 0.0
@@ -150,27 +163,14 @@ def interpolate(table, edges, places, out):
             begin += edges[j]
             j += 1
         h = edges[j]
-        t = min(max((places[i] - begin) / h, 0.0), 1.0)
-        t3 = t * t * t
-        late = t3 * (10.0 - 15.0 * t + 6.0 * t * t)
-        slope0 = t - t3 * (6.0 - 8.0 * t + 3.0 * t * t)
-        slope1 = -t3 * (4.0 - 7.0 * t + 3.0 * t * t)
-        bend0 = 0.5 * t * t - t3 * (1.5 - 1.5 * t + 0.5 * t * t)
-        bend1 = t3 * (0.5 - t + 0.5 * t * t)
-        c0, s0 = np.cos(table[j, 2]), np.sin(table[j, 2])
-        c1, s1 = np.cos(table[j + 1, 2]), np.sin(table[j + 1, 2])
-        k0, k1 = h * h * table[j, 3], h * h * table[j + 1, 3]
-        out[i, 0] = (
-            table[j, 0]
-            + late * (table[j + 1, 0] - table[j, 0])
-            + h * (slope0 * c0 + slope1 * c1)
-            - bend0 * k0 * s0
-            - bend1 * k1 * s1
-        )
-        out[i, 1] = (
-            table[j, 1]
-            + late * (table[j + 1, 1] - table[j, 1])
-            + h * (slope0 * s0 + slope1 * s1)
-            + bend0 * k0 * c0
-            + bend1 * k1 * c1
-        )
+        share = weights(min(max((places[i] - begin) / h, 0.0), 1.0))
+        out[i, 0] = 0.0
+        out[i, 1] = 0.0
+        for end in range(2):
+            row = table[j + end]
+            cosine, sine = np.cos(row[2]), np.sin(row[2])
+            speed = h * (1.0 + row[4])
+            gain, turn = h * h * row[5], h * speed * row[3]
+            value, slope, bend = share[end], share[2 + end], share[4 + end]
+            out[i, 0] += value * row[0] + (slope * speed + bend * gain) * cosine - bend * turn * sine
+            out[i, 1] += value * row[1] + (slope * speed + bend * gain) * sine + bend * turn * cosine

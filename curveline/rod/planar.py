@@ -1,4 +1,4 @@
-"""Kernels of the planar inextensible rod: Newton on the bordered system, descent, inertia, lowest eigenvalue.
+"""Kernels of the planar rod, inextensible or not: Newton on the bordered system, descent, inertia, lowest eigenvalue.
 
 The Hessian of the Lagrangian is tridiagonal, bordered by the k constraints, so that a Newton step costs O(n): L D L^T
 by a forward sweep, a k x k Schur complement, a backward sweep. The signs of the pivots and of the Schur complement give
@@ -80,11 +80,12 @@ def sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, resi
     """Eliminate the tridiagonal Hessian of the Lagrangian at `phi (n,)`, `multipliers (k,)`.
 
     Fills `pivots (n,)`; `forward (k+1, n)`, the gradient and the constraint rows after the forward sweep;
-    `schur (k, k+1)`, the Schur complement C H^-1 C^T and its right-hand side; `residual (k,)`, the constraints'
-    violation. The Hessian is shifted by `shift` times the edge lengths. Returns the number of negative pivots and the
-    largest gradient entry per edge length.
+    `schur (k, k+1)`, the Schur complement C H^-1 C^T, plus what the constraints give by stretching, and its right-hand
+    side; `residual (k,)`, the constraints' violation. The Hessian is shifted by `shift` times the edge lengths. Returns
+    the number of negative pivots and the largest gradient entry per edge length.
     """
     edges, stiffness, loads, rows = problem.edges, problem.stiffness, problem.loads, problem.rows
+    compliance = problem.compliance
     n = phi.size
     k = multipliers.size
     negative = 0
@@ -103,13 +104,13 @@ def sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, resi
         for a in range(k):
             along += multipliers[a] * rows[a, 0, j]
             across += multipliers[a] * rows[a, 1, j]
-            residual[a] += rows[a, 0, j] * cosine + rows[a, 1, j] * sine
+        thrust = along * cosine + across * sine
+        turning = across * cosine - along * sine
+        stretch = 1.0 - compliance[j] * thrust
         after = phi[j + 1] if j + 1 < n else problem.ends[1]
-        gradient = (
-            (phi[j] - before) * stiffness[j] - (after - phi[j]) * stiffness[j + 1] - along * sine + across * cosine
-        )
+        gradient = (phi[j] - before) * stiffness[j] - (after - phi[j]) * stiffness[j + 1] + turning * stretch
         steepest = max(steepest, abs(gradient) / edges[j])
-        diagonal = stiffness[j] + stiffness[j + 1] - along * cosine - across * sine + shift * edges[j]
+        diagonal = stiffness[j] + stiffness[j + 1] - thrust * stretch - compliance[j] * turning**2 + shift * edges[j]
         ratio = 0.0
         if j > 0:
             ratio = -stiffness[j] / pivot
@@ -123,7 +124,10 @@ def sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, resi
         pivots[j] = pivot
         forward[0, j] = gradient
         for a in range(k):
-            value = rows[a, 1, j] * cosine - rows[a, 0, j] * sine
+            reach = rows[a, 0, j] * cosine + rows[a, 1, j] * sine
+            residual[a] += reach * stretch
+            give = compliance[j] * reach
+            value = (rows[a, 1, j] * cosine - rows[a, 0, j] * sine) * stretch - give * turning
             if j > 0:
                 value -= ratio * forward[a + 1, j - 1]
             forward[a + 1, j] = value
@@ -131,6 +135,7 @@ def sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, resi
             schur[a, k] += scaled * gradient
             for b in range(a + 1):
                 schur[a, b] += scaled * forward[b + 1, j]
+                schur[a, b] += give * (rows[b, 0, j] * cosine + rows[b, 1, j] * sine)
         before = phi[j]
     for a in range(k):
         for b in range(a):
@@ -195,15 +200,29 @@ def newton(problem, phi, multipliers, effort):
 
 
 @njit
-def energy(problem, phi):
-    """Bending energy plus load potential at `phi (n,)`."""
+def thrust_on(problem, phi, multipliers, j):
+    """Thrust on edge `j` times its length, from loads and constraints: its strain over minus its compliance."""
+    along = problem.loads[0, j]
+    across = problem.loads[1, j]
+    for a in range(multipliers.size):
+        along += multipliers[a] * problem.rows[a, 0, j]
+        across += multipliers[a] * problem.rows[a, 1, j]
+    return along * np.cos(phi[j]) + across * np.sin(phi[j])
+
+
+@njit
+def energy(problem, phi, multipliers):
+    """Energy of bending and stretching plus load potential at `phi (n,)`; the `multipliers (k,)` set the strains."""
     total = 0.0
     before = problem.ends[0]
     n = phi.size
     for j in range(n):
         turn = phi[j] - before
-        total += 0.5 * turn * turn * problem.stiffness[j]
-        total += problem.loads[0, j] * np.cos(phi[j]) + problem.loads[1, j] * np.sin(phi[j])
+        potential = problem.loads[0, j] * np.cos(phi[j]) + problem.loads[1, j] * np.sin(phi[j])
+        total += 0.5 * turn * turn * problem.stiffness[j] + potential
+        if problem.compliance[j] > 0.0:
+            thrust = thrust_on(problem, phi, multipliers, j)
+            total += problem.compliance[j] * thrust * (0.5 * thrust - potential)
         before = phi[j]
     turn = problem.ends[1] - before
     return total + 0.5 * turn * turn * problem.stiffness[n]
@@ -216,11 +235,14 @@ def merit(problem, phi, multipliers):
     An exact penalty would refuse steps along a weak instability: they leave the constraints by as much, to second
     order, as they lower the energy (the Maratos effect).
     """
-    total = energy(problem, phi)
+    total = energy(problem, phi, multipliers)
     for a in range(multipliers.size):
         gap = -problem.targets[a]
         for j in range(phi.size):
-            gap += problem.rows[a, 0, j] * np.cos(phi[j]) + problem.rows[a, 1, j] * np.sin(phi[j])
+            reach = problem.rows[a, 0, j] * np.cos(phi[j]) + problem.rows[a, 1, j] * np.sin(phi[j])
+            if problem.compliance[j] > 0.0:
+                reach *= 1.0 - problem.compliance[j] * thrust_on(problem, phi, multipliers, j)
+            gap += reach
         total += multipliers[a] * gap + 0.5 * PENALTY * gap * gap
     return total
 
@@ -278,11 +300,15 @@ def descend(problem, phi, multipliers, effort):
 
 @njit
 def second_variation(problem, phi, multipliers):
-    """Hessian of the Lagrangian at an equilibrium: its `diagonal (n,)` and the constraints' `border (k, n)`."""
+    """Hessian of the Lagrangian at an equilibrium with the strains eliminated.
+
+    Its `diagonal (n,)`, the constraints' `border (k, n)` and how far they yield by stretching, `corner (k, k)`.
+    """
     n = phi.size
     k = multipliers.size
     diagonal = np.empty(n)
     border = np.empty((k, n))
+    corner = np.zeros((k, k))
     for j in range(n):
         cosine = np.cos(phi[j])
         sine = np.sin(phi[j])
@@ -291,16 +317,28 @@ def second_variation(problem, phi, multipliers):
         for a in range(k):
             along += multipliers[a] * problem.rows[a, 0, j]
             across += multipliers[a] * problem.rows[a, 1, j]
-            border[a, j] = problem.rows[a, 1, j] * cosine - problem.rows[a, 0, j] * sine
-        diagonal[j] = problem.stiffness[j] + problem.stiffness[j + 1] - along * cosine - across * sine
-    return diagonal, border
+        thrust = along * cosine + across * sine
+        turning = across * cosine - along * sine
+        stretch = 1.0 - problem.compliance[j] * thrust
+        diagonal[j] = (
+            problem.stiffness[j] + problem.stiffness[j + 1] - thrust * stretch - problem.compliance[j] * turning**2
+        )
+        for a in range(k):
+            reach = problem.rows[a, 0, j] * cosine + problem.rows[a, 1, j] * sine
+            across_a = problem.rows[a, 1, j] * cosine - problem.rows[a, 0, j] * sine
+            border[a, j] = across_a * stretch - problem.compliance[j] * reach * turning
+            for b in range(k):
+                reach_b = problem.rows[b, 0, j] * cosine + problem.rows[b, 1, j] * sine
+                corner[a, b] += problem.compliance[j] * reach * reach_b
+    return diagonal, border, corner
 
 
 @njit
-def modes_below(problem, diagonal, border, value):
-    """Number of eigenvalues of the constrained second variation that are smaller than `value`."""
+def modes_below(problem, variation, value):
+    """Number of eigenvalues of the constrained `second_variation` that are smaller than `value`."""
+    diagonal, border, corner = variation
     k = border.shape[0]
-    schur = np.zeros((k, k))
+    schur = corner.copy()
     forward = np.zeros(k)
     below = 0
     pivot = 1.0
@@ -326,25 +364,25 @@ def lowest_eigenvalue(problem, phi, multipliers, precision):
     Normalised by the L2 norm of the angles' change, in units of EI / L^2 with L the free length, by bisection on the
     inertia (Sylvester).
     """
-    diagonal, border = second_variation(problem, phi, multipliers)
+    variation = second_variation(problem, phi, multipliers)
     low = 0.0
     high = 0.0
     width = 40.0
-    if modes_below(problem, diagonal, border, 0.0) > 0:
+    if modes_below(problem, variation, 0.0) > 0:
         low = -width
-        while modes_below(problem, diagonal, border, low) > 0:
+        while modes_below(problem, variation, low) > 0:
             high = low
             width *= 2.0
             low -= width
     else:
         high = width
-        while modes_below(problem, diagonal, border, high) == 0 and high < 1e15:
+        while modes_below(problem, variation, high) == 0 and high < 1e15:
             low = high
             width *= 2.0
             high += width
     while high - low > precision * max(abs(high), abs(low), 1e-3):
         middle = 0.5 * (low + high)
-        if modes_below(problem, diagonal, border, middle) > 0:
+        if modes_below(problem, variation, middle) > 0:
             high = middle
         else:
             low = middle

@@ -4,11 +4,19 @@ The rod has n straight edges with tangent angles phi_j. Its energy is the planar
 over Voronoi cells, with half cells at the clamps, plus loads that are linear in the vertex positions and hence in
 cos(phi_j), sin(phi_j):
 
-    E = sum_i (phi_i - phi_{i-1})^2 / (2 cell_i) + sum_j (loads_0j cos phi_j + loads_1j sin phi_j)
+    E = sum_i (phi_i - phi_{i-1})^2 / (2 cell_i) + sum_j (1 + strain_j) (loads_0j cos phi_j + loads_1j sin phi_j)
+        + sum_j strain_j^2 / (2 compliance_j)
 
-with phi_{-1}, phi_n the clamp angles. Each constraint k reads sum_j (rows_k0j cos phi_j + rows_k1j sin phi_j) =
-targets_k; the first two close the chord, a third may hold the mean height. A uniform natural curvature adds a constant
-to the energy of a clamped planar rod, so it does not appear here.
+with phi_{-1}, phi_n the clamp angles. Each constraint k reads sum_j (1 + strain_j) (rows_k0j cos phi_j + rows_k1j sin
+phi_j) = targets_k; the first two close the chord, a third may hold the mean height. A uniform natural curvature adds a
+constant to the energy of a clamped planar rod, so it does not appear here.
+
+The axial strains are no unknowns. With the multipliers lambda_k, the thrust on edge j times its length is
+
+    thrust_j = (loads_0j + sum_k lambda_k rows_k0j) cos phi_j + (loads_1j + sum_k lambda_k rows_k1j) sin phi_j
+
+so that strain_j = -compliance_j thrust_j makes the Lagrangian stationary; put in, it leaves thrust - compliance
+thrust^2 / 2 where an inextensible rod, the case of no compliance, has thrust.
 """
 
 from __future__ import annotations
@@ -27,7 +35,8 @@ class ScaledRod(NamedTuple):
     """A rod between two clamps in units of its free length L and EI, before it is cut into edges.
 
     `weight` is w L^3 / EI (downwards); `at (m,)` sorted fractions of the free length at which dead loads
-    `forces (m, 2)`, F L^2 / EI, act; `chord (2,)` leads from clamp to clamp; `ends (2,)` are the clamp angles [rad].
+    `forces (m, 2)`, F L^2 / EI, act; `chord (2,)` leads from clamp to clamp; `ends (2,)` are the clamp angles [rad];
+    `compliance` is EI / (EA L^2), 0 for an inextensible rod.
     """
 
     weight: float
@@ -35,6 +44,7 @@ class ScaledRod(NamedTuple):
     forces: Array
     chord: Array
     ends: Array
+    compliance: float = 0.0
 
 
 class Pose(NamedTuple):
@@ -48,12 +58,13 @@ class Pose(NamedTuple):
 
 
 class Bearing(NamedTuple):
-    """What stays the same along a path: rod held straight by a node, EI, weight (downwards), natural curvature."""
+    """What stays the same along a path: the rod held by a node, EI, weight (downwards), natural curvature, EI / EA."""
 
     clamp: float  # [m]
     stiffness: float  # [N m^2]
     weight: float  # [N/m]
     natural: float = 0.0  # [1/m]
+    compliance: float = 0.0  # [m^2], EI / EA; 0 for an inextensible rod
 
 
 class Problem(NamedTuple):
@@ -61,7 +72,7 @@ class Problem(NamedTuple):
 
     `edges (n,)` edge lengths, summing to 1; `stiffness (n+1,)` one over the cell length of each vertex; `loads (2, n)`
     and `rows (k, 2, n)` coefficients of cos(phi), sin(phi) in the load potential and the constraints; `targets (k,)`;
-    `ends (2,)` clamp angles [rad].
+    `ends (2,)` clamp angles [rad]; `compliance (n,)` strain of an edge per thrust on it as defined above.
     """
 
     edges: Array
@@ -70,6 +81,7 @@ class Problem(NamedTuple):
     rows: Array
     targets: Array
     ends: Array
+    compliance: Array
 
 
 @njit
@@ -85,7 +97,8 @@ def scale_rod(pose, bearing, loads):
         ]
     )
     at = (loads[:, 0] * pose.length - half) / free
-    return ScaledRod(bearing.weight * free * unit, at, loads[:, 1:] * unit, chord, np.array([pose.start, pose.end]))
+    ends = np.array([pose.start, pose.end])
+    return ScaledRod(bearing.weight * free * unit, at, loads[:, 1:] * unit, chord, ends, bearing.compliance / free**2)
 
 
 @njit
@@ -117,7 +130,8 @@ def make_problem(rod, edges):
         rows[1, 1, j] = edges[j]
         rows[2, 0, j] = -rod.chord[1] / span * lifted
         rows[2, 1, j] = rod.chord[0] / span * lifted
-    return Problem(edges, stiffness, loads, rows, np.array([rod.chord[0], rod.chord[1], 0.0]), rod.ends)
+    targets = np.array([rod.chord[0], rod.chord[1], 0.0])
+    return Problem(edges, stiffness, loads, rows, targets, rod.ends, rod.compliance / edges)
 
 
 @njit
@@ -151,12 +165,13 @@ def halved(edges):
 @njit
 def released(problem):
     """The same rod without the constraint on its mean height."""
-    return Problem(problem.edges, problem.stiffness, problem.loads, problem.rows[:2], problem.targets[:2], problem.ends)
+    rows, targets = problem.rows[:2], problem.targets[:2]
+    return Problem(problem.edges, problem.stiffness, problem.loads, rows, targets, problem.ends, problem.compliance)
 
 
 @njit
 def mean_height(problem, phi):
-    """Mean height of the curve over its chord, in units of the length."""
+    """Mean height of the curve of an inextensible rod over its chord, in units of the length."""
     total = 0.0
     for j in range(phi.size):
         total += problem.rows[2, 0, j] * np.cos(phi[j]) + problem.rows[2, 1, j] * np.sin(phi[j])

@@ -43,7 +43,7 @@ def solve_level(rod: ClampedRod, n: int, phi: Array, multipliers: Array) -> Leve
     phi, multipliers = phi.copy(), multipliers.copy()
     iterations, unstable = newton(problem, phi, multipliers, EXACT)
     assert iterations > 0
-    table = vertex_table(problem, phi)
+    table = vertex_table(problem, phi, multipliers)
     return Level(problem, phi, multipliers, table, level_scalars(problem, phi, multipliers, table), unstable)
 
 

@@ -16,10 +16,13 @@ RELAX = Effort(turn=0.5, close=1e-9, iterations=300)
 SEEDS = range(12)
 SADDLE = 1.995
 """alpha sqrt(L / dL) just past the pitchfork of the coarse rod below."""
+STRETCHY = 5e-4
+"""EI / (EA L^2) of a rod that the multipliers below strain by a few per cent."""
+NO_FORCES = np.zeros(2)
 
 
 def random_problem(seed: int) -> tuple[Problem, Array, Array]:
-    """A heavy, loaded rod with uneven edges, two or three constraints, and any angles and multipliers."""
+    """A heavy, loaded rod with uneven edges, two or three constraints, any angles and multipliers; a third stretch."""
     rng = np.random.default_rng(seed)
     at = np.sort(rng.uniform(0.1, 0.9, seed % 3))
     rod = ScaledRod(
@@ -28,6 +31,7 @@ def random_problem(seed: int) -> tuple[Problem, Array, Array]:
         rng.normal(0.0, 20.0, (at.size, 2)),
         rng.uniform(-0.7, 0.7, 2),
         rng.normal(0.0, 1.0, 2),
+        STRETCHY if seed % 3 == 2 else 0.0,
     )
     problem = make_problem(rod, mesh(at, int(rng.integers(6, 30))))
     if seed % 2:
@@ -36,13 +40,20 @@ def random_problem(seed: int) -> tuple[Problem, Array, Array]:
     return problem, phi, rng.normal(0.0, 120.0, problem.targets.size)
 
 
-def gaps(problem: Problem, phi: Array) -> Array:
+def strains(problem: Problem, phi: Array, multipliers: Array) -> Array:
+    """Axial strains (n,) of the edges."""
+    force = problem.loads + np.einsum("k,kaj->aj", multipliers, problem.rows)
+    return -problem.compliance * (force[0] * np.cos(phi) + force[1] * np.sin(phi))
+
+
+def gaps(problem: Problem, phi: Array, multipliers: Array) -> Array:
     """By how much the constraints are missed."""
-    return problem.rows[:, 0] @ np.cos(phi) + problem.rows[:, 1] @ np.sin(phi) - problem.targets
+    stretch = 1.0 + strains(problem, phi, multipliers)
+    return problem.rows[:, 0] @ (stretch * np.cos(phi)) + problem.rows[:, 1] @ (stretch * np.sin(phi)) - problem.targets
 
 
 def lagrangian(problem: Problem, phi: Array, multipliers: Array) -> float:
-    return float(energy(problem, phi) + multipliers @ gaps(problem, phi))
+    return float(energy(problem, phi, multipliers) + multipliers @ gaps(problem, phi, multipliers))
 
 
 def swept(problem: Problem, phi: Array, multipliers: Array, shift: float = 0.0) -> tuple[Array, Array, Array, Array]:
@@ -65,9 +76,12 @@ def dense_hessian(problem: Problem, diagonal: Array) -> Array:
 
 def reduced(problem: Problem, phi: Array, multipliers: Array) -> tuple[Array, Array]:
     """Dense second variation and mass matrix on the directions that keep the constraints."""
-    diagonal, border = second_variation(problem, phi, multipliers)
-    free = scipy.linalg.null_space(border)
+    diagonal, border, corner = second_variation(problem, phi, multipliers)
     hessian = dense_hessian(problem, diagonal)
+    if np.any(corner):
+        # A rod that stretches can leave the constraints of the angles, at a price.
+        return hessian + border.T @ np.linalg.solve(corner, border), np.diag(problem.edges)
+    free = scipy.linalg.null_space(border)
     return free.T @ hessian @ free, free.T @ (problem.edges[:, None] * free)
 
 
@@ -80,11 +94,11 @@ def test_gradient_is_the_slope_of_the_lagrangian(seed: int) -> None:
     for j in range(phi.size):
         turn = step * np.eye(phi.size)[j]
         slope[j] = lagrangian(problem, phi + turn, multipliers) - lagrangian(problem, phi - turn, multipliers)
-        bends[:, j] = gaps(problem, phi + turn) - gaps(problem, phi - turn)
+        bends[:, j] = gaps(problem, phi + turn, multipliers) - gaps(problem, phi - turn, multipliers)
     assert np.max(abs(gradient)) > 1.0
     np.testing.assert_allclose(gradient, slope / (2 * step), rtol=1e-6, atol=1e-6 * np.max(abs(gradient)))
     np.testing.assert_allclose(rows, bends / (2 * step), atol=1e-8)
-    np.testing.assert_allclose(residual, gaps(problem, phi), atol=1e-14)
+    np.testing.assert_allclose(residual, gaps(problem, phi, multipliers), atol=1e-13)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -100,9 +114,16 @@ def test_hessian_is_the_slope_of_the_gradient(seed: int) -> None:
         slopes[j] = swept(problem, phi + turn, multipliers)[0] - swept(problem, phi - turn, multipliers)[0]
     assert np.min(np.max(abs(hessian), axis=1)) > 1.0
     np.testing.assert_allclose(hessian, slopes / (2 * step), atol=1e-6 * np.max(abs(hessian)))
-    alone, rows = second_variation(problem, phi, multipliers)
+    alone, rows, corner = second_variation(problem, phi, multipliers)
     np.testing.assert_allclose(alone, diagonal, rtol=1e-10, atol=1e-9)
     np.testing.assert_allclose(rows, border, atol=1e-11)
+    if np.any(problem.compliance):
+        ways = step * np.eye(multipliers.size)
+        give = [gaps(problem, phi, multipliers - way) - gaps(problem, phi, multipliers + way) for way in ways]
+        assert np.max(abs(corner)) > 1e-5
+        np.testing.assert_allclose(corner, np.array(give) / (2 * step), rtol=1e-6, atol=1e-9)
+    else:
+        assert not np.any(corner)
 
 
 @pytest.mark.parametrize("shift", [0.0, 30.0])
@@ -111,7 +132,8 @@ def test_newton_step_and_inertia_are_those_of_the_dense_system(seed: int, shift:
     problem, phi, multipliers = random_problem(seed)
     n, k = phi.size, multipliers.size
     gradient, diagonal, border, residual = swept(problem, phi, multipliers, shift)
-    whole = np.block([[dense_hessian(problem, diagonal), border.T], [border, np.zeros((k, k))]])
+    corner = second_variation(problem, phi, multipliers)[2]
+    whole = np.block([[dense_hessian(problem, diagonal), border.T], [border, -corner]])
     wanted = np.linalg.solve(whole, -np.concatenate([gradient, residual]))
     pivots, forward, schur, gap = np.empty(n), np.empty((k + 1, n)), np.empty((k, k + 1)), np.empty(k)
     step, change = np.empty(n), np.empty(k)
@@ -120,18 +142,18 @@ def test_newton_step_and_inertia_are_those_of_the_dense_system(seed: int, shift:
     assert np.max(abs(wanted)) > 1e-3
     np.testing.assert_allclose(np.concatenate([step, change]), wanted, rtol=1e-7, atol=1e-9 * np.max(abs(wanted)))
     assert steepest == pytest.approx(np.max(abs(gradient) / problem.edges), rel=1e-9)
-    free = scipy.linalg.null_space(border)
-    modes = np.linalg.eigvalsh(free.T @ dense_hessian(problem, diagonal) @ free)
-    assert negative + positive - k == np.count_nonzero(modes < 0.0)
+    modes = np.linalg.eigvalsh(whole)
+    assert np.min(abs(modes)) > 1e-9
+    assert negative + positive == np.count_nonzero(modes < 0.0)
 
 
 @pytest.mark.parametrize("seed", range(30))
 def test_modes_and_lowest_eigenvalue_are_those_of_the_dense_second_variation(seed: int) -> None:
     problem, phi, multipliers = random_problem(seed)
     modes = scipy.linalg.eigh(*reduced(problem, phi, multipliers), eigvals_only=True)
-    diagonal, border = second_variation(problem, phi, multipliers)
+    diagonal, border, corner = second_variation(problem, phi, multipliers)
     for value in (0.0, modes[0] - 1.0, modes[0] + 1e-6 * abs(modes[0]), 0.5 * (modes[1] + modes[2]), 1e4):
-        assert modes_below(problem, diagonal, border, value) == np.count_nonzero(modes < value)
+        assert modes_below(problem, (diagonal, border, corner), value) == np.count_nonzero(modes < value)
     assert lowest_eigenvalue(problem, phi, multipliers, 1e-9) == pytest.approx(modes[0], rel=1e-8)
 
 
@@ -188,10 +210,10 @@ def test_descent_from_that_saddle_does_not_call_it_an_end() -> None:
     phi, multipliers = symmetric_start(40, -2.0 * math.sqrt(slack)), np.array([70.0, 0.0])
     _, unstable = newton(problem, phi, multipliers, RELAX)
     assert unstable == 1
-    saddle = energy(problem, phi)
+    saddle = energy(problem, phi, NO_FORCES)
     phi += 1e-3 * np.sin(2.0 * np.pi * np.arange(40) / 20.0 + 0.4)
     assert descend(problem, phi, multipliers, RELAX) > 0
-    assert energy(problem, phi) < saddle - 0.1
+    assert energy(problem, phi, NO_FORCES) < saddle - 0.1
     assert np.sum(np.sin(phi[:20])) > 0.0
 
 
@@ -204,7 +226,7 @@ def test_descent_ends_at_stable_equilibria_only(seed: int) -> None:
     phi, multipliers = rng.normal(0.0, 0.6, 40), np.zeros(2)
     if descend(problem, phi, multipliers, RELAX) < 0:
         return
-    assert abs(gaps(problem, phi)).max() < 1e-9
+    assert abs(gaps(problem, phi, multipliers)).max() < 1e-9
     assert abs(swept(problem, phi, multipliers)[0]).max() < 1e-7
     assert np.linalg.eigvalsh(reduced(problem, phi, multipliers)[0])[0] > 0.0
 
@@ -232,7 +254,7 @@ def at_equilibrium(chord: Array, ends: Array) -> tuple[float, Array, Problem, Ar
     problem = released(make_problem(rod, mesh(np.empty(0), 40)))
     phi, multipliers = symmetric_start(40, 1.0), np.array([40.0, 0.0])
     assert newton(problem, phi, multipliers, RELAX)[0] > 0
-    return float(energy(problem, phi)), multipliers, problem, phi
+    return float(energy(problem, phi, NO_FORCES)), multipliers, problem, phi
 
 
 def test_multipliers_and_end_moments_are_slopes_of_the_energy() -> None:
