@@ -36,8 +36,8 @@ def _cache_home() -> Path:
 def _source_key() -> str:
     """Digest of everything the compiled code depends on."""
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {get_host_cpu_name()}".encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.name.encode())
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(str(path.relative_to(Path(__file__).parent)).encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
