@@ -5,12 +5,16 @@ A `Scene` is complete: physics and planning need nothing else. `shapefile` build
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from curveline.units import STANDARD_GRAVITY
 
 PEAK = "peak"
 VALLEY = "valley"
+
+POISSON = 0.35
+"""Poisson's ratio of acetal, by which the shear modulus follows from Young's: an estimate, as that one."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,14 @@ class Rod:
     def stretching_stiffness(self) -> float:
         """EA [N]."""
         return self.youngs_modulus * self.width * self.thickness
+
+    @property
+    def twisting_stiffness(self) -> float:
+        """GJ [N m^2] of the rectangle (Timoshenko and Goodier 1970, section 109: Saint-Venant's series)."""
+        low, high = sorted((self.thickness, self.width))
+        series = sum(math.tanh(k * math.pi * high / (2.0 * low)) / k**5 for k in range(1, 12, 2))
+        torsion = high * low**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * low / high * series)
+        return self.youngs_modulus / (2.0 * (1.0 + POISSON)) * torsion
 
     @property
     def weight_per_length(self) -> float:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.fidelity import Bound, Section, left_out
+from curveline.rod.fidelity import Bound, left_out
+from curveline.rod.section import Section
 from curveline.rod.states import find_states
 from curveline.scene import Display, Node, Scene
 
@@ -58,7 +59,14 @@ def clamped_rod(
 def section_of(display: Display) -> Section:
     """What the terms left out depend on."""
     rod = display.rod
-    return Section(rod.stretching_stiffness, rod.thickness, rod.width, rod.weight_per_length)
+    return Section(
+        rod.stretching_stiffness,
+        rod.thickness,
+        rod.width,
+        rod.weight_per_length,
+        rod.lateral_bending_stiffness,
+        rod.twisting_stiffness,
+    )
 
 
 def simulate(

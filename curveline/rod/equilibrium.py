@@ -11,8 +11,14 @@ import numpy as np
 from curveline.rod.crossings import clearance, crosses_itself, crosses_tails
 from curveline.rod.ladder import EIGENVALUE, climb, interpolate
 from curveline.rod.problem import Array, Bearing, Pose, ScaledRod, scale_rod
+from curveline.rod.space_curve import SpaceCurve
 
 MOST_EDGES = 50_000
+PLANAR = "planar"
+EXTENSIBLE = "extensible"
+SPATIAL = "spatial"
+"""Names of the models, each contained in the next."""
+
 TAIL = 0.2
 """Length of the straight tails behind the clamps, as a fraction of the chord, that a curve must not cross."""
 
@@ -97,7 +103,9 @@ class Equilibrium:
 
     `vertices_table (m+1, 6)` holds position [m], tangent angle [rad], curvature [1/m], axial strain and its slope [1/m]
     at the ends of the unstretched `edges (m,)` [m] of the free rod; `vertices` counts those of the finest rod it was
-    extrapolated from. Forces and moments are those of the clamps on the rod, where the free rod begins and ends.
+    extrapolated from. Forces and moments are those of the clamps on the rod, where the free rod begins and ends. In the
+    spatial model all this is seen from the front; `space` holds the curve itself, and the state `leaves_plane` if its
+    planar one is unstable against that.
     """
 
     name: str
@@ -120,14 +128,20 @@ class Equilibrium:
     vertices_table: Array
     edges: Array
     rod: ClampedRod
+    model: str = PLANAR
+    leaves_plane: bool = False
+    space: SpaceCurve | None = None
 
     @property
     def simple(self) -> bool:
         """True if a planar display can show this state."""
-        return self.winding == 0 and not self.crosses_itself and not self.wraps_clamp
+        flagged = self.crosses_itself or self.wraps_clamp or self.leaves_plane
+        return self.winding == 0 and not flagged
 
     def curve(self, points: int) -> Array:
-        """`points` positions (points, 2) [m], equally spaced in arc length from pivot to pivot."""
+        """`points` positions (points, 2) [m] in the plane, equally spaced in arc length from pivot to pivot."""
+        if self.space is not None:
+            return self.space.positions(points)[:, :2]
         rod = self.rod
         half = 0.5 * rod.clamp
         places = np.linspace(0.0, rod.length, points)
@@ -139,6 +153,10 @@ class Equilibrium:
         back = (rod.length - places[after, None]) * [math.cos(rod.end), math.sin(rod.end)]
         out[after] = np.array(rod.chord) - back
         return out
+
+    def depth(self, points: int) -> Array:
+        """How far the positions of `curve` lie in front of the display's plane, (points,) [m]."""
+        return np.zeros(points) if self.space is None else self.space.positions(points)[:, 2]
 
 
 def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolerance: float) -> Equilibrium:
@@ -166,16 +184,22 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
         lowest_eigenvalue=float(scalars[EIGENVALUE]),
         winding=rod.winding,
         crosses_itself=bool(crosses_itself(table)),
-        wraps_clamp=bool(crosses_tails(table, rod.clamp + TAIL * math.hypot(*rod.chord))),
+        wraps_clamp=bool(crosses_tails(table, tail_of(rod))),
         clearance=float(clearance(table)),
-        mean_height=_mean_height(rod, table, places * length),
+        mean_height=mean_height_over(rod, table, places * length),
         clamp_force=force,
         clamp_moment=moment,
         max_curvature=float(np.max(np.abs(table[:, 3] - rod.natural_curvature))),
         vertices_table=table,
         edges=places * length,
         rod=rod,
+        model=PLANAR if math.isinf(rod.stretching) else EXTENSIBLE,
     )
+
+
+def tail_of(rod: ClampedRod) -> float:
+    """Length of the straight rod behind either end of the free rod that a curve must not cross [m]."""
+    return rod.clamp + TAIL * math.hypot(*rod.chord)
 
 
 def _outcome(unstable: int, *, stable: bool, reached: bool) -> Outcome:
@@ -206,7 +230,7 @@ def _energy(rod: ClampedRod, scalars: Array) -> float:
     return float(energy)
 
 
-def _mean_height(rod: ClampedRod, table: Array, edges: Array) -> float:
+def mean_height_over(rod: ClampedRod, table: Array, edges: Array) -> float:
     """Mean distance of the free rod from the chord between the pivots, positive to its left [m]."""
     span = max(math.hypot(*rod.chord), 1e-300)
     offset = (rod.chord[0] * table[:, 1] - rod.chord[1] * table[:, 0]) / span

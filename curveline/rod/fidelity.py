@@ -9,19 +9,10 @@ import math
 from dataclasses import dataclass
 
 from curveline.rod.equilibrium import Equilibrium
+from curveline.rod.section import Section
 
 OUT_OF_PLANE_CHORD = 0.4573269026
 """Chord over length below which a clamped first-mode arch of isotropic section with GJ/EI = 2/3 leaves its plane."""
-
-
-@dataclass(frozen=True)
-class Section:
-    """What the terms left out depend on, in SI; `weight` [N/m] is the rod's own, whether modelled or not."""
-
-    stretching_stiffness: float  # EA [N]
-    thickness: float  # [m]
-    width: float  # [m]
-    weight: float  # [N/m]
 
 
 @dataclass(frozen=True)

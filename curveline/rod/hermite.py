@@ -21,3 +21,26 @@ def weights(t):
         0.5 * t * t - t3 * (1.5 - 1.5 * t + 0.5 * t * t),
         t3 * (0.5 - t + 0.5 * t * t),
     )
+
+
+@njit
+def interpolate(table, edges, places, out):
+    """Positions `out (k, 3)` at the sorted arc lengths `places (k,)`, from vertices `table (m+1, 9)` on `edges (m,)`.
+
+    The table holds position, its slope and its second derivative by the arc length.
+    """
+    j = 0
+    begin = 0.0
+    for i in range(places.size):
+        while j < edges.size - 1 and places[i] > begin + edges[j]:
+            begin += edges[j]
+            j += 1
+        h = edges[j]
+        share = weights(min(max((places[i] - begin) / h, 0.0), 1.0))
+        for axis in range(3):
+            total = 0.0
+            for end in range(2):
+                row = table[j + end]
+                total += share[end] * row[axis] + share[2 + end] * h * row[3 + axis]
+                total += share[4 + end] * h * h * row[6 + axis]
+            out[i, axis] = total

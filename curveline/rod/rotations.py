@@ -57,6 +57,15 @@ def exponential(vector, out):
 
 
 @njit
+def logarithm(q, out):
+    """Overwrite `out (3,)` with the vector whose `exponential` is `q (4,)`, with w >= 0; its length is at most pi."""
+    sine = np.sqrt(q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
+    factor = 2.0 if sine < 1e-8 else 2.0 * np.arctan2(sine, q[0]) / sine
+    for i in range(3):
+        out[i] = factor * q[1 + i]
+
+
+@njit
 def normalise(q):
     """Make the quaternion `q (4,)` a unit one again."""
     scale = 1.0 / np.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2 + q[3] ** 2)

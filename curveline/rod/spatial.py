@@ -167,6 +167,28 @@ def vertex_blocks(turned, force, curvature, before, after, gradient, hessian):
 
 
 @njit
+def moments(rod, shape):
+    """Moments (2, 3) of the clamps on the rod: the slope of the energy as a clamp turns; none at a free end."""
+    n = rod.edges.size
+    out = np.zeros((2, 3))
+    q, force, curvature, matrix = np.empty(4), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    for end in range(2):
+        i = n * end
+        cell = cell_of(rod, i)
+        if cell > 0.0:
+            slope, bending = np.zeros(4), np.zeros((4, 4))
+            relative(rod, shape, i, q)
+            bend.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
+            twist.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
+            along_rotations(q, slope, bending, force, curvature)
+            matrix_of(shape.frames[n - 1] if end else rod.frames[0], matrix)
+            for axis in range(3):
+                total = matrix[axis, 0] * force[0] + matrix[axis, 1] * force[1] + matrix[axis, 2] * force[2]
+                out[end, axis] = total if end else -total
+    return out
+
+
+@njit
 def rotated(block, left, right, out):
     """Overwrite `out (4, 4)` with `block` turned from directors to space; the last row and column are spins."""
     half = np.zeros((4, 4))

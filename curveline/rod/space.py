@@ -1,0 +1,170 @@
+"""A segment in space: its spatial rod, its planar states lifted into it, and the stable spatial state they lead to."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from curveline.rod.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.problem import Array, mesh
+from curveline.rod.relax import Ending, Relaxed, descend, is_stable, lowest_mode
+from curveline.rod.rotations import exponential, multiply
+from curveline.rod.section import Section
+from curveline.rod.spatial import Shape, SpatialRod, moved
+
+LIFT_EDGES = 24
+"""Edges with which a lifted state is first relaxed."""
+NUDGE = 0.05
+"""Largest turn [rad] with which a state is pushed off a plane in which it is unstable."""
+SMALLEST_PART = 1.0 / 256.0
+"""Of what points out of the plane, the least that is added at a time."""
+LARGEST_TURN = 0.5
+"""An edge that turns by more than this [rad] while a part is added may belong to another branch."""
+
+
+@dataclass(frozen=True)
+class SpatialSegment:
+    """One segment as the physics sees it in space, in SI; x and y span the display's plane, z points to the viewer.
+
+    `rod` is what of it lies in the plane; its weight and loads are not used. `yaw` turns the clamps' tangents out of
+    the plane towards +z, then `roll` turns the clamps about their tangents. `loads` are (fraction of the length, force)
+    in order of the fraction; `lateral_curvature` is the free rod's towards +z.
+    """
+
+    rod: ClampedRod
+    section: Section
+    yaw: tuple[float, float] = (0.0, 0.0)  # [rad]
+    roll: tuple[float, float] = (0.0, 0.0)  # [rad]
+    weight: tuple[float, float, float] = (0.0, 0.0, 0.0)  # [N/m]
+    loads: tuple[tuple[float, float, float, float], ...] = ()  # force in [N]
+    lateral_curvature: float = 0.0  # [1/m]
+
+    @property
+    def is_flat(self) -> bool:
+        """True if nothing points out of the plane."""
+        sideways = (*self.yaw, self.roll[1] - self.roll[0], self.roll[0], self.weight[2], self.lateral_curvature)
+        return not any(sideways) and not any(load[3] for load in self.loads)
+
+    def part(self, share: float) -> SpatialSegment:
+        """The same segment with a `share` of all that points out of the plane."""
+        return replace(
+            self,
+            yaw=(share * self.yaw[0], share * self.yaw[1]),
+            roll=(share * self.roll[0], share * self.roll[1]),
+            weight=(*self.weight[:2], share * self.weight[2]),
+            loads=tuple((at, x, y, share * z) for at, x, y, z in self.loads),
+            lateral_curvature=share * self.lateral_curvature,
+        )
+
+    def edges(self, n: int) -> Array:
+        """About `n` edges (m,) of the free rod, in units of its length, with a vertex under each load."""
+        at = np.array([load[0] for load in self.loads])
+        return np.asarray(mesh((at * self.rod.length - 0.5 * self.rod.clamp) / self.rod.free_length, n))
+
+    def clamp_frames(self) -> Array:
+        """Frames (2, 4) of the clamps."""
+        ends = (self.rod.start, self.rod.start + self.rod.turn)
+        return np.array([frame(*each) for each in zip(ends, self.yaw, self.roll, strict=True)])
+
+    def clamp_tangents(self) -> Array:
+        """Tangents (2, 3) of the clamps."""
+        along, yaw = np.array([self.rod.start, self.rod.end]), np.array(self.yaw)
+        return np.column_stack([np.cos(yaw) * np.cos(along), np.cos(yaw) * np.sin(along), np.sin(yaw)])
+
+    def spatial_rod(self, edges: Array) -> SpatialRod:
+        """The free rod cut into `edges (n,)`, in units of its length and of EI in the plane."""
+        rod, length = self.rod, self.rod.free_length
+        unit = length**2 / rod.stiffness
+        forces = np.zeros((edges.size + 1, 3))
+        carried = np.array(self.weight) * length * unit
+        forces[:-1] += 0.5 * edges[:, None] * carried
+        forces[1:] += 0.5 * edges[:, None] * carried
+        places = np.concatenate([[0.0], np.cumsum(edges)])
+        for at, *force in self.loads:
+            free = (at * rod.length - 0.5 * rod.clamp) / length
+            forces[np.argmin(np.abs(places - free))] += np.array(force) * unit
+        section = self.section
+        stiffness = [section.lateral_stiffness, rod.stiffness, section.twisting_stiffness]
+        stretch = section.stretching_stiffness * length**2
+        tangents = self.clamp_tangents()
+        chord = np.array([*rod.chord, 0.0]) - 0.5 * rod.clamp * (tangents[0] + tangents[1])
+        return SpatialRod(
+            edges=edges,
+            stiffness=np.array([*stiffness, stretch]) / rod.stiffness,
+            natural=np.array([-self.lateral_curvature * length, rod.natural_curvature * length, 0.0]),
+            forces=forces,
+            chord=chord / length,
+            frames=self.clamp_frames(),
+            held=np.ones(3),
+        )
+
+
+def frame(angle: float, yaw: float = 0.0, roll: float = 0.0) -> Array:
+    """Quaternion (4,) of a frame whose tangent has `angle` in the plane and `yaw` out of it, turned by `roll` about it.
+
+    In the plane m2 points to the viewer, along +z, and m1 across the rod to its left.
+    """
+    # Columns y, z, x: the axes that the frame of a tangent along +x has.
+    out = np.array([0.5, 0.5, 0.5, 0.5])
+    for vector in ((0.0, angle, 0.0), (-yaw, 0.0, 0.0), (0.0, 0.0, roll)):
+        turn, product = np.empty(4), np.empty(4)
+        exponential(np.array(vector), turn)
+        multiply(out, turn, product)
+        out = product
+    return out
+
+
+def lift(segment: SpatialSegment, state: Equilibrium, n: int = LIFT_EDGES) -> tuple[SpatialRod, Shape]:
+    """The rod of `segment` on about `n` edges and in it the planar `state`, turned as linearly as the clamps' roll."""
+    edges = segment.edges(n)
+    middles = np.cumsum(edges) - 0.5 * edges
+    places = np.concatenate([[0.0], np.cumsum(state.edges)]) / state.rod.free_length
+    angles = np.interp(middles, places, state.vertices_table[:, 2])
+    strain = np.interp(middles, places, state.vertices_table[:, 4])
+    roll = segment.roll[0] + (segment.roll[1] - segment.roll[0]) * middles
+    frames = np.array([frame(angle, 0.0, turn) for angle, turn in zip(angles, roll, strict=True)])
+    return segment.spatial_rod(edges), Shape(strain, frames)
+
+
+def stays_in_plane(segment: SpatialSegment, state: Equilibrium) -> bool:
+    """True if the planar `state` is stable against all that a rod in space can do, were nothing to push it aside."""
+    return is_stable(*lift(segment.part(0.0), state, 2 * LIFT_EDGES))
+
+
+def relax_in_space(segment: SpatialSegment, state: Equilibrium) -> tuple[SpatialRod, Relaxed]:
+    """The stable state in space that the planar `state` leads to while what points out of the plane is added to it.
+
+    First what lies in the plane is relaxed; where that is unstable, it is pushed off towards the viewer. Parts that
+    turn the rod by much are halved, as long as that helps, so that the branch is kept where there is one.
+    """
+    rod, shape = lift(segment.part(0.0), state)
+    if not is_stable(rod, shape):
+        _, mode = lowest_mode(rod, shape)
+        _, turn = moved(rod, shape, mode, 1.0)
+        sideways = float(np.sum(mode[2::4]))
+        way = -1.0 if sideways < 0.0 else 1.0
+        shape, _ = moved(rod, shape, mode, way * NUDGE / turn)
+    relaxed = descend(rod, shape)
+    if segment.is_flat:
+        return rod, relaxed
+    # A clamp must not turn so far at once that the rod could take it for a turn the other way.
+    largest = min(1.0, 0.8 * LARGEST_TURN / max(map(abs, (*segment.yaw, *segment.roll, 1e-9))))
+    share, step = 0.0, largest
+    while share < 1.0 and relaxed.ending is Ending.SETTLED:
+        now = min(1.0, share + step)
+        nearer = segment.part(now).spatial_rod(rod.edges)
+        trial = descend(nearer, relaxed.shape)
+        if step > SMALLEST_PART and (trial.ending is not Ending.SETTLED or _turn(trial, relaxed) > LARGEST_TURN):
+            step *= 0.5
+            continue
+        rod, relaxed, share = nearer, trial._replace(iterations=relaxed.iterations + trial.iterations), now
+        step = min(2.0 * step, largest)
+    return rod, relaxed
+
+
+def _turn(after: Relaxed, before: Relaxed) -> float:
+    """Largest angle [rad] by which an edge's frame turned."""
+    alike = np.abs(np.sum(after.shape.frames * before.shape.frames, axis=1))
+    return float(2.0 * np.max(np.arccos(np.minimum(alike, 1.0)))) if np.all(np.isfinite(alike)) else math.inf

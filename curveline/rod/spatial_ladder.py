@@ -1,0 +1,252 @@
+"""From a relaxed spatial rod to a curve of known accuracy: levels of halved edges and extrapolation, as in `ladder`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.rod._jit import njit
+from curveline.rod.crossings import APART, crosses_itself, crosses_tails
+from curveline.rod.equilibrium import SPATIAL, Equilibrium, Outcome, mean_height_over, tail_of
+from curveline.rod.ladder import HONESTY, ROUNDING
+from curveline.rod.problem import Array, halved
+from curveline.rod.relax import Ending, descend, is_stable, lowest_mode
+from curveline.rod.rotations import between, exponential, logarithm, matrix_of, multiply
+from curveline.rod.space import SpatialSegment, relax_in_space, stays_in_plane
+from curveline.rod.space_curve import SpaceCurve
+from curveline.rod.spatial import Shape, SpatialRod, assemble, cell_of, energy, moments, positions, relative
+from curveline.rod.terms import loads
+
+COLUMNS = 9
+"""Of a table of vertices: position, its slope and its second derivative by the unstretched arc length."""
+MOST_EDGES = 10_000
+SUSPECT = 0.4
+"""Where halving the edges leaves more than this of a change, the extrapolation is not to be trusted."""
+
+
+class Level(NamedTuple):
+    """A rod in equilibrium at one resolution: vertices `table (n+1, 9)` and the numbers that are extrapolated with it.
+
+    `forces (2, 3)` and `moments (2, 3)` of the clamps on the rod, `energy` of strain and `potential` of the loads.
+    """
+
+    table: Array
+    forces: Array
+    moments: Array
+    energy: Array
+    potential: Array
+    eigenvalue: Array
+
+
+class Climbed(NamedTuple):
+    """A spatial state refined: its extrapolated `level` on `edges (m,)`, error estimate and what it took."""
+
+    level: Level
+    edges: Array
+    error: float
+    is_stable: bool
+    vertices: int
+    iterations: int
+    ending: Ending
+
+
+@njit
+def vertex_table(rod, shape):
+    """Position, slope and second derivative by the unstretched arc length at every vertex: (n+1, 9)."""
+    n = rod.edges.size
+    table = np.empty((n + 1, COLUMNS))
+    table[:, :3] = positions(rod, shape)
+    q, turn, halfway = np.empty(4), np.empty(4), np.empty(4)
+    vector, matrix = np.empty(3), np.empty((3, 3))
+    for i in range(n + 1):
+        before = rod.frames[0] if i == 0 else shape.frames[i - 1]
+        cell = cell_of(rod, i)
+        relative(rod, shape, i, q)
+        logarithm(q, vector)
+        share = 0.0 if i == 0 else 1.0 if i == n else rod.edges[i - 1] / (rod.edges[i - 1] + rod.edges[i])
+        for axis in range(3):
+            vector[axis] *= share
+        exponential(vector, turn)
+        multiply(before, turn, halfway)
+        matrix_of(halfway, matrix)
+        scale = 2.0 * q[0] / (q[0] ** 2 + q[3] ** 2) / cell
+        left = max(i - 1, 0) if i < n else n - 2
+        rate = (shape.strain[left + 1] - shape.strain[left]) * 2.0 / (rod.edges[left] + rod.edges[left + 1])
+        strain = shape.strain[left] + 0.5 * rod.edges[left] * rate
+        if i == 0:
+            strain -= rod.edges[0] * rate
+        elif i == n:
+            strain += rod.edges[n - 1] * rate
+        for axis in range(3):
+            table[i, 3 + axis] = (1.0 + strain) * matrix[axis, 2]
+            # A turn about m1 bends the rod against m2, a turn about m2 along m1.
+            bend = scale * (q[2] * matrix[axis, 0] - q[1] * matrix[axis, 1])
+            table[i, 6 + axis] = (1.0 + strain) * bend + rate * matrix[axis, 2]
+    return table
+
+
+@njit
+def refined(rod, shape):
+    """The same curve on edges cut in two, by interpolation between the frames; clamps end it."""
+    n = rod.edges.size
+    strain, frames = np.empty(2 * n), np.empty((2 * n, 4))
+    q, turn, vector = np.empty(4), np.empty(4), np.empty(3)
+    for j in range(n):
+        for side in range(2):
+            at_clamp = (j == 0 and side == 0) or (j == n - 1 and side == 1)
+            if side == 0:
+                other = rod.frames[0] if j == 0 else shape.frames[j - 1]
+            else:
+                other = rod.frames[1] if j == n - 1 else shape.frames[j + 1]
+            between(shape.frames[j], other, q)
+            logarithm(q, vector)
+            for axis in range(3):
+                vector[axis] *= 0.5 if at_clamp else 0.25
+            exponential(vector, turn)
+            multiply(shape.frames[j], turn, frames[2 * j + side])
+            strain[2 * j + side] = shape.strain[j]
+    return Shape(strain, frames)
+
+
+def climb(segment: SpatialSegment, state: Equilibrium, tolerance: float) -> Climbed:
+    """Relax a planar `state` in space and refine it until its error is below `tolerance`, in units of the length."""
+    rod, relaxed = relax_in_space(segment, state)
+    here = _level(rod, relaxed.shape, math.nan)
+    best, places, error = here, rod.edges, math.inf
+    iterations, stable = relaxed.iterations, True
+    change, lowest = math.inf, math.nan
+    rungs = 1
+    while relaxed.ending is Ending.SETTLED and 2 * rod.edges.size <= MOST_EDGES and error > tolerance:
+        lowest_before, lowest = lowest, lowest_mode(rod, relaxed.shape)[0]
+        places = rod.edges
+        finer = segment.spatial_rod(np.asarray(halved(rod.edges)))
+        relaxed = descend(finer, refined(rod, relaxed.shape))
+        rod = finer
+        iterations += relaxed.iterations
+        before, coarse, here = best, here, _level(rod, relaxed.shape, math.nan)
+        best = _extrapolated(coarse, here)
+        best = best._replace(eigenvalue=np.array(lowest + (lowest - lowest_before) / 3.0 if rungs > 1 else lowest))
+        rungs += 1
+        change_before, change = change, _gap(here.table, coarse.table)
+        if rungs > 2:
+            error = HONESTY * _gap(best.table, before.table) + ROUNDING
+            if change > SUSPECT * change_before:
+                error = max(error, change)
+    settled = relaxed.ending is Ending.SETTLED
+    stable = settled and is_stable(rod, relaxed.shape)
+    return Climbed(best, places, error if settled else math.inf, stable, rod.edges.size + 1, iterations, relaxed.ending)
+
+
+def _level(rod: SpatialRod, shape: Shape, eigenvalue: float) -> Level:
+    """What a level contributes to the extrapolation."""
+    gradient, _ = assemble(rod, shape)
+    potential = loads.energy(positions(rod, shape), rod.forces)
+    return Level(
+        vertex_table(rod, shape),
+        np.array([gradient[:3], gradient[-3:]]),
+        moments(rod, shape),
+        np.array(energy(rod, shape) - potential),
+        np.array(potential),
+        np.array(eigenvalue),
+    )
+
+
+def _extrapolated(coarse: Level, fine: Level) -> Level:
+    """Richardson: the limit for vanishing edges of values with an error in the square of the edge length."""
+    table = fine.table[::2]
+    pairs = zip(coarse, fine._replace(table=table), strict=True)
+    return Level(*(rough + (sharp - rough) * (4.0 / 3.0) for rough, sharp in pairs))
+
+
+def _gap(fine: Array, coarse: Array) -> float:
+    """Largest distance between the vertices of a coarse table and the same ones of a fine one."""
+    return float(np.max(np.linalg.norm(fine[::2, :3] - coarse[:, :3], axis=1)))
+
+
+def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: float) -> Equilibrium:
+    """The stable state in space to which the planar `state` leads, refined to `tolerance` [m].
+
+    Never raises for numerical reasons: see `Outcome`.
+    """
+    rod, length = segment.rod, segment.rod.free_length
+    leaves = not stays_in_plane(segment, state)
+    climbed = climb(segment, state, tolerance / length)
+    space = _curve(segment, climbed)
+    table = _front(space)
+    force, moment = space.forces[:, :2].copy(), space.moments[:, 2].copy()
+    level, unit = climbed.level, rod.stiffness / length
+    is_flat = space.depth < 0.5 * segment.section.thickness
+    return replace(
+        state,
+        outcome=_outcome(climbed, tolerance / length),
+        stable=climbed.is_stable and float(level.eigenvalue) > 0.0,
+        energy=float(level.energy + level.potential) * unit,
+        error=climbed.error * length,
+        vertices=climbed.vertices,
+        iterations=state.iterations + climbed.iterations,
+        lowest_eigenvalue=float(level.eigenvalue),
+        crosses_itself=is_flat and bool(crosses_itself(table)),
+        wraps_clamp=is_flat and bool(crosses_tails(table, tail_of(rod))),
+        clearance=_clearance(space),
+        mean_height=mean_height_over(rod, table, space.edges),
+        clamp_force=force,
+        clamp_moment=moment,
+        max_curvature=float(np.max(np.linalg.norm(space.table[:, 6:], axis=1))),
+        vertices_table=table,
+        edges=space.edges,
+        model=SPATIAL,
+        leaves_plane=leaves,
+        space=space,
+    )
+
+
+def _outcome(climbed: Climbed, tolerance: float) -> Outcome:
+    """How a refinement ended."""
+    if climbed.ending is not Ending.SETTLED:
+        return Outcome.LOST
+    if not climbed.is_stable:
+        return Outcome.UNSTABLE
+    return Outcome.CONVERGED if climbed.error <= tolerance else Outcome.COARSE
+
+
+def _curve(segment: SpatialSegment, climbed: Climbed) -> SpaceCurve:
+    """The refined curve in SI, in the frame of the left pivot."""
+    rod, length = segment.rod, segment.rod.free_length
+    tangents = segment.clamp_tangents()
+    table = climbed.level.table * np.repeat([length, 1.0, 1.0 / length], 3)
+    table[:, :3] += 0.5 * rod.clamp * tangents[0]
+    force = rod.stiffness / length**2
+    return SpaceCurve(
+        table=table,
+        edges=climbed.edges * length,
+        tangents=tangents,
+        chord=np.array([*rod.chord, 0.0]),
+        length=rod.length,
+        clamp=rod.clamp,
+        forces=climbed.level.forces * force,
+        moments=climbed.level.moments * force * length,
+    )
+
+
+def _front(space: SpaceCurve) -> Array:
+    """Table (m+1, 6) of the curve as it looks from the front: see `Equilibrium.vertices_table`."""
+    slope, bend = space.table[:, 3:6], space.table[:, 6:]
+    speed = np.linalg.norm(slope, axis=1)
+    angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
+    seen = np.maximum(slope[:, 0] ** 2 + slope[:, 1] ** 2, 1e-300)
+    turning = (slope[:, 0] * bend[:, 1] - slope[:, 1] * bend[:, 0]) / seen
+    gain = np.sum(slope * bend, axis=1) / speed
+    return np.column_stack([space.table[:, :2], angle, turning, speed - 1.0, gain])
+
+
+def _clearance(space: SpaceCurve) -> float:
+    """Smallest distance in space between vertices that are not neighbours [m]."""
+    places = space.table[:, :3]
+    apart = max(2, int(APART * (len(places) - 1)))
+    nearest = math.inf
+    for i in range(len(places) - apart):
+        nearest = min(nearest, float(np.min(np.linalg.norm(places[i + apart :] - places[i], axis=1))))
+    return nearest
