@@ -77,9 +77,7 @@ def make_plan(scene: Scene, start: tuple[Counts, ...] | None = None) -> Plan:
     Raises Infeasible with the reason when no safe plan exists, InvalidInput for a display this version cannot plan.
     """
     display = scene.display
-    if display.node_count != 2 or scene.loads:
-        what = "loads on the rod" if scene.loads else f"a display of {display.node_count} nodes"
-        raise InvalidInput(f"{scene.name}: planning with {what} is not possible in this version", "plan two free nodes")
+    _can_be_planned(scene)
     drive = drive_table(display)
     here = _waypoint_of(display, drive, start or ((0, 0, 0),) * display.node_count)
     _home_is_allowed(display)
@@ -97,6 +95,19 @@ def make_plan(scene: Scene, start: tuple[Counts, ...] | None = None) -> Plan:
         f"{scene.name}: no safe plan reaches the {scene.segments[0].state}: {_most_telling(refusals)}",
         "change length or angles, or plan a shape between this one and the last",
     )
+
+
+def _can_be_planned(scene: Scene) -> None:
+    """Raise InvalidInput for what this version, or the three motors of a node, cannot do."""
+    if scene.display.node_count != 2 or scene.loads:
+        what = "loads on the rod" if scene.loads else f"a display of {scene.display.node_count} nodes"
+        raise InvalidInput(f"{scene.name}: planning with {what} is not possible in this version", "plan two free nodes")
+    if scene.beyond_the_plane:
+        raise InvalidInput(
+            f"{scene.name}: planning with {', '.join(scene.beyond_the_plane)} is not possible: "
+            "motors extrude, bias and translate in the plane of an upright display, and plans are made for rods in it",
+            "`curveline simulate` shows where the rod goes; take this out to plan the shape",
+        )
 
 
 def _most_telling(refusals: list[str]) -> str:

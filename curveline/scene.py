@@ -6,6 +6,7 @@ A `Scene` is complete: physics and planning need nothing else. `shapefile` build
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from curveline.units import STANDARD_GRAVITY
@@ -14,7 +15,11 @@ PEAK = "peak"
 VALLEY = "valley"
 
 POISSON = 0.35
-"""Poisson's ratio of acetal, by which the shear modulus follows from Young's: an estimate, as that one."""
+"""Poisson's ratio of acetal: an estimate, since makers state 0.35 and measurements give up to 0.44."""
+
+Vector = tuple[float, float, float]
+DOWN: Vector = (0.0, -1.0, 0.0)
+"""Gravity's direction in a display that stands upright; +x runs along the row of nodes, +z towards the viewer."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +33,8 @@ class Rod:
     max_strain: float
     natural_curvature: float  # [1/m]
     total_length: float  # [m]
+    shear_modulus: float  # [Pa]
+    lateral_curvature: float = 0.0  # [1/m] of the free rod out of the plane, positive where it turns towards the viewer
 
     @property
     def bending_stiffness(self) -> float:
@@ -48,9 +55,9 @@ class Rod:
     def twisting_stiffness(self) -> float:
         """GJ [N m^2] of the rectangle (Timoshenko and Goodier 1970, section 109: Saint-Venant's series)."""
         low, high = sorted((self.thickness, self.width))
-        series = sum(math.tanh(k * math.pi * high / (2.0 * low)) / k**5 for k in range(1, 12, 2))
-        torsion = high * low**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * low / high * series)
-        return self.youngs_modulus / (2.0 * (1.0 + POISSON)) * torsion
+        # The term after the last is below 1e-9 of the whole.
+        series = math.fsum(math.tanh(k * math.pi * high / (2.0 * low)) / k**5 for k in range(1, 60, 2))
+        return self.shear_modulus * high * low**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * low / high * series)
 
     @property
     def weight_per_length(self) -> float:
@@ -82,6 +89,8 @@ class Limits:
     height: Range  # [m] of each node
     angle: Range  # [rad] of each node
     length: Range  # [m] of each segment
+    yaw: Range  # [rad] of each node
+    roll: Range  # [rad] of each node
 
 
 @dataclass(frozen=True)
@@ -128,14 +137,28 @@ class Display:
     radio: RadioSettings
     digest: str = ""  # sha256 of the display file
     path: str = ""  # absolute, of the display file; empty for a built-in one
+    down: Vector = DOWN  # unit vector along which gravity acts, if it does
+
+    @property
+    def weight(self) -> Vector:
+        """Weight per length of the rod as a vector [N/m]; zero without gravity."""
+        size = self.rod.weight_per_length if self.gravity else 0.0
+        x, y, z = self.down
+        return size * x, size * y, size * z
 
 
 @dataclass(frozen=True)
 class Node:
-    """Where a node holds the rod: pivot height and direction of the tangent from +x, counter-clockwise."""
+    """Where a node holds the rod: pivot height and direction of the tangent from +x, counter-clockwise.
+
+    `yaw` turns the tangent out of the plane, towards the viewer, then `roll` the rod about its tangent, right-handed.
+    The rod between two nodes is twisted by the roll of the right one less that of the left one, full turns included.
+    """
 
     height: float  # [m]
     angle: float  # [rad]
+    yaw: float = 0.0  # [rad]
+    roll: float = 0.0  # [rad]
 
 
 @dataclass(frozen=True)
@@ -153,6 +176,7 @@ class Load:
     segment: int  # counted from 0
     at: float  # fraction of the segment's arc length, pivot to pivot
     force: tuple[float, float]  # [N]
+    lateral: float = 0.0  # [N] out of the plane, towards the viewer
 
 
 @dataclass(frozen=True)
@@ -166,3 +190,22 @@ class Scene:
     loads: tuple[Load, ...] = ()
     path: str = ""  # of the shape file, as the user named it
     digest: str = ""  # sha256 of the shape file
+
+    @property
+    def beyond_the_plane(self) -> tuple[str, ...]:
+        """In words, everything that a planar rod under its weight downwards knows nothing of; empty for most scenes."""
+        return tuple(self._beyond_the_plane())
+
+    def _beyond_the_plane(self) -> Iterator[str]:
+        for number, node in enumerate(self.nodes, start=1):
+            if node.yaw != 0.0:
+                yield f"yaw at node {number}"
+            if node.roll != 0.0:
+                yield f"roll at node {number}"
+        for number, load in enumerate(self.loads, start=1):
+            if load.lateral != 0.0:
+                yield f"load {number} pushing out of the plane"
+        if self.display.gravity and self.display.down != DOWN:
+            yield "gravity that does not point straight down"
+        if self.display.rod.lateral_curvature != 0.0:
+            yield "a rod curved out of the plane"

@@ -6,19 +6,24 @@ in `shape_rules`.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, TypeAdapter
+from pydantic_core import PydanticCustomError
 
 from curveline.plan import ADDRESS, MAX_CHANNEL
 
 MAX_NODES = 128
 MAX_LOADS = 1000
 PAIR = 2
+TRIPLE = 3
 
 Length = Annotated[float, Field(ge=1e-6, le=1e9)]
 Height = Annotated[float, Field(ge=-1e9, le=1e9)]
 Angle = Annotated[float, Field(ge=-180.0, le=180.0)]
+Yaw = Annotated[float, Field(ge=-90.0, le=90.0)]
+Roll = Annotated[float, Field(ge=-36000.0, le=36000.0)]
+Component = Annotated[float, Field(ge=-1e6, le=1e6)]
 Speed = Annotated[float, Field(ge=1e-6, le=1e6)]
 Force = Annotated[float, Field(ge=-1e6, le=1e6)]
 Positive = Annotated[float, Field(ge=1e-6, le=1e6)]
@@ -32,11 +37,30 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
 
+_DIRECTION: TypeAdapter[list[float]] = TypeAdapter(
+    Annotated[list[Component], Field(min_length=TRIPLE, max_length=TRIPLE)],
+    config=ConfigDict(strict=True, allow_inf_nan=False),
+)
+
+
+def _flag_or_direction(value: Any) -> bool | list[float]:
+    """`value` if it is a truth value, or three numbers; a union of models would report both as wrong."""
+    if isinstance(value, bool):
+        return value
+    if not isinstance(value, list):
+        raise PydanticCustomError("flag_or_list_type", "neither a truth value nor an array")
+    return _DIRECTION.validate_python(value)
+
+
 class NodeTable(Table):
     """One item of `nodes`."""
 
     height_mm: Height = Field(description="height of the node's pivot")
     angle_deg: Angle = Field(description="direction of the rod, left to right, counter-clockwise from the horizontal")
+    yaw_deg: Yaw = Field(default=0.0, description="turn of the rod's direction out of the plane, towards the viewer")
+    roll_deg: Roll = Field(
+        default=0.0, description="turn of the rod about its own direction; several turns may be given"
+    )
 
 
 class SegmentTable(Table):
@@ -51,7 +75,9 @@ class LoadTable(Table):
 
     segment: int = Field(ge=1, le=MAX_NODES, description="number of the segment, the leftmost being 1")
     at: float = Field(gt=0.0, lt=1.0, description="where the load acts, as a fraction of the segment's length")
-    force_N: list[Force] = Field(min_length=PAIR, max_length=PAIR, description="[horizontal, vertical] force")
+    force_N: list[Force] = Field(
+        min_length=PAIR, max_length=TRIPLE, description="[horizontal, vertical] force, or a third towards the viewer"
+    )
 
 
 class ShapeTable(Table):
@@ -74,6 +100,12 @@ class RodTable(Table):
     max_strain: float = Field(gt=0.0, le=1.0, description="largest strain that a plan may ask for")
     natural_curvature_per_m: float = Field(default=0.0, ge=-1e6, le=1e6, description="curvature of the free rod")
     total_length_mm: Length = Field(description="length of the whole rod")
+    shear_modulus_GPa: float | None = Field(
+        default=None, ge=1e-6, le=1e4, description="stiffness of the rod's material in shear, which resists twist"
+    )
+    lateral_curvature_per_m: float = Field(
+        default=0.0, ge=-1e6, le=1e6, description="curvature of the free rod out of the display's plane"
+    )
 
 
 class LimitsTable(Table):
@@ -82,6 +114,12 @@ class LimitsTable(Table):
     height_mm: list[Height] = Field(min_length=PAIR, max_length=PAIR, description="[lowest, highest] of each node")
     angle_deg: list[Angle] = Field(min_length=PAIR, max_length=PAIR, description="[lowest, highest] of each node")
     length_mm: list[Length] = Field(min_length=PAIR, max_length=PAIR, description="[shortest, longest] segment")
+    yaw_deg: list[Yaw] = Field(
+        default=[-75.0, 75.0], min_length=PAIR, max_length=PAIR, description="[lowest, highest] of each node"
+    )
+    roll_deg: list[Roll] = Field(
+        default=[-3600.0, 3600.0], min_length=PAIR, max_length=PAIR, description="[lowest, highest] of each node"
+    )
 
 
 class DriveTable(Table):
@@ -116,7 +154,9 @@ class DisplayTable(Table):
     nodes: int = Field(ge=2, le=MAX_NODES, description="number of nodes")
     span_mm: Length = Field(description="distance between neighbouring nodes")
     clamp_mm: float = Field(ge=0.0, le=1e9, description="rod held straight by a node's bearing, 0 for none")
-    gravity: bool = Field(description="true if the display stands upright, false if it lies flat")
+    gravity: Annotated[bool | list[float], PlainValidator(_flag_or_direction)] = Field(
+        description="true if the display stands upright, false for no weight, or [x, y, z], the direction of gravity"
+    )
     rod: RodTable = Field(description="the table of the rod's properties")
     limits: LimitsTable = Field(description="the table of what nodes and segments may be asked for")
     drive: DriveTable = Field(description="the table of the motors")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from curveline.scene import Display, Range
+from curveline.scene import Display, Range, Vector
 from curveline.toml_document import Document, counted, shown, unit_of
 from curveline.toml_location import KeyPath
 from curveline.units import deg, to_deg, to_mm
@@ -20,8 +20,9 @@ _SLACK = 1e-9
 def check_display(document: Document) -> None:
     """Record what does not fit together in a display file."""
     check_name(document)
-    for key in ("height_mm", "angle_deg", "length_mm"):
+    for key in ("height_mm", "angle_deg", "length_mm", "yaw_deg", "roll_deg"):
         _check_limits(document, key)
+    _check_gravity(document)
     _check_clamp(document)
     _check_addresses(document)
 
@@ -36,6 +37,8 @@ def check_shape(document: Document, display: Display | None) -> None:
         for node in range(_count(document, "nodes")):
             _check_limit(document, ("nodes", node, "height_mm"), limits.height)
             _check_limit(document, ("nodes", node, "angle_deg"), limits.angle)
+            _check_limit(document, ("nodes", node, "yaw_deg"), limits.yaw)
+            _check_limit(document, ("nodes", node, "roll_deg"), limits.roll)
         for segment in range(_count(document, "segments")):
             _check_limit(document, ("segments", segment, "length_mm"), limits.length)
             _check_reach(document, segment, display)
@@ -56,9 +59,19 @@ def check_name(document: Document) -> None:
 
 def _check_limits(document: Document, key: str) -> None:
     low, high = document.number("limits", key, 0), document.number("limits", key, 1)
-    if low is not None and high is not None and not low < high:
+    if low is None or high is None or low < high:
+        return
+    # A node that cannot turn out of the plane or about the rod has [0, 0] there; a motor has some range.
+    if low > high or key not in ("yaw_deg", "roll_deg"):
         message = f"{key} starts at {low:g}{unit_of(key)}, which is not below its end, {high:g}{unit_of(key)}"
         document.problem(("limits", key), "empty-range", message, "write [lowest, highest]")
+
+
+def _check_gravity(document: Document) -> None:
+    components = [document.number("gravity", axis) for axis in range(3)]
+    if components == [0.0, 0.0, 0.0]:
+        hint = "write false for no weight, or a direction: [0, -1, 0] is straight down, [0, 0, -1] away from the viewer"
+        document.problem(("gravity",), "no-direction", "gravity is [0, 0, 0], which has no direction", hint)
 
 
 def _check_clamp(document: Document) -> None:
@@ -123,7 +136,7 @@ def _check_reach(document: Document, segment: int, display: Display) -> None:
     if length is None or start is None or end is None:
         return
     span, clamp = to_mm(display.span), to_mm(display.clamp)
-    shortest = math.hypot(span + end[0] - start[0], end[1] - start[1]) + clamp
+    shortest = math.hypot(span + end[0] - start[0], end[1] - start[1], end[2] - start[2]) + clamp
     if length > shortest:
         return
     # The hint is a length that passes, with one decimal: rounded up, and never onto the bound itself.
@@ -135,13 +148,15 @@ def _check_reach(document: Document, segment: int, display: Display) -> None:
     document.problem(path, "too-short", message, hint)
 
 
-def _clamp_face(document: Document, node: int, display: Display, side: float) -> tuple[float, float] | None:
+def _clamp_face(document: Document, node: int, display: Display, side: float) -> Vector | None:
     """Where the rod leaves a node's clamp, seen from the foot of its rail [mm]; `side` counts clamp lengths."""
     height, angle = document.number("nodes", node, "height_mm"), document.number("nodes", node, "angle_deg")
+    yaw = document.number("nodes", node, "yaw_deg") or 0.0
     if height is None or angle is None:
         return None
     reach = side * to_mm(display.clamp)
-    return reach * math.cos(deg(angle)), height + reach * math.sin(deg(angle))
+    flat = reach * math.cos(deg(yaw))
+    return flat * math.cos(deg(angle)), height + flat * math.sin(deg(angle)), reach * math.sin(deg(yaw))
 
 
 def _check_total(document: Document, display: Display) -> None:

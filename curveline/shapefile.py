@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 from dataclasses import replace
 from functools import cache
@@ -11,6 +12,8 @@ from importlib import resources
 from curveline.errors import Diagnostic, InvalidInput
 from curveline.files import AnyPath, decode_text, read_file, refuse_file
 from curveline.scene import (
+    DOWN,
+    POISSON,
     Axis,
     Display,
     Drive,
@@ -22,8 +25,9 @@ from curveline.scene import (
     Rod,
     Scene,
     Segment,
+    Vector,
 )
-from curveline.shape_models import DisplayTable, DriveTable, LimitsTable, LoadTable, RodTable, ShapeTable
+from curveline.shape_models import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, RodTable, ShapeTable
 from curveline.shape_rules import check_display, check_shape
 from curveline.toml_document import Document, nearest, shown
 from curveline.units import deg, g_per_m, gpa, mm, nmm
@@ -104,7 +108,8 @@ def _display(data: bytes, path: str) -> Display:
         node_count=model.nodes,
         span=mm(model.span_mm),
         clamp=mm(model.clamp_mm),
-        gravity=model.gravity,
+        gravity=model.gravity is not False,
+        down=_down(model.gravity),
         rod=_rod(model.rod),
         limits=_limits(model.limits),
         drive=_drive(model.drive),
@@ -129,7 +134,7 @@ def _scene(model: ShapeTable, display: Display, path: str, digest: str) -> Scene
     return Scene(
         name=model.name,
         display=display,
-        nodes=tuple(Node(mm(node.height_mm), deg(node.angle_deg)) for node in model.nodes),
+        nodes=tuple(_node(node) for node in model.nodes),
         segments=tuple(Segment(mm(segment.length_mm), segment.state) for segment in model.segments),
         loads=tuple(_load(load) for load in model.loads),
         path=path,
@@ -137,9 +142,21 @@ def _scene(model: ShapeTable, display: Display, path: str, digest: str) -> Scene
     )
 
 
+def _node(table: NodeTable) -> Node:
+    return Node(mm(table.height_mm), deg(table.angle_deg), deg(table.yaw_deg), deg(table.roll_deg))
+
+
 def _load(table: LoadTable) -> Load:
-    across, up = table.force_N
-    return Load(table.segment - 1, table.at, (across, up))
+    across, up, *out = table.force_N
+    return Load(table.segment - 1, table.at, (across, up), *out)
+
+
+def _down(gravity: bool | list[float]) -> Vector:
+    """The unit vector along which gravity acts."""
+    if isinstance(gravity, bool):
+        return DOWN
+    x, y, z = (component / math.hypot(*gravity) for component in gravity)
+    return x, y, z
 
 
 def _rod(table: RodTable) -> Rod:
@@ -151,7 +168,16 @@ def _rod(table: RodTable) -> Rod:
         max_strain=table.max_strain,
         natural_curvature=table.natural_curvature_per_m,
         total_length=mm(table.total_length_mm),
+        shear_modulus=_shear_modulus(table),
+        lateral_curvature=table.lateral_curvature_per_m,
     )
+
+
+def _shear_modulus(table: RodTable) -> float:
+    """The one given, or what follows from Young's modulus."""
+    if table.shear_modulus_GPa is not None:
+        return gpa(table.shear_modulus_GPa)
+    return gpa(table.youngs_modulus_GPa) / (2.0 * (1.0 + POISSON))
 
 
 def _limits(table: LimitsTable) -> Limits:
@@ -159,6 +185,8 @@ def _limits(table: LimitsTable) -> Limits:
         height=Range(*map(mm, table.height_mm)),
         angle=Range(*map(deg, table.angle_deg)),
         length=Range(*map(mm, table.length_mm)),
+        yaw=Range(*map(deg, table.yaw_deg)),
+        roll=Range(*map(deg, table.roll_deg)),
     )
 
 

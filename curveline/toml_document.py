@@ -48,6 +48,7 @@ _WRONG_TYPE = {
     "string_type": "text in quotes",
     "bool_type": "true or false",
     "list_type": "an array",
+    "flag_or_list_type": "true, false or an array",
     "model_type": "a table",
 }
 _TYPE_NAMES = {

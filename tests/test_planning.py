@@ -197,3 +197,23 @@ def test_a_display_that_cannot_be_planned_yet_is_invalid_input() -> None:
             make_plan(unplanned)
         assert caught.value.exit_code == EXIT_USAGE
         assert caught.value.hint
+
+
+def test_what_no_motor_of_a_node_can_do_is_invalid_input() -> None:
+    flat = scene(BASE)
+    left, right = flat.nodes
+    leaning = replace(flat.display, down=(0.0, -0.8, -0.6))
+    refused = {
+        "yaw at node 1": replace(flat, nodes=(replace(left, yaw=0.1), right)),
+        "roll at node 2": replace(flat, nodes=(left, replace(right, roll=-6.28))),
+        "gravity that does not": replace(flat, display=leaning),
+        "a rod curved out of": replace(
+            flat, display=replace(flat.display, rod=replace(flat.display.rod, lateral_curvature=0.1))
+        ),
+    }
+    for reason, unplanned in refused.items():
+        with pytest.raises(InvalidInput, match=reason) as caught:
+            make_plan(unplanned)
+        assert caught.value.exit_code == EXIT_USAGE
+        assert caught.value.hint
+    assert replace(flat, display=replace(leaning, gravity=False)).beyond_the_plane == ()

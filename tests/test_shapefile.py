@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import re
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn, get_args
 
@@ -88,6 +90,55 @@ def test_the_display_in_si() -> None:
     assert display.drive.max_moment == pytest.approx(0.5)
     assert display.radio.addresses == ("C1C1C1C101", "C1C1C1C102")
     assert display.digest == hashlib.sha256(DISPLAY).hexdigest()
+
+
+def test_what_points_out_of_the_plane_in_si(write: Callable[[bytes], Path], tmp_path: Path) -> None:
+    (tmp_path / "leaning.toml").write_bytes(replaced(DISPLAY, "gravity = true", "gravity = [0, -3, -4.0]"))
+    turned = replaced(SHAPE, "angle_deg = -30.0", "angle_deg = -30.0, yaw_deg = 45, roll_deg = -720.0")
+    pushed = b"\n[[loads]]\nsegment = 1\nat = 0.25\nforce_N = [0, -1.5, 2]\n"
+    scene = read_shape(write(replaced(turned, '"single"', '"leaning.toml"') + pushed))
+    assert scene.nodes[0] == Node(0.0, pytest.approx(math.pi / 6.0), 0.0, 0.0)
+    assert scene.nodes[1] == Node(0.0, *map(pytest.approx, (-math.pi / 6.0, math.pi / 4.0, -4.0 * math.pi)))
+    assert scene.loads == (Load(0, 0.25, (0.0, -1.5), 2.0),)
+    assert scene.display.down == pytest.approx((0.0, -0.6, -0.8))
+    assert scene.display.weight == pytest.approx((0.0, -0.6 * 0.048 * 9.80665, -0.8 * 0.048 * 9.80665))
+    assert scene.beyond_the_plane[:2] == ("yaw at node 2", "roll at node 2")
+    assert scene.beyond_the_plane[2:] == (
+        "load 1 pushing out of the plane",
+        "gravity that does not point straight down",
+    )
+    plain = read_shape(write(SHAPE))
+    assert plain.beyond_the_plane == ()
+    assert plain.display.weight == pytest.approx((0.0, -0.048 * 9.80665, 0.0))
+
+
+def test_stiffness_in_twist_follows_from_the_rectangle_and_youngs_modulus_unless_given(tmp_path: Path) -> None:
+    rod = read_display("single").rod
+    assert rod.shear_modulus == pytest.approx(2.45e9 / 2.7)
+    square = replace(rod, thickness=1.0, width=1.0, shear_modulus=1.0)
+    assert square.twisting_stiffness == pytest.approx(0.1405770, abs=1e-7)
+    strip = replace(rod, thickness=0.001, width=1.0, shear_modulus=3.0)
+    assert strip.twisting_stiffness == pytest.approx(1e-9 * (1.0 - 0.63025 * 0.001), rel=1e-6)
+    assert replace(strip, thickness=1.0, width=0.001).twisting_stiffness == strip.twisting_stiffness
+    given = "mass_g_per_m = 48.0\nshear_modulus_GPa = 0.5\nlateral_curvature_per_m = -0.25\n#"
+    (tmp_path / "d.toml").write_bytes(replaced(DISPLAY, "mass_g_per_m = 48.0", given))
+    own = read_display("d.toml", relative_to=tmp_path).rod
+    assert (own.shear_modulus, own.lateral_curvature) == (pytest.approx(5e8), -0.25)
+
+
+def test_a_display_may_keep_its_nodes_from_turning_out_of_the_plane(
+    write: Callable[[bytes], Path], tmp_path: Path
+) -> None:
+    limits = read_display("single").limits
+    assert (limits.yaw.high, limits.roll.low) == (pytest.approx(math.radians(75.0)), pytest.approx(-20.0 * math.pi))
+    stiff = replaced(DISPLAY, "[drive]", "yaw_deg = [0, 0]\nroll_deg = [-90.0, 90.0]\n[drive]")
+    (tmp_path / "stiff.toml").write_bytes(stiff)
+    shape = replaced(SHAPE, '"single"', '"stiff.toml"')
+    read_shape(write(shape))
+    turned = replaced(shape, "angle_deg = -30.0", "angle_deg = -30.0, yaw_deg = 1.0, roll_deg = 91.0")
+    yaw, roll = problems(lambda: read_shape(write(turned)))
+    assert yaw.message == "node 2: yaw_deg is 1 deg, above the display's limit of 0 deg"
+    assert roll.hint == "choose -90 to 90 deg"
 
 
 def test_the_built_in_displays() -> None:
@@ -353,7 +404,11 @@ def accidents(draw: Callable[[st.SearchStrategy[int]], int], data: bytes) -> byt
     return data
 
 
-LOADED = SHAPE + b"loads = [ { segment = 1, at = 0.5, force_N = [0.0, -1.5] } ]\n"
+LOADED = (
+    replaced(SHAPE, "angle_deg = -30.0", "angle_deg = -30.0, yaw_deg = 10.0, roll_deg = 400.0")
+    + b"loads = [ { segment = 1, at = 0.5, force_N = [0.0, -1.5, 0.2] } ]\n"
+)
+LEANING = replaced(DISPLAY, "gravity = true", "gravity = [0.0, -0.87, -0.5]")
 STEADY = settings(derandomize=True, max_examples=400, deadline=None, database=None)
 
 
@@ -370,8 +425,8 @@ def test_a_damaged_shape_is_a_scene_or_diagnostics(tmp_path_factory: pytest.Temp
 
 
 @STEADY
-@given(accidents(DISPLAY))
-@example(DISPLAY)
+@given(accidents(LEANING))
+@example(LEANING)
 def test_a_damaged_display_is_a_display_or_diagnostics(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "damaged-display.toml"
     path.write_bytes(data)
