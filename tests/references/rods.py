@@ -10,7 +10,7 @@ import numpy as np
 
 from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.planar import Effort, descend, energy, modes_below, newton, second_variation
-from curveline.rod.problem import Array, Problem, make_problem, mesh, released
+from curveline.rod.problem import Array, Problem, make_problem, released
 
 FALL = Effort(turn=0.5, close=1e-9, iterations=400)
 POLISH = Effort(turn=0.3, close=1e-10, iterations=60)
@@ -39,7 +39,7 @@ class Shape(NamedTuple):
 
     @property
     def moments(self) -> Array:
-        """Bending moments (2,) at the clamps: minus the slope of the energy by the first angle, the slope by the last."""
+        """Bending moments (2,) at the clamps: slopes of the energy by the clamp angles, the first reversed."""
         problem = self.problem
         turns = np.array([self.phi[0] - problem.ends[0], problem.ends[1] - self.phi[-1]])
         return turns * problem.stiffness[[0, -1]]
@@ -47,7 +47,7 @@ class Shape(NamedTuple):
     @property
     def energy(self) -> float:
         """Bending energy plus the potential of the loads."""
-        return float(energy(self.problem, self.phi))
+        return float(energy(self.problem, self.phi, self.multipliers))
 
 
 def unit_rod(
@@ -57,10 +57,10 @@ def unit_rod(
     return ClampedRod(chord, ends[0], ends[1], 1.0, 0.0, 1.0, weight, loads=loads)
 
 
-def clamped(rod: ClampedRod, n: int) -> Problem:
-    """`rod` cut into about n edges, both ends clamped."""
-    scaled = rod.scaled()
-    problem: Problem = released(make_problem(scaled, mesh(scaled.at, n)))
+def clamped(rod: ClampedRod, n: int, *, at: float = 0.5) -> Problem:
+    """`rod` cut into n edges, half of them on either side of the fraction `at` of its length, both ends clamped."""
+    edges = np.repeat([2.0 * at / n, 2.0 * (1.0 - at) / n], n // 2)
+    problem: Problem = released(make_problem(rod.scaled(), edges))
     return problem
 
 
@@ -104,7 +104,7 @@ def try_solve(problem: Problem, phi: Array, multipliers: Array) -> Shape | None:
 
 def is_definite(problem: Problem, phi: Array, multipliers: Array) -> bool:
     """True if the second variation under the constraints has no negative eigenvalue."""
-    return bool(modes_below(problem, *second_variation(problem, phi, multipliers), 0.0) == 0)
+    return bool(modes_below(problem, second_variation(problem, phi, multipliers), 0.0) == 0)
 
 
 def bisect(holds: Callable[[float], bool], low: float, high: float) -> float:
@@ -115,6 +115,45 @@ def bisect(holds: Callable[[float], bool], low: float, high: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if holds(middle) else (low, middle)
     return 0.5 * (low + high)
+
+
+def middle_held(problem: Problem, axis: int, target: float) -> Problem:
+    """The same rod with its middle vertex held at x (0) or y (1) = `target`; the last multiplier holds it."""
+    half = problem.edges.size // 2
+    row = np.zeros((1, 2, problem.edges.size))
+    row[0, axis, :half] = problem.edges[:half]
+    return problem._replace(rows=np.concatenate([problem.rows, row]), targets=np.append(problem.targets, target))
+
+
+def symmetric(problem: Problem, axis: int, near: Shape) -> Shape | None:
+    """The symmetric equilibrium close to `near`, stable or not; None where there is none.
+
+    By symmetry it takes no force to hold the middle vertex halfway along x (0) or y (1), but doing so keeps Newton
+    regular, and on the symmetric path, where that loses its stability to another one.
+    """
+    level = middle_held(problem, axis, 0.5 * float(problem.targets[axis]))
+    shape = try_solve(level, near.phi, np.append(near.multipliers, 0.0))
+    if shape is None:
+        return None
+    assert abs(shape.multipliers[-1]) < 1e-6 * np.max(abs(shape.multipliers))
+    phi, multipliers = shape.phi, shape.multipliers[:-1]
+    unstable = int(modes_below(problem, second_variation(problem, phi, multipliers), 0.0))
+    return Shape(problem, phi, multipliers, unstable)
+
+
+def branches_at(problem_at: Callable[[float], Problem], axis: int, state: Shape, bracket: tuple[float, float]) -> float:
+    """Where within the `bracket` the symmetric path from the stable `state` at 0 loses its stability."""
+    low, high = bracket
+    for at in np.linspace(0.0, low, 12):
+        shape = symmetric(problem_at(float(at)), axis, state)
+        assert shape is not None
+        state = shape
+
+    def stable(at: float) -> bool:
+        trial = symmetric(problem_at(at), axis, state)
+        return trial is not None and trial.unstable == 0
+
+    return bisect(stable, low, high)
 
 
 def last_stable(problem_at: Callable[[float], Problem], state: Shape, begin: float, step: float) -> float:

@@ -1,4 +1,4 @@
-"""Section B: rods under dead loads and their own weight (Mattiasson 1981; Bisshopp and Drucker 1945; Greenhill 1881)."""
+"""Section B: dead loads and weight (Bisshopp and Drucker 1945; Mattiasson 1981; Greenhill 1881)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_bvp
 from scipy.special import jv
+
+from curveline.rod.problem import Array
 
 from .report import Report
 from .rods import (
@@ -61,6 +64,25 @@ def test_a_tip_load_bends_a_cantilever_as_tabulated(load: float, against: Report
     against("B tip load: order, extrapolated", better, 4.0, 0.075)
 
 
+def collocated(weight: float) -> Array:
+    """A row of `OWN_WEIGHTS` by a boundary value solver: angle' = bend, bend' = -w (1 - s) cos(angle)."""
+
+    def slope(places: Array, state: Array) -> Array:
+        angle, bend = state[:2]
+        return np.array([bend, -weight * (1.0 - places) * np.cos(angle), np.cos(angle), np.sin(angle)])
+
+    def ends(first: Array, last: Array) -> Array:
+        return np.array([first[0], last[1], first[2], first[3]])
+
+    places = np.linspace(0.0, 1.0, 2001)
+    fade = np.exp(-math.sqrt(weight) * places)
+    guess = np.array([0.5 * np.pi * (1.0 - fade), 0.5 * np.pi * math.sqrt(weight) * fade, 0.0 * places, places])
+    solution = solve_bvp(slope, ends, places, guess, tol=1e-10, max_nodes=100_000)
+    assert solution.success
+    angle, _, x, drop = solution.y[:, -1]
+    return np.array([angle, drop, x, drop / x])
+
+
 @pytest.mark.parametrize("weight", OWN_WEIGHTS)
 def test_its_own_weight_bends_a_cantilever_as_computed(weight: float, against: Report) -> None:
     levels = []
@@ -69,7 +91,9 @@ def test_its_own_weight_bends_a_cantilever_as_computed(weight: float, against: R
         shape = relax(cantilever(0.0, n, weight=weight), np.zeros(n))
         x, y = shape.positions[-1]
         levels.append([-tip_angle(shape), -y, x, -y / x])
-    against("B self weight", romberg(levels), OWN_WEIGHTS[weight], 1e-8)
+    # At 1000 the table's last digits are off by 3e-8: collocation, below, agrees with the discrete rod and not with it.
+    against(f"B self weight{' 1000' if weight == 1000.0 else ''}", romberg(levels), OWN_WEIGHTS[weight], 4e-8)
+    against("B self weight: by collocation", romberg(levels), collocated(weight), 1e-9)
     plain, better = orders(counts[:4], levels[:4], romberg(levels))
     against("B self weight: order", plain[1:], 2.0, 0.05)
     against("B self weight: order, extrapolated", better[1:], 4.0, 0.075)

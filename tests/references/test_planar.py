@@ -78,6 +78,15 @@ def test_the_clamped_pinned_load_is_the_published_one(against: Report) -> None:
     against("A Euler loads: published digits", TANGENT_ROOT**2, 20.19072856, 3e-10)
 
 
+@pytest.mark.parametrize("chord", ARCHES)
+def test_the_closed_form_of_the_first_clamped_mode_is_the_tabulated_one(chord: float, against: Report) -> None:
+    arch = clamped_arch(chord, 1.0, 1.0)
+    thrust, rise, energy = ARCHES[chord]
+    against("A clamped mode 1: closed form", [arch.thrust, arch.energy], [thrust, energy], 1e-9)
+    ends = arch.positions(np.array([0.0, 0.5, 1.0]))
+    against("A clamped mode 1: closed form", ends, [[0.0, 0.0], [0.5 * chord, rise], [chord, 0.0]], 1e-10, scale=1.0)
+
+
 def clamped_mode(chord: float, n: int) -> Shape:
     """The first mode between level clamps on n edges."""
     exact = clamped_arch(chord, 1.0, 1.0)
@@ -88,7 +97,10 @@ def clamped_mode(chord: float, n: int) -> Shape:
 @pytest.mark.parametrize("chord", ARCHES)
 def test_thrust_rise_and_energy_of_the_first_clamped_mode(chord: float, against: Report) -> None:
     shapes = [clamped_mode(chord, n) for n in LEVELS]
-    levels = [[shape.multipliers[0], shape.positions[n // 2, 1], shape.energy] for n, shape in zip(LEVELS, shapes, strict=True)]
+    levels = [
+        [shape.multipliers[0], shape.positions[n // 2, 1], shape.energy]
+        for n, shape in zip(LEVELS, shapes, strict=True)
+    ]
     assert all(shape.unstable == 0 for shape in shapes)
     against("A clamped mode 1", romberg(levels), ARCHES[chord], 1e-9)
     plain, better = orders(LEVELS[:4], levels[:4], romberg(levels))
