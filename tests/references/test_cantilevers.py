@@ -10,6 +10,7 @@ from scipy.integrate import solve_bvp
 from scipy.special import jv
 
 from curveline.rod.problem import Array
+from curveline.rod.states import find_states
 
 from .report import Report
 from .rods import (
@@ -156,3 +157,14 @@ def test_a_rod_without_stiffness_is_a_chain(against: Report) -> None:
         shape = relax(bent._replace(stiffness=np.zeros(n + 1)), CATENARY[1] * (2.0 * middles(n) - 1.0))
         levels.append([-shape.positions[n // 2, 1], 1.5 * shape.phi[-1] - 0.5 * shape.phi[-2], -shape.multipliers[0]])
     against("B catenary limit", romberg(levels), CATENARY, 2e-8)
+
+
+@pytest.mark.parametrize("weight", HEAVY)
+def test_the_search_finds_the_heavy_rod(weight: float, against: Report) -> None:
+    rod = unit_rod((1.0 / 1.2, 0.0), (-CATENARY[1], CATENARY[1]), weight=weight)
+    (valley,) = (state for state in find_states(rod, 1e-8) if state.name == "valley")
+    against("B catenary limit with EI: found and refined", -valley.curve(3)[1, 1], HEAVY[weight], 1e-7)
+    tension, lift = valley.clamp_force[1] / weight
+    assert lift == pytest.approx(0.5, rel=1e-9)
+    # The horizontal tension of the chain is met in the limit.
+    assert tension == pytest.approx(CATENARY[2], rel=5.0 / math.sqrt(weight))
