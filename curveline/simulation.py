@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from curveline.rod.equilibrium import ClampedRod, Equilibrium
 from curveline.rod.fidelity import Bound, left_out
 from curveline.rod.section import Section
+from curveline.rod.space import SpatialSegment
 from curveline.rod.states import find_states
 from curveline.scene import Display, Node, Scene
 
@@ -41,7 +42,10 @@ def clamped_rod(
     length: float,
     loads: tuple[tuple[float, float, float], ...] = (),
 ) -> ClampedRod:
-    """The rod between two neighbouring `nodes`; `loads` are (fraction of the length, force x, force y)."""
+    """The rod between two neighbouring `nodes`; `loads` are (fraction of the length, force x, force y).
+
+    A planar rod's weight can only point down or up: of gravity in another direction it has the vertical part.
+    """
     left, right = nodes
     return ClampedRod(
         chord=(display.span, right.height - left.height),
@@ -50,9 +54,30 @@ def clamped_rod(
         length=length,
         clamp=display.clamp,
         stiffness=display.rod.bending_stiffness,
-        weight=display.rod.weight_per_length if display.gravity else 0.0,
+        weight=-display.weight[1],
         natural_curvature=display.rod.natural_curvature,
         loads=loads,
+    )
+
+
+def _planar_rod(scene: Scene, index: int) -> ClampedRod:
+    """What of the segment after node `index` lies in the plane."""
+    loads = sorted((load.at, *load.force) for load in scene.loads if load.segment == index)
+    nodes = (scene.nodes[index], scene.nodes[index + 1])
+    return clamped_rod(scene.display, nodes, scene.segments[index].length, tuple(loads))
+
+
+def spatial_segment(scene: Scene, index: int) -> SpatialSegment:
+    """The segment after node `index` with all that the scene says of it, in space."""
+    left, right = scene.nodes[index], scene.nodes[index + 1]
+    return SpatialSegment(
+        rod=_planar_rod(scene, index),
+        section=section_of(scene.display),
+        yaw=(left.yaw, right.yaw),
+        roll=(left.roll, right.roll),
+        weight=scene.display.weight,
+        loads=tuple(sorted((load.at, *load.force, load.lateral) for load in scene.loads if load.segment == index)),
+        lateral_curvature=scene.display.rod.lateral_curvature,
     )
 
 
@@ -84,8 +109,8 @@ def _segment_states(scene: Scene, index: int, tolerance: float, windings: tuple[
     """The states of the segment between nodes `index` and `index` + 1."""
     segment = scene.segments[index]
     nodes = (scene.nodes[index], scene.nodes[index + 1])
-    loads = sorted((load.at, *load.force) for load in scene.loads if load.segment == index)
-    rod = clamped_rod(scene.display, nodes, segment.length, tuple(loads))
+    rod = _planar_rod(scene, index)
+    loads = rod.loads
     found = find_states(rod, tolerance, windings)
     states = tuple(replace(state, wanted=state.name == segment.state) for state in found)
     terms = ("bend", *(["gravity"] if rod.weight else []), *(["loads"] if loads else []))

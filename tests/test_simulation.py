@@ -12,7 +12,7 @@ import pytest
 import curveline
 from curveline.scene import Load, Node, Scene, Segment
 from curveline.shapefile import read_display
-from curveline.simulation import simulate
+from curveline.simulation import simulate, spatial_segment
 from curveline.units import deg, mm
 
 HERE = Path(__file__).parent
@@ -99,6 +99,24 @@ def test_without_gravity_the_rod_is_weightless_and_what_that_costs_is_said() -> 
         assert light.rod.weight == 0.0
         moved = float(np.max(np.linalg.norm(heavy.curve(101) - light.curve(101), axis=1)))
         assert 1e-4 < moved <= without.left_out["gravity"].bound
+
+
+def test_a_segment_in_space_has_all_that_the_scene_says_of_it() -> None:
+    rod = replace(QUAD.display.rod, lateral_curvature=0.3)
+    display = replace(QUAD.display, down=(0.0, -0.8, 0.6), rod=rod)
+    nodes = (*QUAD.nodes[:2], Node(mm(-40), deg(-10), deg(20), deg(400)), *QUAD.nodes[3:])
+    scene = replace(
+        QUAD, display=display, nodes=nodes, loads=(Load(1, 0.7, (0.1, -0.2), 0.3), Load(1, 0.3, (0.0, 0.4)))
+    )
+    space = spatial_segment(scene, 1)
+    assert (space.yaw, space.roll) == ((0.0, deg(20)), (0.0, deg(400)))
+    assert space.weight == pytest.approx((0.0, -0.8 * rod.weight_per_length, 0.6 * rod.weight_per_length))
+    assert space.loads == ((0.3, 0.0, 0.4, 0.0), (0.7, 0.1, -0.2, 0.3))
+    assert space.lateral_curvature == 0.3
+    assert space.rod.loads == ((0.3, 0.0, 0.4), (0.7, 0.1, -0.2))
+    assert space.rod.weight == pytest.approx(0.8 * rod.weight_per_length)
+    assert space.section.twisting_stiffness == rod.twisting_stiffness
+    assert spatial_segment(QUAD, 1).is_flat
 
 
 def test_what_is_left_out_is_bounded_by_the_worst_state() -> None:
