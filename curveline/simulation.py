@@ -4,23 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
+from curveline.errors import InvalidInput
+from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod, Equilibrium
 from curveline.rod.fidelity import Bound, left_out
 from curveline.rod.section import Section
 from curveline.rod.space import SpatialSegment
+from curveline.rod.spatial_ladder import refine_in_space
 from curveline.rod.states import find_states
 from curveline.scene import Display, Node, Scene
 
 DEFAULT_TOLERANCE = 1e-4
 """Default bound on a curve's error [m]."""
 
+AUTO = "auto"
+MODELS = (AUTO, PLANAR, EXTENSIBLE, SPATIAL)
+"""What a user may ask for; with `AUTO` the scene decides."""
+
 
 @dataclass(frozen=True)
 class SegmentStates:
     """The stable states of one segment, the highest over its chord first.
 
-    `wanted_name` is the state the shape asks for; `terms` are in the model and `left_out` bounds the others, over all
-    states. `origin` is the left pivot in the display's frame [m].
+    `wanted_name` is the state the shape asks for; `terms` are in the `model`, chosen for the sentences of `reasons`;
+    `left_out` bounds the others, over all states. `origin` is the left pivot in the display's frame [m].
     """
 
     length: float  # [m]
@@ -29,6 +35,8 @@ class SegmentStates:
     terms: tuple[str, ...]
     left_out: dict[str, Bound]
     states: tuple[Equilibrium, ...]
+    model: str = PLANAR
+    reasons: tuple[str, ...] = ()
 
     @property
     def wanted(self) -> Equilibrium | None:
@@ -95,31 +103,55 @@ def section_of(display: Display) -> Section:
 
 
 def simulate(
-    scene: Scene, tolerance: float = DEFAULT_TOLERANCE, windings: tuple[int, ...] = (0,)
+    scene: Scene, tolerance: float = DEFAULT_TOLERANCE, windings: tuple[int, ...] = (0,), model: str = AUTO
 ) -> list[SegmentStates]:
-    """Every stable state of every segment of `scene`, each curve to `tolerance` [m].
+    """Every stable state of every segment of `scene`, each curve to `tolerance` [m], in one of `MODELS`.
 
     Complete for what a planar display can show; `windings` names further full turns of the tangent to look at, whose
-    loops are then listed as far as they are met.
+    loops are then listed as far as they are met. Raises InvalidInput for an unknown model.
     """
-    return [_segment_states(scene, index, tolerance, windings) for index in range(len(scene.segments))]
+    if model not in MODELS:
+        raise InvalidInput(f"there is no model {model!r}", hint=f"choose one of {', '.join(MODELS)}")
+    return [_segment_states(scene, index, (tolerance, windings, model)) for index in range(len(scene.segments))]
 
 
-def _segment_states(scene: Scene, index: int, tolerance: float, windings: tuple[int, ...]) -> SegmentStates:
-    """The states of the segment between nodes `index` and `index` + 1."""
-    segment = scene.segments[index]
-    nodes = (scene.nodes[index], scene.nodes[index + 1])
-    rod = _planar_rod(scene, index)
-    loads = rod.loads
+def _segment_states(scene: Scene, index: int, asked: tuple[float, tuple[int, ...], str]) -> SegmentStates:
+    """The states of the segment between nodes `index` and `index` + 1; `asked` as in `simulate`."""
+    tolerance, windings, asked_model = asked
+    segment, space = scene.segments[index], spatial_segment(scene, index)
+    model, reasons = _model_for(space, asked_model)
+    rod = replace(space.rod, stretching=space.section.stretching_stiffness) if model == EXTENSIBLE else space.rod
     found = find_states(rod, tolerance, windings)
-    states = tuple(replace(state, wanted=state.name == segment.state) for state in found)
-    terms = ("bend", *(["gravity"] if rod.weight else []), *(["loads"] if loads else []))
+    if model == SPATIAL:
+        found = [refine_in_space(space, state, tolerance) for state in found]
+    states = tuple(replace(state, wanted=state.name == segment.state and state.simple) for state in found)
+    origin = (index * scene.display.span, scene.nodes[index].height)
+    terms, bounds = _terms(space, model), _bounds(states, space)
+    return SegmentStates(segment.length, segment.state, origin, terms, bounds, states, model, reasons)
+
+
+def _model_for(space: SpatialSegment, asked: str) -> tuple[str, tuple[str, ...]]:
+    """The model for a segment, and why."""
+    if asked != AUTO:
+        return asked, (f"the {asked} model was asked for",)
+    if not space.is_flat or space.weight[0]:
+        return SPATIAL, ("something points out of the plane",)
+    return PLANAR, ("nothing points out of the plane",)
+
+
+def _terms(space: SpatialSegment, model: str) -> tuple[str, ...]:
+    """What is in the model of a segment."""
+    extra = {PLANAR: (), EXTENSIBLE: ("stretch",), SPATIAL: ("stretch", "lateral bend", "twist")}
+    weight = any(space.weight) if model == SPATIAL else space.rod.weight
+    return ("bend", *extra[model], *(["gravity"] if weight else []), *(["loads"] if space.loads else []))
+
+
+def _bounds(states: tuple[Equilibrium, ...], space: SpatialSegment) -> dict[str, Bound]:
+    """The worst of every term left out."""
     bounds: dict[str, Bound] = {}
-    section = section_of(scene.display)
     # A loop that no planar display can show would drown the others; it has flags of its own.
     for state in [state for state in states if state.simple] or states:
-        for name, bound in left_out(state, section).items():
+        for name, bound in left_out(state, space.section).items():
             if name not in bounds or bound.bound > bounds[name].bound:
                 bounds[name] = bound
-    origin = (index * scene.display.span, nodes[0].height)
-    return SegmentStates(segment.length, segment.state, origin, terms, bounds, states)
+    return bounds

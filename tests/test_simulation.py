@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import curveline
+from curveline.errors import InvalidInput
 from curveline.scene import Load, Node, Scene, Segment
 from curveline.shapefile import read_display
 from curveline.simulation import simulate, spatial_segment
@@ -117,6 +118,36 @@ def test_a_segment_in_space_has_all_that_the_scene_says_of_it() -> None:
     assert space.rod.weight == pytest.approx(0.8 * rod.weight_per_length)
     assert space.section.twisting_stiffness == rod.twisting_stiffness
     assert spatial_segment(QUAD, 1).is_flat
+
+
+def test_the_models_agree_where_nothing_points_out_of_the_plane_and_stretch_is_small() -> None:
+    scene = curveline.read_shape(SHAPES[0])
+    (planar,), (extensible,), (spatial,) = (simulate(scene, model=name) for name in ("planar", "extensible", "spatial"))
+    assert [segment.model for segment in (planar, extensible, spatial)] == ["planar", "extensible", "spatial"]
+    assert set(planar.terms) < set(extensible.terms) < set(spatial.terms)
+    for flat, stretched, free in zip(planar.states, extensible.states, spatial.states, strict=True):
+        assert (flat.model, stretched.model, free.model) == ("planar", "extensible", "spatial")
+        assert (flat.name, flat.wanted) == (stretched.name, stretched.wanted) == (free.name, free.wanted)
+        moved = float(np.max(np.linalg.norm(flat.curve(101) - stretched.curve(101), axis=1)))
+        assert 1e-6 < moved < planar.left_out["stretch"].bound
+        assert float(np.max(np.linalg.norm(free.curve(101) - stretched.curve(101), axis=1))) <= free.error
+        assert float(np.max(np.abs(free.depth(101)))) < 1e-9
+
+
+def test_what_points_out_of_the_plane_asks_for_the_spatial_model() -> None:
+    scene = curveline.read_shape(SHAPES[0])
+    pushed = replace(scene, loads=(Load(0, 0.5, (0.0, 0.0), 0.5),))
+    (segment,) = simulate(pushed)
+    assert segment.model == "spatial"
+    assert segment.wanted is not None
+    assert 0.005 < float(np.max(segment.wanted.depth(101))) < 0.2
+    assert [each.model for each in simulate(scene)] == ["planar"]
+
+
+def test_an_unknown_model_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(InvalidInput, match="no model 'flat'") as caught:
+        simulate(QUAD, model="flat")
+    assert caught.value.hint == "choose one of auto, planar, extensible, spatial"
 
 
 def test_what_is_left_out_is_bounded_by_the_worst_state() -> None:
