@@ -133,7 +133,4 @@ def land(pose, bearing, phi, multipliers):
 
 def coarse_start(state: Equilibrium, n: int = FOLLOW_EDGES) -> tuple[Array, Array]:
     """Angles (n,) and multipliers (2,) from which Newton finds `state` again on n equal edges."""
-    places = np.concatenate([[0.0], np.cumsum(state.edges)])
-    middles = (np.arange(n) + 0.5) / n * places[-1]
-    unit = state.rod.free_length**2 / state.rod.stiffness
-    return np.interp(middles, places, state.vertices_table[:, 2]), -state.clamp_force[1] * unit
+    return state.start_on(np.full(n, 1.0 / n))

@@ -138,6 +138,13 @@ class Equilibrium:
         flagged = self.crosses_itself or self.wraps_clamp or self.leaves_plane
         return self.winding == 0 and not flagged
 
+    def start_on(self, edges: Array) -> tuple[Array, Array]:
+        """Angles (n,) and multipliers (2,) from which Newton finds the state again on `edges (n,)` that sum to 1."""
+        places = np.concatenate([[0.0], np.cumsum(self.edges)])
+        middles = (np.cumsum(edges) - 0.5 * edges) * places[-1]
+        unit = self.rod.free_length**2 / self.rod.stiffness
+        return np.interp(middles, places, self.vertices_table[:, 2]), -self.clamp_force[1] * unit
+
     def curve(self, points: int) -> Array:
         """`points` positions (points, 2) [m] in the plane, equally spaced in arc length from pivot to pivot."""
         if self.space is not None:

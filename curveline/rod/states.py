@@ -42,6 +42,11 @@ VALLEY = "valley"
 BARELY = -8.0
 """Lowest eigenvalue of a coarse equilibrium that finer edges may show to be stable after all."""
 
+FALL_EDGES = 12_000
+"""Most edges with which a rod leaves a saddle: coarser ones may hold it for stable."""
+NUDGE = 0.01
+"""Disturbance [rad], neither symmetric nor antisymmetric, with which the rod leaves a saddle."""
+
 RELAX = Effort(turn=0.5, close=1e-7, iterations=150)
 
 
@@ -146,9 +151,31 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
         scaled = turned.scaled()
         for edges, found in _raw(scaled, winding):
             for i in range(int(found.filled[0])):
-                if _may_be_stable(scaled, edges, found, i):
-                    _add(states, refine(turned, edges, found.shapes[i], found.multipliers[i], tolerance))
+                if not _may_be_stable(scaled, edges, found, i):
+                    continue
+                state = refine(turned, edges, found.shapes[i], found.multipliers[i], tolerance)
+                for each in [state] if state.stable else _fallen(state, tolerance):
+                    _add(states, each)
     return named(states)
+
+
+def _fallen(saddle: Equilibrium, tolerance: float) -> list[Equilibrium]:
+    """Where the rod goes, either way, from a `saddle` that coarse edges hold for stable: it lies near a pitchfork."""
+    rod, n = saddle.rod, saddle.vertices - 1
+    while saddle.outcome is Outcome.UNSTABLE and n <= FALL_EDGES:
+        scaled = rod.scaled()
+        edges = mesh(scaled.at, n)
+        free = released(make_problem(scaled, edges))
+        phi, force = saddle.start_on(edges)
+        if newton(free, phi, force, CERTIFY)[1] > 0:
+            found = nothing_found(edges.size)
+            for nudge in (NUDGE, -NUDGE):
+                places = np.cumsum(edges) - 0.5 * edges
+                relax_from(free, phi + nudge * np.sin(2.0 * np.pi * places + 0.4), found)
+            shapes, forces = found.shapes, found.multipliers
+            return [refine(rod, edges, shapes[i], forces[i], tolerance) for i in range(int(found.filled[0]))]
+        n *= 2
+    return []
 
 
 def _may_be_stable(scaled: ScaledRod, edges: Array, found: Found, i: int) -> bool:

@@ -14,6 +14,7 @@ from scipy.optimize import minimize_scalar
 from curveline.rod.elastica import clamped_arch
 from curveline.rod.planar import lowest_eigenvalue
 from curveline.rod.problem import Problem
+from curveline.rod.states import find_states
 
 from .report import Report
 from .rods import (
@@ -144,6 +145,21 @@ def test_the_s_gains_stability_by_as_much_as_it_lacked(mu: float, eigenvalue: fl
     shapes = [s_shape(1e-4, mu, n) for n in LEVELS]
     values = [lowest_eigenvalue(shape.problem, shape.phi, shape.multipliers, 1e-9) for shape in shapes]
     against("C both ends the same way: lowest eigenvalue", romberg(values), eigenvalue, 5e-4)
+
+
+def test_the_arches_become_the_s_without_a_jump_and_leave_it_alone() -> None:
+    # Near the threshold, coarse edges hold the S for stable although it is not.
+    slack, heights = 1e-2, []
+    threshold = float(romberg([merged_at(slack, n) for n in LEVELS]))
+    for left in (0.04, 0.01, 0.0025, -0.0025, -0.04):
+        alpha = (threshold - left) * math.sqrt(slack)
+        states = find_states(unit_rod((1.0 - slack, 0.0), (alpha, alpha)), 1e-8)
+        assert len(states) == (2 if left > 0.0 else 1)
+        heights.append(abs(states[0].curve(3)[1, 1]))
+    # A pitchfork: the rise over the S shrinks with the square root of what is left to turn.
+    assert heights[1] / heights[0] == pytest.approx(0.5, rel=0.02)
+    assert heights[2] / heights[1] == pytest.approx(0.5, rel=0.02)
+    assert max(heights[3:]) < 1e-8
 
 
 # dL / L: f at which the arch under a centre load loses stability to an antisymmetric mode, and at which the symmetric
