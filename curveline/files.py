@@ -5,8 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import stat
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NoReturn
+from types import TracebackType
+from typing import BinaryIO, NoReturn
 
 from curveline.errors import Diagnostic, InvalidInput
 
@@ -58,28 +60,69 @@ def decode_text(data: bytes, name: str) -> str:
 
 
 def write_file(path: AnyPath, data: bytes, *, force: bool = False) -> None:
-    """Write a whole file or nothing; InvalidInput if it exists and `force` is not given, or cannot be written.
+    """Write a whole file or nothing; InvalidInput if it exists and `force` is not given, or cannot be written."""
+    with NewFile(path, force=force) as file:
+        file.write(data)
 
-    The bytes go to a neighbour that then takes the name, so that no reader ever meets half a file.
+
+class NewFile:
+    """A file that is written bit by bit, and appears whole or not at all.
+
+    The bytes go to a neighbour that takes the name when the context is left, so that no reader ever meets half a file;
+    an exception leaves nothing behind. InvalidInput if the file exists and `force` is not given, or cannot be written.
     """
-    name = os.fspath(path)
-    target = Path(os.path.realpath(name))
-    if target.exists() and not target.is_file():
-        _refuse_kind(name)
-    if target.exists() and not force:
-        refuse_file(name, "exists", "the file exists already", "choose another name, or overwrite it with --force")
-    neighbour = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        with open(neighbour, "xb") as stream:
-            stream.write(data)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(neighbour, target)
-    except OSError as error:
+
+    def __init__(self, path: AnyPath, *, force: bool = False) -> None:
+        self._name = os.fspath(path)
+        self._target = Path(os.path.realpath(self._name))
+        if self._target.exists() and not self._target.is_file():
+            _refuse_kind(self._name)
+        if self._target.exists() and not force:
+            hint = "choose another name, or overwrite it with --force"
+            refuse_file(self._name, "exists", "the file exists already", hint)
+        self._neighbour = self._target.with_name(f".{self._target.name}.{os.getpid()}.part")
+        with self._refusals():
+            self._stream = open(self._neighbour, "xb")  # noqa: SIM115
+
+    def __enter__(self) -> NewFile:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if error is None:
+            with self._refusals():
+                self._stream.flush()
+                os.fsync(self._stream.fileno())
+                self._stream.close()
+                os.replace(self._neighbour, self._target)
+        else:
+            self._discard()
+
+    def write(self, data: bytes) -> None:
+        """Add bytes at the end."""
+        with self._refusals():
+            self._stream.write(data)
+
+    @contextlib.contextmanager
+    def stream(self) -> Iterator[BinaryIO]:
+        """The open file, for writers that move about in it."""
+        with self._refusals():
+            yield self._stream
+
+    @contextlib.contextmanager
+    def _refusals(self) -> Iterator[None]:
+        """What the disk refuses, as InvalidInput, with nothing left behind."""
+        try:
+            yield
+        except OSError as error:
+            self._discard()
+            hint = "check that the folder exists, may be written and has room"
+            refuse_file(self._name, "unwritable", f"it cannot be written: {error.strerror}", hint)
+
+    def _discard(self) -> None:
         with contextlib.suppress(OSError):
-            neighbour.unlink()
-        hint = "check that the folder exists, may be written and has room"
-        refuse_file(name, "unwritable", f"it cannot be written: {error.strerror}", hint)
+            self._neighbour.unlink()
+        with contextlib.suppress(OSError, AttributeError):
+            self._stream.close()
 
 
 def excerpt(line: str, column: int) -> tuple[str, int]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import os
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from importlib import resources
@@ -30,7 +31,15 @@ from curveline.scene import (
 from curveline.shape_models import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, RodTable, ShapeTable
 from curveline.shape_rules import check_display, check_shape
 from curveline.toml_document import Document, nearest, shown
+from curveline.toml_location import KeyPath
 from curveline.units import deg, g_per_m, gpa, mm, nmm
+
+QUANTITIES: Mapping[str, tuple[KeyPath, ...]] = {
+    "nodes": (("height_mm",), ("angle_deg",)),
+    "segments": (("length_mm",),),
+    "loads": (("at",), ("force_N", 0), ("force_N", 1)),
+}
+"""Table of a shape file -> the keys in it whose numbers can be any in a range."""
 
 MAX_BYTES = 1_000_000
 """Size limit of a shape or display file; real ones have a few kilobytes."""
@@ -41,16 +50,50 @@ def read_shape(path: AnyPath) -> Scene:
 
     InvalidInput lists every problem of the file, and of the display file that it names.
     """
-    name = os.fspath(path)
-    data = read_file(name, MAX_BYTES)
-    document = Document(name, decode_text(data, name))
-    _refuse_empty(document, "a shape needs name, display, nodes and segments: copy one of the examples in shapes/")
-    model = document.validate(ShapeTable)
-    display, elsewhere = _display_of(document)
-    check_shape(document, display)
-    if model is None or display is None or document.diagnostics():
-        raise document.error(elsewhere)
-    return _scene(model, display, name, hashlib.sha256(data).hexdigest())
+    return ShapeFile(path).scene
+
+
+class ShapeFile:
+    """A shape file that was read, its scene, and that scene with other numbers in it.
+
+    InvalidInput lists every problem of the file, and of the display file that it names.
+    """
+
+    def __init__(self, path: AnyPath) -> None:
+        self._name = os.fspath(path)
+        data = read_file(self._name, MAX_BYTES)
+        self._digest = hashlib.sha256(data).hexdigest()
+        self._document = Document(self._name, decode_text(data, self._name))
+        hint = "a shape needs name, display, nodes and segments: copy one of the examples in shapes/"
+        _refuse_empty(self._document, hint)
+        # What is of the wrong type must be known before the display is looked up by its name.
+        model = self._document.validate(ShapeTable)
+        self._display, self._elsewhere = _display_of(self._document)
+        self.scene = self._scene_of(self._document, model)
+
+    def varied(self, numbers: Mapping[KeyPath, float]) -> Scene:
+        """The scene with `numbers` in place of those in the file, in the file's units.
+
+        InvalidInput lists what would be wrong with a file that has them.
+        """
+        document = self._document.varied(numbers)
+        return self._scene_of(document, document.validate(ShapeTable))
+
+    def numbers(self) -> Iterator[KeyPath]:
+        """Every place in the file with a quantity that could be another one."""
+        for table, items in (
+            ("nodes", self.scene.nodes),
+            ("segments", self.scene.segments),
+            ("loads", self.scene.loads),
+        ):
+            for index in range(len(items)):
+                yield from ((table, index, *key) for key in QUANTITIES[table])
+
+    def _scene_of(self, document: Document, model: ShapeTable | None) -> Scene:
+        check_shape(document, self._display)
+        if model is None or self._display is None or document.diagnostics():
+            raise document.error(self._elsewhere)
+        return _scene(model, self._display, self._name, self._digest)
 
 
 def read_display(name_or_path: AnyPath, relative_to: AnyPath = "") -> Display:

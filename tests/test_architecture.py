@@ -15,9 +15,10 @@ MODULES = sorted(ROOT.rglob("*.py"))
 
 LAYERS = (
     {"errors", "units"},
-    {"files", "measured", "records", "scene", "toml_document", "toml_location"},
+    {"files", "measured", "records", "scene", "toml_document", "toml_location", "workers"},
     {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
-    {"bench", "figures", "linkbench", "passage", "planning", "playback", "results", "simulation"},
+    {"batch", "bench", "figures", "linkbench", "passage", "planning", "playback", "results", "simulation"}
+    | {"sweepfiles", "sweeping"},
     {"cli"},
 )
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}
@@ -33,11 +34,12 @@ APART = {
 ONLY_IN = {
     "numba": {"rod"},
     "scipy": {"rod"},
-    "numpy": {"rod", "bench", "passage", "planning", "playback", "results", "simulation"},
+    "numpy": {"rod", "bench", "passage", "planning", "playback", "results", "simulation", "sweepfiles"},
     "pydantic": {"shape_models", "toml_document"},
     "typer": {"cli"},
     "matplotlib": set(),
     "rich": set(),
+    "multiprocessing": {"workers"},
     "cv2": set(),
     "pyrf24": set(),
     "serial": set(),

@@ -13,7 +13,8 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -55,7 +56,9 @@ def _usable(folder: Path) -> Path:
         pass
     private = tempfile.mkdtemp(prefix="curveline-")
     atexit.register(shutil.rmtree, private, ignore_errors=True)
-    return Path(private)
+    inner = Path(private) / folder.name
+    inner.mkdir()
+    return inner
 
 
 _WANTED = _cache_home() / _source_key()
@@ -67,6 +70,20 @@ CACHE = _usable(_WANTED)
 """Folder of the compiled kernels."""
 
 _config.CACHE_DIR = str(CACHE)
+
+
+@contextmanager
+def shared_cache() -> Iterator[None]:
+    """Let processes that are started meanwhile use this one's kernels, also where the user's folder is closed."""
+    before = os.environ.get("CURVELINE_CACHE")
+    os.environ["CURVELINE_CACHE"] = str(CACHE.parent)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["CURVELINE_CACHE"]
+        else:
+            os.environ["CURVELINE_CACHE"] = before
 
 
 def njit(function: F) -> F:

@@ -1,0 +1,135 @@
+"""Many scenes, one after another or on several processes; the answers come in order and are the same either way.
+
+What becomes of a scene's report is up to makers: functions that are called where the report was made, so that what
+travels between processes and stays in memory is no more than what somebody asked for.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import time
+from collections.abc import Callable, Generator, Iterable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
+
+from curveline.errors import CurvelineError
+from curveline.results import Report, Settings, document
+from curveline.rod import _jit
+from curveline.scene import Scene
+from curveline.simulation import simulate
+
+MANY = 400
+"""Scenes from which on several processes are faster than one: a worker takes a second to start, a scene some 10 ms."""
+
+SCENES_PER_WORKER = 100
+"""Below that a further worker does not pay off."""
+
+
+class Task(NamedTuple):
+    """A scene, or why there is none, under the name that it goes by; of a sweep, its number from 1 and swept values."""
+
+    label: str
+    scene: Scene | CurvelineError
+    number: int = 1
+    swept: tuple[tuple[str, float], ...] = ()
+
+
+Maker = Callable[[Task, Report], Any]
+"""Makes of a report what is wanted of it; a module's function, so that other processes can import it."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """How scenes are to be simulated and what is to be made of each report."""
+
+    settings: Settings
+    makers: tuple[Maker, ...]
+
+
+class Answer(NamedTuple):
+    """What came of a scene: the report's shortfalls, and what the makers made of it, in their order."""
+
+    shortfalls: tuple[str, ...]
+    products: tuple[Any, ...]
+
+
+Answers = Generator[tuple[Task, Answer | CurvelineError], None, None]
+
+
+def run(tasks: Iterable[Task], order: Order, jobs: int, total: int) -> Answers:
+    """Every task and its answer, in order, computed by `jobs` processes; there are `total` tasks.
+
+    Close the iterator if it is not drawn to its end: that ends the processes.
+    """
+    pending = iter(tasks)
+    # Kernels are compiled once, here, and all workers load what the cache then holds.
+    while jobs == 1 or _jit.FIRST_RUN:
+        task = next(pending, None)
+        if task is None:
+            return
+        yield task, perform(order, task)
+        total -= 1
+        if jobs > 1 and isinstance(task.scene, Scene):
+            break
+    from curveline.workers import Workers
+
+    work: partial[Answer | CurvelineError] = partial(perform, order)
+    with _jit.shared_cache(), Workers(work, min(jobs, max(1, total))) as workers:
+        yield from workers.map(pending, total)
+
+
+def perform(order: Order, task: Task) -> Answer | CurvelineError:
+    """What comes of one task; errors of the scene are an answer, too."""
+    if isinstance(task.scene, CurvelineError):
+        return task.scene
+    try:
+        report = report_on(task.scene, order.settings)
+        return Answer(report.shortfalls, tuple(make(task, report) for make in order.makers))
+    except CurvelineError as error:
+        return error
+
+
+def line_of(task: Task, report: Report) -> str:
+    """A maker: the JSON document of a report on one line; that of a point of a sweep says which, after its shape."""
+    whole = document(report)
+    if task.swept:
+        head = {key: whole.pop(key) for key in ("curveline", "shape")}
+        whole = {**head, "point": task.number, "swept": dict(task.swept), **whole}
+    return json.dumps(whole, allow_nan=False)
+
+
+def report_of(task: Task, report: Report) -> Report:
+    """A maker: the report itself."""
+    return report
+
+
+_loaded: set[Settings] = set()
+"""Settings that this process has simulated with."""
+
+
+def report_on(scene: Scene, settings: Settings) -> Report:
+    """Every stable state of a scene, and how long it took to find them."""
+    if settings not in _loaded:
+        # Loading the kernels takes far longer than the answer; the time that is reported is the answer's.
+        simulate(scene, settings.tolerance, settings.windings)
+        _loaded.add(settings)
+    begin = time.perf_counter()
+    segments = simulate(scene, settings.tolerance, settings.windings)
+    return Report(scene, tuple(segments), settings, time.perf_counter() - begin)
+
+
+def jobs_for(wanted: int | None, scenes: int) -> int:
+    """How many processes to use for so many scenes: as many as wanted, all cores for 0, what is fastest for None."""
+    if wanted is None:
+        wanted = 1 if scenes < MANY else min(cores(), math.ceil(scenes / SCENES_PER_WORKER))
+    return max(1, min(wanted or cores(), scenes))
+
+
+def cores() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

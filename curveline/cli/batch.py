@@ -1,0 +1,120 @@
+"""Shape files simulated one after another or on several processes, and what became of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+
+from curveline.batch import Answer, Order, Task, jobs_for, line_of, report_of, run
+from curveline.cli import show
+from curveline.cli.bar import Bar
+from curveline.errors import EXIT_DONE, EXIT_NO, EXIT_USAGE, CurvelineError, InvalidInput
+from curveline.results import Report, Settings, write
+from curveline.shapefile import read_shape
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the options of `simulate` ask for: how to compute, where the results go, on how many processes."""
+
+    settings: Settings
+    files: tuple[str, ...]
+    force: bool
+    as_json: bool
+    is_drawn: bool
+    jobs: int | None
+
+
+def run_batch(shapes: Sequence[str], request: Request) -> int:
+    """Simulate shape files; the exit code."""
+    batch = _Batch(request, len(shapes))
+    # The documents are made where the states were found; reports come along only if somebody looks at them.
+    makers = [*([line_of] if request.as_json else []), *([] if request.as_json and not request.files else [report_of])]
+    order = Order(request.settings, tuple(makers))
+    answers = run(tasks_of(shapes), order, jobs_for(request.jobs, len(shapes)), len(shapes))
+    with closing(answers), Bar("simulating", len(shapes)) as bar:
+        for number, (task, answer) in enumerate(answers, start=1):
+            with bar.aside():
+                batch.take(task, answer)
+            bar.reach(number)
+    batch.write_files()
+    batch.sum_up()
+    return batch.exit_code
+
+
+def tasks_of(shapes: Sequence[str]) -> Iterator[Task]:
+    """Every shape file read, or what is wrong with it."""
+    for path in shapes:
+        try:
+            scene = read_shape(path)
+        except CurvelineError as error:
+            yield Task(path, error)
+            continue
+        show.announce_compilation()
+        yield Task(path, scene)
+
+
+class _Batch:
+    """Shows what came of one shape after another, and remembers it."""
+
+    def __init__(self, request: Request, total: int) -> None:
+        self.request = request
+        self.total = total
+        self.reports: list[Report] = []
+        self.invalid: list[str] = []
+        self.short: list[str] = []
+
+    def take(self, task: Task, answer: Answer | CurvelineError) -> None:
+        """Say what came of a file."""
+        if isinstance(answer, CurvelineError):
+            self._complain(task, answer)
+            (self.invalid if isinstance(answer, InvalidInput) else self.short).append(task.label)
+            return
+        if self.request.files:
+            self.reports.append(answer.products[-1])
+        for shortfall in answer.shortfalls:
+            show.note(f"{task.label}: {shortfall}")
+        if answer.shortfalls:
+            self.short.append(task.label)
+        if self.request.as_json:
+            show.result(answer.products[0])
+        else:
+            _show(answer.products[-1], drawn=self.request.is_drawn)
+
+    def _complain(self, task: Task, error: CurvelineError) -> None:
+        # Diagnostics name their file; what happened while a sound file was simulated does not.
+        is_named = isinstance(error, InvalidInput) and error.diagnostics
+        show.complain(error if is_named else CurvelineError(f"{task.label}: {error.message}", error.hint))
+
+    def write_files(self) -> None:
+        """Write what was found to every file that was named."""
+        for path in self.request.files if self.reports else ():
+            write(self.reports, path, force=self.request.force)
+            show.note(f"wrote {path}")
+
+    def sum_up(self) -> None:
+        """How the batch went, if it was one."""
+        if self.total == 1:
+            return
+        good = self.total - len(self.invalid) - len(self.short)
+        show.note(f"{good} of {self.total} shapes as asked for")
+        for label, paths in (("could not be used", self.invalid), ("not as asked for", self.short)):
+            if paths:
+                show.note(f"  {label}: {', '.join(paths)}")
+
+    @property
+    def exit_code(self) -> int:
+        """A single file answers for itself; a batch says only that some shape of it failed."""
+        if self.invalid and self.total == 1:
+            return EXIT_USAGE
+        return EXIT_NO if self.invalid or self.short else EXIT_DONE
+
+
+def _show(report: Report, *, drawn: bool) -> None:
+    from curveline.cli.states import describe, sketch
+
+    show.result("\n".join(describe(report)))
+    if drawn:
+        show.result("\n".join(sketch(report)))
+    show.result()

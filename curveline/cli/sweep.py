@@ -1,0 +1,93 @@
+"""`simulate --sweep`: every combination of some ranges in one shape, summed up on one screen or listed in full."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, closing
+from typing import Any
+
+from curveline import sweepfiles
+from curveline.batch import Answer, Maker, Order, Task, jobs_for, line_of, run
+from curveline.cli import show
+from curveline.cli.bar import Bar
+from curveline.cli.batch import Request
+from curveline.errors import EXIT_DONE, EXIT_NO, CurvelineError, InvalidInput
+from curveline.sweeping import Sweep, Tally, digests
+
+MOST_COMPLAINTS = 5
+"""Points that failed, of which each is told of; then they are only counted."""
+
+Sink = tuple[Maker, Callable[[Any], None]]
+"""What is made of every report, and who takes it."""
+
+
+def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: Request) -> int:
+    """Simulate a shape over ranges of its numbers; the exit code."""
+    if len(shapes) != 1:
+        raise InvalidInput(f"--sweep is for one shape, not {len(shapes)}", "sweep one shape after the other")
+    sweep = Sweep(shapes[0], ranges)
+    for path in request.files:
+        sweepfiles.check_sweep_output(path, force=request.force)
+    with Bar("checking", len(sweep)) as bar:
+        sweep.check(bar.reach)
+    show.announce_compilation()
+    tally = Tally.of(len(sweep.file.scene.segments))
+    jobs = jobs_for(request.jobs, len(sweep))
+    begin = time.perf_counter()
+    with ExitStack() as stack:
+        sinks = list(_sinks(sweep, tally, request, stack))
+        order = Order(request.settings, tuple(make for make, _ in sinks))
+        answers = stack.enter_context(closing(run(sweep.tasks(), order, jobs, len(sweep))))
+        bar = stack.enter_context(Bar("simulating", len(sweep)))
+        for task, answer in answers:
+            with bar.aside() if request.as_json else ExitStack():
+                _take(task, answer, sinks, tally)
+            bar.reach(task.number)
+    _sum_up(sweep, tally, request, (time.perf_counter() - begin, jobs))
+    return EXIT_DONE if tally.good == len(sweep) else EXIT_NO
+
+
+def _sinks(sweep: Sweep, tally: Tally, request: Request, stack: ExitStack) -> Iterator[Sink]:
+    """Who wants to know of every point."""
+    yield digests, tally.add
+    if request.as_json:
+        yield line_of, show.result
+    keys = [axis.key for axis in sweep.axes]
+    for path in request.files:
+        opened = sweepfiles.opened(path, keys, request.settings, force=request.force)
+        file = stack.enter_context(opened)
+        yield file.make, file.take
+
+
+def _take(task: Task, answer: Answer | CurvelineError, sinks: Sequence[Sink], tally: Tally) -> None:
+    if isinstance(answer, CurvelineError):
+        tally.failed += 1
+        if tally.failed <= MOST_COMPLAINTS:
+            where = ", ".join(f"{key}={value:g}" for key, value in task.swept)
+            show.note(f"point {task.number}, {where}: {answer.message}")
+        return
+    for (_, take), product in zip(sinks, answer.products, strict=True):
+        take(product)
+
+
+def _sum_up(sweep: Sweep, tally: Tally, request: Request, cost: tuple[float, int]) -> None:
+    """The screen, if results are not elsewhere, and beside it how many points are as asked for."""
+    if not request.as_json:
+        from curveline.cli.overview import describe
+
+        seconds, jobs = cost
+        show.result("\n".join(describe(sweep, tally, request.settings)))
+        processes = f"{jobs} process{'' if jobs == 1 else 'es'}"
+        show.result(f"{seconds:.1f} s on {processes}, {len(sweep) / seconds:.0f} points per second")
+    for path in request.files:
+        show.note(f"wrote {path}")
+    show.note(f"{tally.good} of {len(sweep)} points as asked for")
+    shortfalls = (
+        ("without the wanted state", tally.without),
+        ("short of the tolerance", tally.coarse),
+        ("failed", tally.failed),
+    )
+    for label, count in shortfalls:
+        if count:
+            show.note(f"  {label}: {count}")

@@ -1,0 +1,201 @@
+"""Files of a sweep: a row per state, or a document per point, written while the points come in."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from curveline.batch import Maker, Task, line_of
+from curveline.errors import InvalidInput
+from curveline.files import AnyPath, NewFile
+from curveline.results import Report, Settings, check_output, curve_mm, document
+from curveline.units import to_mm
+
+Row = tuple[Any, ...]
+
+SCALARS = (
+    "wanted",
+    "stable",
+    "simple",
+    "outcome",
+    "winding",
+    "crosses_itself",
+    "wraps_clamp",
+    "energy_mJ",
+    "error_mm",
+    "vertices",
+    "iterations",
+    "lowest_eigenvalue",
+    "mean_height_mm",
+    "clearance_mm",
+    "max_curvature_per_m",
+)
+CLAMPS = (
+    "left_force_x_N",
+    "left_force_y_N",
+    "right_force_x_N",
+    "right_force_y_N",
+    "left_moment_Nmm",
+    "right_moment_Nmm",
+)
+
+
+class SweepFile:
+    """A file that takes what its `make` made of every point, in order; whole or not at all."""
+
+    make: Maker
+
+    def __init__(self, file: NewFile, keys: Sequence[str], settings: Settings) -> None:
+        self._file = file
+        self._keys = tuple(keys)
+        self._settings = settings
+        self._begin()
+
+    def _begin(self) -> None:
+        """What precedes the first point."""
+
+    def take(self, product: Any) -> None:
+        """One point."""
+        raise NotImplementedError
+
+    def finish(self) -> None:
+        """What follows the last point."""
+
+
+class JsonFile(SweepFile):
+    """One document per point and line, the same as on stdout."""
+
+    make = staticmethod(line_of)
+
+    def take(self, product: str) -> None:
+        """A document."""
+        self._file.write(f"{product}\n".encode())
+
+
+def rows_of(task: Task, report: Report) -> list[Row]:
+    """A maker: point, swept values, segment, state, scalars and clamps of every state."""
+    # Curves are not wanted here, and two points are the fewest that can be asked for.
+    short = document(replace(report, settings=replace(report.settings, points=2)))
+    values = tuple(value for _, value in task.swept)
+    return [
+        (task.number, *values, number, state["name"], *(state[key] for key in SCALARS), *_clamps(state))
+        for number, segment in enumerate(short["segments"], start=1)
+        for state in segment["states"]
+    ]
+
+
+def _clamps(state: Mapping[str, Any]) -> Row:
+    left, right = state["clamp_force_N"]
+    return (*left, *right, *state["clamp_moment_Nmm"])
+
+
+def rows_and_curves_of(task: Task, report: Report) -> tuple[list[Row], bytes]:
+    """A maker: the rows, and the curves (states, points, 2) [mm] of the same states as bytes."""
+    curves = [
+        curve_mm(report, index, state).tobytes()
+        for index, segment in enumerate(report.segments)
+        for state in segment.states
+    ]
+    return rows_of(task, report), b"".join(curves)
+
+
+class CsvFile(SweepFile):
+    """One row per state; truth values are `true` and `false`, and what is not there is empty."""
+
+    make = staticmethod(rows_of)
+
+    def _begin(self) -> None:
+        self._write([("point", *self._keys, "segment", "state", *SCALARS, *CLAMPS)])
+
+    def take(self, product: list[Row]) -> None:
+        """The rows of a point."""
+        self._write([tuple(map(_cell, row)) for row in product])
+
+    def _write(self, rows: list[Row]) -> None:
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows(rows)
+        self._file.write(text.getvalue().encode())
+
+
+def _cell(value: Any) -> Any:
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+class NpzFile(SweepFile):
+    """Arrays with one row per state, named as the columns of CSV, and curve_mm (states, points, 2).
+
+    Clamps are clamp_force_N (states, 2, 2) and clamp_moment_Nmm (states, 2); a clearance that is not there is infinite.
+    `swept_keys` names the arrays of swept values, and `settings` is JSON: tolerance, points, windings, command.
+    """
+
+    make = staticmethod(rows_and_curves_of)
+
+    def _begin(self) -> None:
+        self._rows: list[Row] = []
+        self._curves = array("d")
+
+    def take(self, product: tuple[list[Row], bytes]) -> None:
+        """The rows and curves of a point."""
+        rows, curves = product
+        self._rows.extend(rows)
+        self._curves.frombytes(curves)
+
+    def finish(self) -> None:
+        """Write all arrays."""
+        names = ("point", *self._keys, "segment", "state", *SCALARS)
+        columns: dict[str, Any] = {
+            name: np.array([row[index] for row in self._rows]) for index, name in enumerate(names)
+        }
+        columns["clearance_mm"] = np.array(
+            [np.inf if value is None else value for value in columns["clearance_mm"]], dtype=np.float64
+        )
+        clamps = np.array([row[len(names) :] for row in self._rows], dtype=np.float64).reshape(-1, len(CLAMPS))
+        columns["clamp_force_N"], columns["clamp_moment_Nmm"] = clamps[:, :4].reshape(-1, 2, 2), clamps[:, 4:]
+        columns["curve_mm"] = np.frombuffer(self._curves, dtype=np.float64).reshape(-1, self._settings.points, 2)
+        columns["swept_keys"] = np.array(self._keys)
+        columns["settings"] = np.array(json.dumps(self._asked_for()))
+        with self._file.stream() as stream:
+            np.savez_compressed(stream, **columns)
+
+    def _asked_for(self) -> Mapping[str, Any]:
+        given = self._settings
+        return {
+            "tolerance_mm": to_mm(given.tolerance),
+            "points": given.points,
+            "windings": given.windings,
+            "argv": given.argv,
+        }
+
+
+KINDS: Mapping[str, type[SweepFile]] = {".json": JsonFile, ".csv": CsvFile, ".npz": NpzFile}
+"""Suffix of a file -> what is written to it."""
+
+
+@contextmanager
+def opened(path: AnyPath, keys: Sequence[str], settings: Settings, *, force: bool = False) -> Iterator[SweepFile]:
+    """A file for a sweep over `keys`; it appears when the context is left without an exception."""
+    with NewFile(path, force=force) as file:
+        sweep_file = KINDS[_suffix(path)](file, keys, settings)
+        yield sweep_file
+        sweep_file.finish()
+
+
+def check_sweep_output(path: AnyPath, *, force: bool = False) -> None:
+    """Refuse, before anything is computed, a file that cannot be written for a sweep."""
+    check_output(path, force=force)
+    if _suffix(path) not in KINDS:
+        message = f"{os.fspath(path)}: a sweep is not drawn: it has a curve or more for every point"
+        raise InvalidInput(message, f"name a file that ends in {', '.join(KINDS)}")
+
+
+def _suffix(path: AnyPath) -> str:
+    return os.path.splitext(os.fspath(path))[1].lower()
