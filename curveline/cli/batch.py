@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
+from curveline import shapefile
 from curveline.batch import Answer, Order, Task, jobs_for, line_of, report_of, run
 from curveline.cli import show
 from curveline.cli.bar import Bar
 from curveline.errors import EXIT_DONE, EXIT_NO, EXIT_USAGE, CurvelineError, InvalidInput
 from curveline.results import Report, Settings, write
-from curveline.shapefile import read_shape
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def tasks_of(shapes: Sequence[str]) -> Iterator[Task]:
     """Every shape file read, or what is wrong with it."""
     for path in shapes:
         try:
-            scene = read_shape(path)
+            scene = shapefile.read_shape(path)
         except CurvelineError as error:
             yield Task(path, error)
             continue
