@@ -19,6 +19,8 @@ from curveline.rod.spatial import Shape, SpatialRod, assemble, energy, metric, m
 
 RESIDUAL = 1e-10
 """Largest force that is left over, relative to the largest of the forces that balance."""
+CLOSE = 1e-9
+"""Turn of an edge [rad] in a step of Newton's below which only rounding is left to be gained."""
 ROUNDING = 2e-15
 """Of the strain's force, what rounding leaves over."""
 PENALTY = 1000.0
@@ -79,7 +81,9 @@ def descend(rod: SpatialRod, shape: Shape, iterations: int = 200) -> Relaxed:
         if shift == 0.0 and _settled(residual, before, floor):
             return Relaxed(shape, Ending.SETTLED, iteration, residual)
         step = _complete(system, solve_factored(factor, _right(system)))
-        shape = _searched(rod, shape, system, step)
+        shape, turn = _searched(rod, shape, system, step)
+        if shift == 0.0 and turn < CLOSE:
+            return Relaxed(shape, Ending.SETTLED, iteration, residual)
     return Relaxed(shape, Ending.EXHAUSTED, iterations, residual)
 
 
@@ -116,7 +120,7 @@ def lowest_mode(rod: SpatialRod, shape: Shape) -> tuple[float, Array]:
     lowest = np.inf
     for _ in range(100):
         vectors = solve_factored(factor, times(weights, vectors))
-        vectors /= np.sqrt(np.sum(vectors * times(weights, vectors), axis=0))
+        vectors, _ = np.linalg.qr(vectors)
         values, mixes = eigh(vectors.T @ times(band, vectors), vectors.T @ times(weights, vectors))
         vectors = np.ascontiguousarray(vectors @ mixes)
         if abs(values[0] - lowest) <= 1e-9 * max(abs(values[0]), 1e-3):
@@ -188,13 +192,13 @@ def _factor(system: _System, weights: Array, shift: float) -> tuple[Array | None
     return None, shift
 
 
-def _searched(rod: SpatialRod, shape: Shape, system: _System, step: Array) -> Shape:
-    """The shape after as much of the step as lowers the augmented Lagrangian."""
+def _searched(rod: SpatialRod, shape: Shape, system: _System, step: Array) -> tuple[Shape, float]:
+    """The shape after as much of the step as lowers the augmented Lagrangian, and the whole step's largest turn."""
     whole, turn = moved(rod, shape, step, 1.0)
     scale = 1.0 if turn <= TURN else TURN / turn
     trial = whole if scale == 1.0 else moved(rod, shape, step, scale)[0]
     if turn < 0.02:
-        return trial
+        return trial, turn
     # The force on the last vertex after the step, to first order, is the multiplier of its place.
     force = (system.gradient + times(system.band, step[:, None])[:, 0])[-3:] if system.gap.size else np.zeros(0)
     start = _merit(rod, shape, force)
@@ -203,7 +207,7 @@ def _searched(rod: SpatialRod, shape: Shape, system: _System, step: Array) -> Sh
             break
         scale *= 0.5
         trial, _ = moved(rod, shape, step, scale)
-    return trial
+    return trial, turn
 
 
 def _merit(rod: SpatialRod, shape: Shape, force: Array) -> float:

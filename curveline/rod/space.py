@@ -28,9 +28,9 @@ LARGEST_TURN = 0.5
 class SpatialSegment:
     """One segment as the physics sees it in space, in SI; x and y span the display's plane, z points to the viewer.
 
-    `rod` is what of it lies in the plane; its weight and loads are not used. `yaw` turns the clamps' tangents out of
-    the plane towards +z, then `roll` turns the clamps about their tangents. `loads` are (fraction of the length, force)
-    in order of the fraction; `lateral_curvature` is the free rod's towards +z.
+    `rod` is what of it lies in the plane, where a state starts from; `weight` and `loads` are all there is. `yaw` turns the
+    clamps' tangents out of the plane towards +z, then `roll` turns the clamps about their tangents. `loads` are
+    (fraction of the length, force) in order of the fraction; `lateral_curvature` is the free rod's towards +z.
     """
 
     rod: ClampedRod
@@ -122,10 +122,19 @@ def lift(segment: SpatialSegment, state: Equilibrium, n: int = LIFT_EDGES) -> tu
     middles = np.cumsum(edges) - 0.5 * edges
     places = np.concatenate([[0.0], np.cumsum(state.edges)]) / state.rod.free_length
     angles = np.interp(middles, places, state.vertices_table[:, 2])
-    strain = np.interp(middles, places, state.vertices_table[:, 4])
     roll = segment.roll[0] + (segment.roll[1] - segment.roll[0]) * middles
     frames = np.array([frame(angle, 0.0, turn) for angle, turn in zip(angles, roll, strict=True)])
-    return segment.spatial_rod(edges), Shape(strain, frames)
+    return segment.spatial_rod(edges), Shape(_strains(segment, state, middles, angles), frames)
+
+
+def _strains(segment: SpatialSegment, state: Equilibrium, middles: Array, angles: Array) -> Array:
+    """Axial strains (n,) of a planar state, from the forces: without them no rod would buckle under its thrust."""
+    rod = segment.rod
+    passed = -state.clamp_force[0] - np.outer(middles * rod.free_length, [0.0, -rod.weight])
+    for at, *force in rod.loads:
+        passed[middles * rod.free_length > at * rod.length - 0.5 * rod.clamp] -= force
+    tension = passed[:, 0] * np.cos(angles) + passed[:, 1] * np.sin(angles)
+    return np.asarray(tension / segment.section.stretching_stiffness)
 
 
 def stays_in_plane(segment: SpatialSegment, state: Equilibrium) -> bool:

@@ -1,9 +1,10 @@
 """The discrete elastic rod in space: its energy, gradient and exact Hessian (Bergou et al. 2008 and 2010).
 
 n straight edges, each with a material frame that follows its edge by parallel transport in time and spins about it. The
-bending and twisting energy of a vertex depends only on the rotation q between the frames of its two edges; clamps are
-frames too, with half cells at the first and the last vertex. Degrees of freedom are interleaved, x_0, theta_0, x_1,
-theta_1, ..., x_n, so that the Hessian has eleven diagonals on and below the main one.
+bending and twisting energy of a vertex depends only on the rotation q between the frames of its two edges. Clamps are
+frames too: a clamped end is half a vertex, whose other edge would mirror the rod, so that q is twice the rotation from
+clamp to edge; errors then have even powers of the edge length only, as extrapolation needs. Degrees of freedom are
+interleaved, x_0, theta_0, x_1, theta_1, ..., x_n, so that the Hessian has eleven diagonals on and below the main one.
 
 Derivatives are taken where the frames are. An edge that changes by de and spins by dtheta turns its frame by
 
@@ -70,36 +71,98 @@ def positions(rod, shape):
 
 @njit
 def cell_of(rod, i):
-    """Length of the rod that vertex `i` stands for in bending and twist; 0 at an end that is free to turn."""
+    """Length over which vertex `i` bends, and the share of it that is rod: half at a clamp, none at a free end."""
     n = rod.edges.size
     if i == 0:
-        return 0.5 * rod.edges[0] * rod.held[0]
+        return rod.edges[0], 0.5 * rod.held[0]
     if i == n:
-        return 0.5 * rod.edges[n - 1] * rod.held[2]
-    return 0.5 * (rod.edges[i - 1] + rod.edges[i])
+        return rod.edges[n - 1], 0.5 * rod.held[2]
+    return 0.5 * (rod.edges[i - 1] + rod.edges[i]), 1.0
 
 
 @njit
-def relative(rod, shape, i, q):
-    """Overwrite `q (4,)` with the rotation between the frames of the edges, or edge and clamp, at vertex `i`."""
+def relative(rod, shape, i, single, q):
+    """Overwrite `single (4,)` with the rotation between the frames at vertex `i`, of edges or of edge and clamp.
+
+    `q (4,)` becomes what the vertex bends and twists by: that rotation, or at an end twice that.
+    """
     n = rod.edges.size
     before = rod.frames[0] if i == 0 else shape.frames[i - 1]
     after = rod.frames[1] if i == n else shape.frames[i]
-    between(before, after, q)
+    between(before, after, single)
+    if i == 0 or i == n:
+        multiply(single, single, q)
+    else:
+        for r in range(4):
+            q[r] = single[r]
+
+
+@njit
+def vertex_energy(rod, i, q):
+    """Energy of bending and twist of vertex `i`, which turns by `q (4,)`."""
+    cell, share = cell_of(rod, i)
+    if share == 0.0:
+        return 0.0
+    return share * (
+        bend.energy(q, cell, rod.stiffness, rod.natural) + twist.energy(q, cell, rod.stiffness, rod.natural)
+    )
+
+
+@njit
+def vertex_slopes(rod, i, single, q, force, curvature):
+    """Overwrite slope `force (3,)` and `curvature (3, 3)` of the energy of vertex `i` by rotations of its frames.
+
+    `single` and `q` as `relative` gives them. Returns False, and nothing, for a free end.
+    """
+    cell, share = cell_of(rod, i)
+    if share == 0.0:
+        return False
+    slope, bending = np.zeros(4), np.zeros((4, 4))
+    bend.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
+    twist.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
+    if share < 1.0:
+        halve_rotation(single, slope, bending)
+        for r in range(4):
+            slope[r] *= share
+            for c in range(r + 1):
+                bending[r, c] *= share
+    along_rotations(single, slope, bending, force, curvature)
+    return True
+
+
+@njit
+def halve_rotation(single, slope, bending):
+    """Turn slope (4,) and Hessian (4, 4), lower triangle, by the square of `single (4,)` into those by itself."""
+    w, x, y, z = single[0], single[1], single[2], single[3]
+    ways = 2.0 * np.array([[w, x, y, z], [-x, w, 0.0, 0.0], [-y, 0.0, w, 0.0], [-z, 0.0, 0.0, w]])
+    outer = slope.copy()
+    inner = bending.copy()
+    for a in range(4):
+        slope[a] = 0.0
+        for r in range(4):
+            slope[a] += ways[a, r] * outer[r]
+        for b in range(a + 1):
+            total = 0.0
+            for r in range(4):
+                for c in range(4):
+                    total += ways[a, r] * ways[b, c] * (inner[r, c] if r >= c else inner[c, r])
+            bending[a, b] = total
+    # The square is (w^2 - x^2 - y^2 - z^2, 2 w x, 2 w y, 2 w z).
+    bending[0, 0] += 2.0 * outer[0]
+    for a in range(1, 4):
+        bending[a, a] -= 2.0 * outer[0]
+        bending[a, 0] += 2.0 * outer[a]
 
 
 @njit
 def energy(rod, shape):
     """Energy of bending, twist and stretch plus the potential of the loads."""
     n = rod.edges.size
-    q = np.empty(4)
+    single, q = np.empty(4), np.empty(4)
     total = loads.energy(positions(rod, shape), rod.forces)
     for i in range(n + 1):
-        cell = cell_of(rod, i)
-        if cell > 0.0:
-            relative(rod, shape, i, q)
-            total += bend.energy(q, cell, rod.stiffness, rod.natural)
-            total += twist.energy(q, cell, rod.stiffness, rod.natural)
+        relative(rod, shape, i, single, q)
+        total += vertex_energy(rod, i, q)
     for j in range(n):
         total += stretch.energy(shape.strain[j], rod.edges[j], rod.stiffness)
     return total
@@ -171,16 +234,12 @@ def moments(rod, shape):
     """Moments (2, 3) of the clamps on the rod: the slope of the energy as a clamp turns; none at a free end."""
     n = rod.edges.size
     out = np.zeros((2, 3))
-    q, force, curvature, matrix = np.empty(4), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    single, q = np.empty(4), np.empty(4)
+    force, curvature, matrix = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for end in range(2):
         i = n * end
-        cell = cell_of(rod, i)
-        if cell > 0.0:
-            slope, bending = np.zeros(4), np.zeros((4, 4))
-            relative(rod, shape, i, q)
-            bend.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
-            twist.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
-            along_rotations(q, slope, bending, force, curvature)
+        relative(rod, shape, i, single, q)
+        if vertex_slopes(rod, i, single, q, force, curvature):
             matrix_of(shape.frames[n - 1] if end else rod.frames[0], matrix)
             for axis in range(3):
                 total = matrix[axis, 0] * force[0] + matrix[axis, 1] * force[1] + matrix[axis, 2] * force[2]
@@ -230,24 +289,19 @@ def assemble(rod, shape):
     gradient = np.zeros(4 * n + 3)
     band = np.zeros((4 * n + 3, BAND))
     loads.add_derivatives(rod.forces, gradient)
-    q = np.empty(4)
+    single, q = np.empty(4), np.empty(4)
     force, curvature = np.empty(3), np.empty((3, 3))
     turned, matrix, previous = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     slope8, hessian8, block = np.zeros(8), np.zeros((8, 8)), np.empty((4, 4))
     own_slope, own = np.zeros(4), np.zeros((4, 4))
     for i in range(n + 1):
-        slope, bending = np.zeros(4), np.zeros((4, 4))
         before = rod.edges[i - 1] * (1.0 + shape.strain[i - 1]) if i > 0 else 1.0
         after = rod.edges[i] * (1.0 + shape.strain[i]) if i < n else 1.0
-        cell = cell_of(rod, i)
         hessian8[:] = 0.0
         slope8[:] = 0.0
-        if cell > 0.0:
-            relative(rod, shape, i, q)
-            bend.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
-            twist.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
-            along_rotations(q, slope, bending, force, curvature)
-            matrix_of(q, turned)
+        relative(rod, shape, i, single, q)
+        if vertex_slopes(rod, i, single, q, force, curvature):
+            matrix_of(single, turned)
             vertex_blocks(turned, force, curvature, before, after, slope8, hessian8)
         if i > 0:
             # Edge i - 1 now has all that acts on it: from its first vertex, from its stretch, from this vertex.
