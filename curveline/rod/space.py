@@ -28,8 +28,8 @@ LARGEST_TURN = 0.5
 class SpatialSegment:
     """One segment as the physics sees it in space, in SI; x and y span the display's plane, z points to the viewer.
 
-    `rod` is what of it lies in the plane, where a state starts from; `weight` and `loads` are all there is. `yaw` turns the
-    clamps' tangents out of the plane towards +z, then `roll` turns the clamps about their tangents. `loads` are
+    `rod` is what of it lies in the plane, where a state starts from; `weight` and `loads` are all there is. `yaw` turns
+    the clamps' tangents out of the plane towards +z, then `roll` turns the clamps about their tangents. `loads` are
     (fraction of the length, force) in order of the fraction; `lateral_curvature` is the free rod's towards +z.
     """
 
