@@ -1,18 +1,40 @@
-"""What a planar inextensible model leaves out, and how far each term could move the curve.
+"""What a model leaves out of a state, and how far each term could move the curve: computed, with the reason in words.
 
-These are estimates with stated formulas; each is given with the sentence that explains it.
+Stretch and weight: the equilibrium is solved once more with the term, on few edges, and the curves are compared. Out of
+the plane: the lowest eigenvalue of the second variation decides whether the rod stays. Contact: the curve's distance
+from itself against the rod's thickness.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
-from curveline.rod.equilibrium import Equilibrium
+import numpy as np
+
+from curveline.rod.contact import nearest_parts
+from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium
+from curveline.rod.lateral import lateral_pair
+from curveline.rod.problem import Array, mesh
+from curveline.rod.relax import Ending
+from curveline.rod.response import response
 from curveline.rod.section import Section
+from curveline.rod.space import SpatialSegment, lift, relax_in_space
+from curveline.rod.spatial import positions
+from curveline.units import to_deg, to_mm
 
-OUT_OF_PLANE_CHORD = 0.4573269026
-"""Chord over length below which a clamped first-mode arch of isotropic section with GJ/EI = 2/3 leaves its plane."""
+SAFETY = 1.5
+"""Bound over what a solve with the term shows, on few edges; they are off by a fifth at worst, and mostly by 1 %."""
+MOST_EDGES = 192
+"""Edges to solve once more with; the difference of two curves needs fewer than a curve."""
+STRAIGHT = 2.6
+"""A curve whose tangents differ by less [rad] goes on in one direction, by over a quarter of its length."""
+APART = 4.0
+"""Parts nearer than this many thicknesses along the rod are neighbours, not a contact."""
+FINE = 8
+"""Points per thickness, and their most, with which a distance is measured."""
+MOST_POINTS = 4001
 
 
 @dataclass(frozen=True)
@@ -23,52 +45,159 @@ class Bound:
     why: str
 
 
-def left_out(state: Equilibrium, section: Section) -> dict[str, Bound]:
-    """Every term that the planar inextensible model of `state` leaves out, by name."""
-    bounds = {"stretch": _stretch(state, section), "twist": _twist(state, section), "contact": _contact(state, section)}
+class Lateral(NamedTuple):
+    """Lowest eigenvalue out of the plane of a planar state, in EI / L^2 of the free rod, and how far it may be off."""
+
+    eigenvalue: float
+    uncertainty: float
+
+    @property
+    def stays(self) -> bool:
+        """True if the rod certainly stays in its plane."""
+        return self.eigenvalue > self.uncertainty
+
+
+def lateral(state: Equilibrium, section: Section) -> Lateral:
+    """Whether the rod of a planar `state` stays in its plane, by Richardson extrapolation from two resolutions."""
+    rod, length = state.rod, state.rod.free_length
+    weights = [section.lateral_stiffness / rod.stiffness, section.twisting_stiffness / rod.stiffness]
+    table = state.vertices_table * [1.0, 1.0, 1.0, length, 1.0, 1.0]
+    stiffnesses = np.array([*weights, rod.natural_curvature * length])
+    coarse, fine = lateral_pair(rod.scaled(), state.edges / length, table, _multipliers(state), stiffnesses)
+    return Lateral(fine + (fine - coarse) / 3.0, abs(fine - coarse) / 3.0)
+
+
+def left_out(state: Equilibrium, section: Section, sideways: Lateral | None = None) -> dict[str, Bound]:
+    """Every term that the planar or extensible model of `state` leaves out, by name; `sideways` is its `lateral`."""
+    bounds = {}
+    if state.model == PLANAR:
+        bounds["stretch"] = stretch_bound(state, section)
+    bounds["twist"] = twist_bound(state, sideways or lateral(state, section))
+    bounds["contact"] = contact_bound(state, section)
     if section.weight > 0.0 and state.rod.weight == 0.0:
-        bounds["gravity"] = _gravity(state, section)
+        bounds["gravity"] = gravity_bound(state, section)
     return bounds
 
 
-def _stretch(state: Equilibrium, section: Section) -> Bound:
-    """Change of length by the largest axial force, times how far a small change of length moves the curve."""
-    rod = state.rod
-    force = float(abs(state.clamp_force).max()) * math.sqrt(2.0) + sum(math.hypot(x, y) for _, x, y in rod.loads)
-    change = force / section.stretching_stiffness * rod.free_length
-    excess = max(rod.free_length - math.hypot(*rod.free_chord), change, 1e-300)
-    # A shallow arch of rise H and excess length dL has H ~ sqrt(dL), so dH = H / (2 dL) d(dL).
-    rise = float(abs(state.vertices_table[:, 1] - rod.chord[1] / 2.0).max())
-    leverage = max(1.0, rise / (2.0 * excess))
-    return Bound(change * leverage, "largest axial force over EA, times the length, times the rise per excess length")
+def stretch_bound(state: Equilibrium, section: Section) -> Bound:
+    """How far the rod's stretch would move the curve of a planar `state`, which is solved once more with it."""
+    soft = replace(state.rod, stretching=section.stretching_stiffness)
+    moved = _moved(state, soft)
+    force = _largest_force(state)
+    share = force / section.stretching_stiffness
+    if math.isfinite(moved):
+        why = f"solved again with stretch: forces of up to {force:.2g} N strain the rod by {share:.1g}"
+        return Bound(SAFETY * moved, why)
+    why = f"forces of up to {force:.2g} N strain the rod by {share:.1g}; with stretch this state was not found again"
+    return Bound(farthest(state.rod, share), why)
 
 
-def _twist(state: Equilibrium, section: Section) -> Bound:
-    """Nothing drives a straight strip between planar clamps out of its plane until the plane itself is unstable."""
-    ratio = math.hypot(*state.rod.free_chord) / state.rod.free_length
-    if section.width >= section.thickness and ratio > OUT_OF_PLANE_CHORD:
-        why = (
-            f"no load or clamp leaves the plane, and chord over length {ratio:.3f} is above {OUT_OF_PLANE_CHORD:.3f}, "
-            "where even a section as weak sideways as in the plane would stay in it"
-        )
+def gravity_bound(state: Equilibrium, section: Section) -> Bound:
+    """How far its weight would move the curve of a state of a weightless rod, which is solved once more with it."""
+    moved = _moved(state, replace(state.rod, weight=section.weight))
+    whole = section.weight * state.rod.free_length
+    if math.isfinite(moved):
+        return Bound(SAFETY * moved, f"solved again with the free rod's weight of {whole:.2g} N")
+    why = f"under the free rod's weight of {whole:.2g} N this state was not found again"
+    return Bound(farthest(state.rod), why)
+
+
+def twist_bound(state: Equilibrium, sideways: Lateral) -> Bound:
+    """Nothing moves a rod out of a plane in which it is stable; from one where it is not, it may go anywhere."""
+    value, off = sideways
+    if sideways.stays:
+        why = f"nothing points out of the plane, where the rod is stable: lowest eigenvalue {value:.3g} EI/L^2"
         return Bound(0.0, why)
-    why = "chord over length or the section does not rule out buckling sideways; the bound is half the length"
-    return Bound(0.5 * state.rod.free_length, why)
+    how = "unstable" if value < -off else "hardly stable"
+    why = f"in its plane the rod is {how}: lowest eigenvalue {value:.3g} EI/L^2; no rod of its length could go farther"
+    return Bound(farthest(state.rod), why)
 
 
-def _contact(state: Equilibrium, section: Section) -> Bound:
-    """Overlap of parts that are closer than the rod is thick; a curve that crosses itself has no such bound."""
+def contact_bound(state: Equilibrium, section: Section) -> Bound:
+    """By how much a rod without contact overlaps itself; a curve that crosses itself is none that a rod can take."""
+    thickness = section.thickness
     if state.crosses_itself:
-        return Bound(state.rod.free_length, "the planar curve crosses itself, which a real rod cannot")
-    overlap = max(0.0, section.thickness - state.clearance)
-    why = f"smallest distance between parts of the curve less the thickness of {section.thickness:.2g} m"
-    return Bound(overlap, why)
+        return Bound(farthest(state.rod), "the curve crosses itself, which a real rod cannot")
+    spread = float(np.ptp(state.vertices_table[:, 2]))
+    if state.space is None and spread < STRAIGHT:
+        why = f"its directions differ by {to_deg(spread):.0f} deg at most, too little to come back to itself"
+        return Bound(0.0, why)
+    count = int(min(max(FINE * state.rod.length / thickness, 201), MOST_POINTS))
+    spacing = state.rod.length / (count - 1)
+    points = np.column_stack([state.curve(count), state.depth(count)])
+    apart = max(4, math.ceil(APART * thickness / spacing))
+    enough = 2.0 * max(thickness, spacing)
+    distance = float(nearest_parts(points, apart, enough))
+    # Points may pass each other by half their spacing.
+    nearest = math.sqrt(max(distance**2 - 0.5 * spacing**2, 0.0))
+    where = "apart by" if distance >= enough else "as near as"
+    why = f"its parts are {where} {to_mm(nearest):.3g} mm, and the rod is {to_mm(thickness):.3g} mm thick"
+    return Bound(max(0.0, thickness - nearest), why)
 
 
-def _gravity(state: Equilibrium, section: Section) -> Bound:
-    """Linear response: the weight's generalised force on the angles, in L2, over the lowest eigenvalue."""
-    rod = state.rod
-    length = rod.free_length
-    slack = section.weight * length**3 / rod.stiffness
-    angle = slack / math.sqrt(3.0) / max(state.lowest_eigenvalue, 1e-9)
-    return Bound(min(length * angle, length), "w L^4 / EI over sqrt(3) times the lowest eigenvalue")
+def space_bound(segment: SpatialSegment, state: Equilibrium) -> Bound:
+    """How far what points out of the plane moves the curve of a planar `state`, which is solved once more in space."""
+    flat_rod, flat = lift(segment.part(0.0), state)
+    rod, relaxed = relax_in_space(segment, state)
+    if relaxed.ending is not Ending.SETTLED:
+        return Bound(farthest(segment.rod), f"in space this state was not found again: {relaxed.ending.value}")
+    return Bound(_apart(segment, positions(rod, relaxed.shape), positions(flat_rod, flat)), "solved again in space")
+
+
+def spatial_left_out(segment: SpatialSegment, start: Equilibrium, state: Equilibrium) -> dict[str, Bound]:
+    """Every term that the spatial model of `state` leaves out; it was reached from the planar `start`."""
+    bounds = {"contact": contact_bound(state, segment.section)}
+    if segment.section.weight > 0.0 and not any(segment.weight):
+        heavy = replace(segment, weight=(0.0, -segment.section.weight, 0.0))
+        (rod, light), (_, loaded) = relax_in_space(segment, start), relax_in_space(heavy, start)
+        whole = segment.section.weight * segment.rod.free_length
+        bound = Bound(farthest(segment.rod), f"under its weight of {whole:.2g} N this state was not found again")
+        if loaded.ending is Ending.SETTLED:
+            gap = _apart(segment, positions(rod, light.shape), positions(rod, loaded.shape))
+            bound = Bound(gap, f"solved again with the free rod's weight of {whole:.2g} N")
+        bounds["gravity"] = bound
+    return bounds
+
+
+def farthest(rod: ClampedRod, strain: float = 0.0) -> float:
+    """The most by which any two curves of a rod between these clamps can be apart [m].
+
+    A point s along the rod lies within s of its start and within L - s of its end: in a lens whose diameter is largest
+    in the middle, the root of L^2 less the chord squared.
+    """
+    length = (1.0 + strain) * rod.free_length
+    return math.sqrt(max(length**2 - math.hypot(*rod.free_chord) ** 2, 0.0))
+
+
+def coarse_start(state: Equilibrium) -> tuple[Array, Array, Array]:
+    """A few edges (n,) of the free rod, angles (n,) and multipliers (2,) from which Newton finds `state` again."""
+    length = state.rod.free_length
+    edges = state.edges / length
+    if edges.size > MOST_EDGES:
+        edges = np.asarray(mesh(state.rod.scaled().at, MOST_EDGES))
+    places = np.concatenate([[0.0], np.cumsum(state.edges)]) / length
+    angles = np.interp(np.cumsum(edges) - 0.5 * edges, places, state.vertices_table[:, 2])
+    return edges, angles, _multipliers(state)
+
+
+def _apart(segment: SpatialSegment, one: Array, other: Array) -> float:
+    """`SAFETY` times the largest distance between two curves of vertices (n+1, 3), in units of the free length, [m]."""
+    return SAFETY * float(np.max(np.linalg.norm(one - other, axis=1))) * segment.rod.free_length
+
+
+def _moved(state: Equilibrium, other: ClampedRod) -> float:
+    """Largest distance between the curve of a state and that of an `other` rod's, near it, on few edges [m]."""
+    edges, angles, multipliers = coarse_start(state)
+    found = response(state.rod.scaled(), other.scaled(), edges, angles, multipliers)
+    return float(found) * state.rod.free_length
+
+
+def _multipliers(state: Equilibrium) -> Array:
+    """The forces that close the chord, (2,), in units of EI and the free length."""
+    unit: Array = -state.clamp_force[1] * (state.rod.free_length**2 / state.rod.stiffness)
+    return unit
+
+
+def _largest_force(state: Equilibrium) -> float:
+    """Largest force that a clamp holds [N]: what the rod passes on, up to the loads between."""
+    return max(math.hypot(*force) for force in state.clamp_force.tolist())

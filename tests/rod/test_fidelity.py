@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.fidelity import Section, left_out
+from curveline.rod.fidelity import farthest, left_out
+from curveline.rod.section import Section
 from curveline.rod.states import find_states
 
 from .rods import STIFFNESS, WEIGHT
@@ -29,67 +29,21 @@ def bound(name: str, state: Equilibrium, section: Section = SECTION) -> float:
 def test_every_term_is_named_and_explained() -> None:
     assert set(left_out(peak(), SECTION)) == {"stretch", "twist", "contact"}
     assert set(left_out(peak(replace(ROD, weight=0.0)), SECTION)) == {"stretch", "twist", "contact", "gravity"}
-    assert set(left_out(peak(replace(ROD, weight=0.0)), replace(SECTION, weight=0.0))) == {
-        "stretch",
-        "twist",
-        "contact",
-    }
+    weightless = replace(SECTION, weight=0.0)
+    assert set(left_out(peak(replace(ROD, weight=0.0)), weightless)) == {"stretch", "twist", "contact"}
     for entry in left_out(peak(replace(ROD, weight=0.0)), SECTION).values():
         assert len(entry.why) > 30
         assert entry.bound >= 0.0
 
 
-SHALLOW = replace(ROD, chord=(0.5, 0.0), start=0.0, end=0.0, length=0.505)
-
-
-@pytest.mark.parametrize("rod", [ROD, SHALLOW], ids=["tall", "shallow"])
-def test_stretch_moves_the_curve_less_than_stated(rod: ClampedRod) -> None:
-    state = peak(rod)
-    stated = bound("stretch", state)
-    assert bound("stretch", state, replace(SECTION, stretching_stiffness=588_000.0)) == pytest.approx(stated / 10.0)
-    # A rod longer or shorter by what its thrust takes: a shallow arch gains much more height than length.
-    thrust = float(np.linalg.norm(state.clamp_force, axis=1).max())
-    for way in (1.0, -1.0):
-        other = peak(replace(rod, length=rod.length + way * thrust / SECTION.stretching_stiffness * rod.free_length))
-        moved = float(np.max(np.linalg.norm(other.curve(101) - state.curve(101), axis=1)))
-        assert 0.0 < moved <= stated < 1e-3
-
-
-def test_stretch_counts_for_more_the_shallower_the_arch() -> None:
-    level = replace(ROD, chord=(0.5, 0.0), start=0.0, end=0.0)
-    bounds = [bound("stretch", peak(replace(level, length=length))) for length in (0.502, 0.51, 0.55, 0.6)]
-    assert bounds == sorted(bounds, reverse=True)
-
-
-def test_stretch_counts_the_loads() -> None:
-    state = peak()
-    loaded = replace(state, rod=replace(state.rod, loads=((0.5, 3.0, 4.0),)))
-    per_newton = (bound("stretch", loaded) - bound("stretch", state)) / 5.0
-    force = abs(state.clamp_force).max() * math.sqrt(2.0)
-    assert per_newton == pytest.approx(bound("stretch", state) / force)
-
-
-def test_a_flat_strip_stays_in_its_plane_a_narrow_or_long_one_may_not() -> None:
-    assert bound("twist", peak()) == 0.0
-    assert bound("twist", peak(), replace(SECTION, width=2e-3)) == pytest.approx(0.5 * ROD.free_length)
-    assert bound("twist", peak(replace(ROD, length=1.3))) == pytest.approx(0.5 * 1.28)
-
-
 def test_contact_is_the_overlap() -> None:
-    state = replace(peak(), clearance=0.01)
-    assert bound("contact", state) == 0.0
-    assert bound("contact", state, replace(SECTION, thickness=0.013)) == pytest.approx(0.003)
-    assert bound("contact", replace(state, crosses_itself=True)) == pytest.approx(ROD.free_length)
-
-
-@pytest.mark.parametrize("name", ["peak", "valley"])
-@pytest.mark.parametrize("weight", [0.05, WEIGHT])
-def test_gravity_moves_the_curve_less_than_stated(name: str, weight: float) -> None:
-    (light,) = (state for state in find_states(replace(ROD, weight=0.0), 1e-6) if state.name == name)
-    (heavy,) = (state for state in find_states(replace(ROD, weight=weight), 1e-6) if state.name == name)
-    moved = float(np.max(np.linalg.norm(heavy.curve(101) - light.curve(101), axis=1)))
-    stated = bound("gravity", light, replace(SECTION, weight=weight))
-    assert 0.0 < moved <= stated
-    assert stated == pytest.approx(
-        weight * light.rod.free_length**4 / STIFFNESS / math.sqrt(3.0) / light.lowest_eigenvalue
-    )
+    long = replace(ROD, chord=(0.1, 0.0), start=1.3, end=-1.3, length=0.8)
+    state = peak(long)
+    dense = state.curve(2001)
+    gaps = np.linalg.norm(dense[:, None] - dense[None, :], axis=2)
+    apart = np.abs(np.subtract.outer(np.arange(2001), np.arange(2001))) > 400
+    distance = float(np.min(gaps[apart]))
+    assert bound("contact", state, replace(SECTION, thickness=0.5 * distance)) == 0.0
+    thick = replace(SECTION, thickness=distance + 0.003)
+    assert bound("contact", state, thick) == pytest.approx(0.003, rel=0.2)
+    assert bound("contact", replace(state, crosses_itself=True)) == pytest.approx(farthest(long))

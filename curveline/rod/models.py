@@ -1,0 +1,206 @@
+"""The scene decides the model: planar, extensible or spatial, each contained in the next, and the reasons in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, Outcome, refine
+from curveline.rod.fidelity import Bound, Lateral, coarse_start, lateral, left_out, space_bound, spatial_left_out
+from curveline.rod.space import SpatialSegment
+from curveline.rod.spatial_ladder import refine_in_space
+from curveline.rod.states import find_states, named
+from curveline.rod.sweep import SAME
+from curveline.units import to_mm
+
+AUTO = "auto"
+MODELS = (AUTO, PLANAR, EXTENSIBLE, SPATIAL)
+"""What a user may ask for; `AUTO` leaves it to the scene."""
+
+BUCKLED = "buckled"
+GONE = (Outcome.LOST, Outcome.UNSTABLE)
+
+
+class Ask(NamedTuple):
+    """What is asked of a segment: error [m], further turns to look for, and one of `MODELS`."""
+
+    tolerance: float
+    windings: tuple[int, ...]
+    model: str
+
+
+@dataclass(frozen=True)
+class Modelled:
+    """The states of a segment by a `model`: its `terms`, bounds on those left out over all states, reasons in words."""
+
+    model: str
+    states: tuple[Equilibrium, ...]
+    terms: tuple[str, ...]
+    left_out: dict[str, Bound]
+    reasons: tuple[str, ...]
+
+
+class _Judged(NamedTuple):
+    """A state and what was left out of it; `sideways` is that of the planar state it comes from."""
+
+    state: Equilibrium
+    sideways: Lateral
+    bounds: dict[str, Bound]
+
+
+def model_states(segment: SpatialSegment, ask: Ask) -> Modelled:
+    """Every stable state of `segment` by the model asked for, or by the smallest one that the scene allows.
+
+    Searched for in the plane; the extensible states start from those, and the spatial ones from the extensible.
+    """
+    found = find_states(segment.rod, ask.tolerance, ask.windings)
+    model, why = ask.model, [f"the {ask.model} model was asked for"]
+    judged: list[_Judged] = []
+    if model in (AUTO, PLANAR):
+        judged = [_judge(segment, state) for state in found]
+    if model == AUTO:
+        model, why = _choice(segment, judged, ask.tolerance)
+    if model != PLANAR:
+        judged = [_judge(segment, state) for state in _stretched(segment, found, ask.tolerance, why)]
+        if ask.model == AUTO and model == EXTENSIBLE and (unstable := _leaving(judged)):
+            model, why = SPATIAL, [*why, unstable]
+    if model == SPATIAL:
+        judged = _in_space(segment, judged, ask.tolerance, why)
+    else:
+        judged = [_flagged(segment, each) for each in judged]
+    return _modelled(segment, ask, model, judged, why)
+
+
+def beyond(segment: SpatialSegment) -> tuple[str, ...]:
+    """In words, what of a segment a planar model cannot have; its weight can only point straight down."""
+    there = {
+        "the yaw of its clamps": any(segment.yaw),
+        "the roll of its clamps": any(segment.roll),
+        "a load that points out of the plane": any(load[3] for load in segment.loads),
+        "gravity that does not point straight down": bool(segment.weight[0] or segment.weight[2]),
+        "the rod's curvature out of the plane": bool(segment.lateral_curvature),
+    }
+    return tuple(what for what, is_there in there.items() if is_there)
+
+
+def _judge(segment: SpatialSegment, state: Equilibrium) -> _Judged:
+    """A planar or extensible state with the bounds on what it leaves out."""
+    sideways = lateral(state, segment.section)
+    return _Judged(state, sideways, left_out(state, segment.section, sideways))
+
+
+def _choice(segment: SpatialSegment, judged: Sequence[_Judged], tolerance: float) -> tuple[str, list[str]]:
+    """The smallest model that the scene allows, and why."""
+    if sideways := beyond(segment):
+        return SPATIAL, [f"the segment needs all three dimensions for {' and '.join(sideways)}"]
+    if unstable := _leaving(judged):
+        return SPATIAL, [unstable]
+    for state, _, bounds in _shown(judged):
+        stretch = bounds["stretch"].bound
+        if state.error + stretch > tolerance:
+            return EXTENSIBLE, [
+                f"stretch might move {state.name} by {_mm(stretch)}, which with its error of {_mm(state.error)} is "
+                f"more than the tolerance of {_mm(tolerance)}"
+            ]
+    return PLANAR, ["nothing points out of the plane, no state leaves it, and stretch is within the tolerance"]
+
+
+def _leaving(judged: Sequence[_Judged]) -> str:
+    """A sentence on the states that do not stay in their plane; empty if all do."""
+    leaving = [each for each in _shown(judged) if not each.sideways.stays]
+    names = " and ".join(each.state.name for each in leaving)
+    values = ", ".join(f"{each.sideways.eigenvalue:.3g} EI/L^2" for each in leaving)
+    return f"{names} would not stay in the plane: lowest eigenvalue out of it {values}" if leaving else ""
+
+
+def _shown(judged: Sequence[_Judged]) -> list[_Judged]:
+    """Those that decide: a loop that no planar display can show would drown the others, and has flags of its own."""
+    return [each for each in judged if each.state.simple or each.state.leaves_plane] or list(judged)
+
+
+def _stretched(
+    segment: SpatialSegment, found: Sequence[Equilibrium], tolerance: float, why: list[str]
+) -> list[Equilibrium]:
+    """The planar states of an extensible rod that the inextensible ones lead to; `why` takes what became of others."""
+    states = []
+    for state in found:
+        rod = replace(state.rod, stretching=segment.section.stretching_stiffness)
+        stretched = refine(rod, *coarse_start(state), tolerance)
+        if stretched.outcome in GONE:
+            why.append(f"{state.name} is gone when the rod may stretch: {stretched.outcome.value}")
+        else:
+            states.append(replace(stretched, iterations=state.iterations + stretched.iterations))
+    return named(states)
+
+
+def _in_space(segment: SpatialSegment, judged: Sequence[_Judged], tolerance: float, why: list[str]) -> list[_Judged]:
+    """The states in space that planar ones lead to; one that buckles is none that a planar display can show."""
+    states: list[_Judged] = []
+    buckled = 0
+    for start, sideways, _ in judged:
+        state = replace(refine_in_space(segment, start, tolerance), leaves_plane=not sideways.stays)
+        if state.outcome in GONE or any(_same(state, each.state) for each in states):
+            what = f"is gone: {state.outcome.value}" if state.outcome in GONE else "falls into a state listed already"
+            why.append(f"{start.name}, in space, {what}")
+            continue
+        if state.leaves_plane:
+            buckled += 1
+            state = replace(state, name=f"{BUCKLED}-{buckled}")
+            why.append(f"{start.name} buckles into {state.name}, and as well into its mirror image")
+        states.append(_Judged(state, sideways, spatial_left_out(segment, start, state)))
+    return states
+
+
+def _same(one: Equilibrium, other: Equilibrium) -> bool:
+    """True if two states in space are one curve."""
+    gap = np.hypot(np.linalg.norm(one.curve(33) - other.curve(33), axis=1), one.depth(33) - other.depth(33))
+    return bool(np.max(gap) < 0.01 * SAME * one.rod.length + one.error + other.error)
+
+
+def _flagged(segment: SpatialSegment, judged: _Judged) -> _Judged:
+    """What a planar model may say of a state that space knows better: one that leaves the plane is not stable."""
+    state, sideways, bounds = judged
+    if beyond(segment):
+        bounds = {**bounds, "twist": space_bound(segment, state)}
+    if not sideways.stays:
+        state = replace(state, outcome=Outcome.BUCKLES, stable=False, leaves_plane=True)
+    return _Judged(state, sideways, bounds)
+
+
+def _modelled(segment: SpatialSegment, ask: Ask, model: str, judged: Sequence[_Judged], why: list[str]) -> Modelled:
+    """The states in the order and by the names they are shown by, with bounds and reasons."""
+    bounds: dict[str, Bound] = {}
+    for each in _shown(judged):
+        for name, bound in each.bounds.items():
+            if name not in bounds or bound.bound > bounds[name].bound:
+                bounds[name] = bound
+    terms = _terms(segment, model)
+    said = [f"modelled: {', '.join(terms)}, by the {model} model; {'; '.join(why)}"]
+    said += [
+        f"left out: {name}, which moves the curve by at most {_mm(b.bound)}: {b.why}" for name, b in bounds.items()
+    ]
+    if large := [name for name, bound in bounds.items() if bound.bound > ask.tolerance]:
+        said.append(f"more than the tolerance of {_mm(ask.tolerance)} may be missing: {', '.join(large)}")
+    states = sorted((each.state for each in judged), key=lambda state: not state.simple)
+    return Modelled(model, tuple(states), terms, bounds, tuple(said))
+
+
+def _terms(segment: SpatialSegment, model: str) -> tuple[str, ...]:
+    """Names of the terms of a model of the segment."""
+    there = {
+        "bend": True,
+        "stretch": model != PLANAR,
+        "lateral bend": model == SPATIAL,
+        "twist": model == SPATIAL,
+        "gravity": bool(segment.rod.weight) or (model == SPATIAL and any(segment.weight)),
+        "loads": bool(segment.loads),
+    }
+    return tuple(name for name, is_there in there.items() if is_there)
+
+
+def _mm(length: float) -> str:
+    """A length [m] in words."""
+    return f"{to_mm(length):.2g} mm"
