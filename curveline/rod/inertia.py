@@ -13,6 +13,7 @@ from curveline.rod._jit import njit
 from curveline.rod.problem import Array
 from curveline.rod.rotations import between, matrix_of
 from curveline.rod.spatial import (
+    SpatialRod,
     along_rotations,
     cell_of,
     positions,
@@ -20,6 +21,7 @@ from curveline.rod.spatial import (
     rotated,
     scatter,
     vertex_blocks,
+    vertex_slopes,
 )
 from curveline.rod.terms import bend, twist
 
@@ -52,15 +54,13 @@ def lumped(edges):
 
 @njit
 def strained(rod, shape):
-    """Turns about m1 and m2 and twists at the vertices, (n+1, 3)."""
-    n = rod.edges.size
-    out = np.zeros((n + 1, 3))
-    q = np.empty(4)
-    for i in range(n + 1):
-        if cell_of(rod, i) > 0.0:
-            relative(rod, shape, i, q)
-            out[i, 0], out[i, 1] = bend.turns(q)
-            out[i, 2] = twist.angle(q)
+    """Turns about m1 and m2 and twists at the vertices, (n+1, 3); at an end those of rod and mirrored rod."""
+    out = np.empty((rod.edges.size + 1, 3))
+    single, q = np.empty(4), np.empty(4)
+    for i in range(out.shape[0]):
+        relative(rod, shape, i, single, q)
+        out[i, 0], out[i, 1] = bend.turns(q)
+        out[i, 2] = twist.angle(q)
     return out
 
 
@@ -123,29 +123,29 @@ def add_edge(slope, own, matrix, j, gradient, band):
 
 @njit
 def add_viscosity(rod, shape, pull, gradient, band):
-    """Add the slope and the Hessian of what internal damping asks of the turns and twists at the vertices."""
+    """Add the slope and the Hessian of what internal damping asks of the turns and twists at the vertices.
+
+    It is what a rod would ask that is naturally bent as the step began and stiff by the viscosity.
+    """
     n = rod.edges.size
-    stiffness = rod.stiffness * pull.viscosity
-    q, natural = np.empty(4), np.empty(3)
+    natural = np.empty(3)
+    damper = SpatialRod(rod.edges, rod.stiffness * pull.viscosity, natural, rod.forces, rod.chord, rod.frames, rod.held)
+    single, q = np.empty(4), np.empty(4)
     force, curvature = np.empty(3), np.empty((3, 3))
     turned, block = np.empty((3, 3)), np.empty((4, 4))
     matrix, previous = np.empty((3, 3)), np.empty((3, 3))
     slope8, hessian8 = np.zeros(8), np.zeros((8, 8))
     for i in range(n + 1):
+        before = rod.edges[i - 1] * (1.0 + shape.strain[i - 1]) if i > 0 else 1.0
+        after = rod.edges[i] * (1.0 + shape.strain[i]) if i < n else 1.0
         if i < n:
             matrix_of(shape.frames[i], matrix)
-        cell = cell_of(rod, i)
-        if cell > 0.0:
-            slope, bending = np.zeros(4), np.zeros((4, 4))
-            relative(rod, shape, i, q)
-            for axis in range(3):
-                natural[axis] = pull.bends[i, axis] / cell
-            bend.add_derivatives(q, cell, stiffness, natural, slope, bending)
-            twist.add_derivatives(q, cell, stiffness, natural, slope, bending)
-            along_rotations(q, slope, bending, force, curvature)
-            matrix_of(q, turned)
-            before = rod.edges[i - 1] * (1.0 + shape.strain[i - 1]) if i > 0 else 1.0
-            after = rod.edges[i] * (1.0 + shape.strain[i]) if i < n else 1.0
+        cell, _ = cell_of(rod, i)
+        for axis in range(3):
+            natural[axis] = pull.bends[i, axis] / cell
+        relative(rod, shape, i, single, q)
+        if vertex_slopes(damper, i, single, q, force, curvature):
+            matrix_of(single, turned)
             vertex_blocks(turned, force, curvature, before, after, slope8, hessian8)
             if i > 0:
                 add_edge(slope8[:4], hessian8[:4, :4], previous, i - 1, gradient, band)

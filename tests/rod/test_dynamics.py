@@ -174,10 +174,15 @@ def shaken(n: int = 24) -> tuple[SpatialRod, Motion]:
     return rod, start._replace(spins=5.0 * np.sin(math.pi * (np.arange(n) + 0.5) / n))
 
 
+def shares_of(rod: SpatialRod) -> Array:
+    """By what the squared turn at a vertex counts (n+1,): the part of it that is rod, over its length."""
+    return np.array([share / cell for cell, share in (cell_of(rod, i) for i in range(rod.edges.size + 1))])
+
+
 @pytest.mark.parametrize("medium", [Medium(0.02, 3.0), Medium(0.02, 0.0, 0.01), Medium(0.02, 3.0, 0.01)])
 def test_what_the_motion_loses_is_the_work_of_its_damping(medium: Medium) -> None:
     rod, start = shaken()
-    masses, cells = lumped(rod.edges), np.array([cell_of(rod, i) for i in range(rod.edges.size + 1)])
+    masses, shares = lumped(rod.edges), shares_of(rod)
     missing = []
     for dt in (1e-4, 5e-5, 2.5e-5):
         film = stepped(rod, start, medium, (dt, round(0.01 / dt)))
@@ -188,7 +193,7 @@ def test_what_the_motion_loses_is_the_work_of_its_damping(medium: Medium) -> Non
             rates = (strained(rod, after.shape) - strained(rod, before.shape)) / dt
             squares = masses @ np.sum(speeds**2, axis=1) + medium.gyration**2 * rod.edges @ spins**2
             work += dt * medium.external * squares
-            work += dt * medium.internal * np.sum(rod.stiffness[:3] * rates**2 / cells[:, None])
+            work += dt * medium.internal * np.sum(rod.stiffness[:3] * rates**2 * shares[:, None])
         lost = total_energy(rod, start, medium) - total_energy(rod, film[-1], medium)
         assert work > 0.02 * total_energy(rod, start, medium)
         missing.append(lost - work)
@@ -222,7 +227,7 @@ def test_the_terms_of_a_step_have_the_slope_and_the_curvature_of_their_energy(wh
     shape, _ = moved(rod, start.shape, rng.normal(size=27), 0.05)
     at = rng.normal(size=(7, 3))
     pull = Pull(rng.uniform(1, 2, 7), at, rng.uniform(1, 2, 6), rng.normal(size=6), 0.7, strained(rod, start.shape))
-    cells = np.array([cell_of(rod, i) for i in range(7)])
+    shares = shares_of(rod)
 
     def slope(there: Shape) -> tuple[Array, Array]:
         gradient, band = np.zeros(27), np.zeros((27, 11))
@@ -235,7 +240,7 @@ def test_the_terms_of_a_step_have_the_slope_and_the_curvature_of_their_energy(wh
     def energy(there: Shape) -> float:
         if which == "viscosity":
             rates = strained(rod, there) - pull.bends
-            return float(0.35 * np.sum(rod.stiffness[:3] * rates**2 / cells[:, None]))
+            return float(0.35 * np.sum(rod.stiffness[:3] * rates**2 * shares[:, None]))
         spins = spun(there, start.shape) - pull.turns
         squares = pull.masses @ np.sum((positions(rod, there) - pull.places) ** 2, axis=1)
         return float(0.5 * (squares + pull.inertias @ spins**2))
