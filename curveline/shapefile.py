@@ -34,12 +34,12 @@ from curveline.toml_document import Document, nearest, shown
 from curveline.toml_location import KeyPath
 from curveline.units import deg, g_per_m, gpa, mm, nmm
 
-QUANTITIES: Mapping[str, tuple[KeyPath, ...]] = {
-    "nodes": (("height_mm",), ("angle_deg",)),
-    "segments": (("length_mm",),),
-    "loads": (("at",), ("force_N", 0), ("force_N", 1)),
+QUANTITIES: Mapping[str, tuple[str, ...]] = {
+    "nodes": ("height_mm", "angle_deg", "yaw_deg", "roll_deg"),
+    "segments": ("length_mm",),
+    "loads": ("at",),
 }
-"""Table of a shape file -> the keys in it whose numbers can be any in a range."""
+"""Table of a shape file -> the keys in it whose numbers can be any in a range; besides these, the parts of a force."""
 
 MAX_BYTES = 1_000_000
 """Size limit of a shape or display file; real ones have a few kilobytes."""
@@ -80,14 +80,11 @@ class ShapeFile:
         return self._scene_of(document, document.validate(ShapeTable))
 
     def numbers(self) -> Iterator[KeyPath]:
-        """Every place in the file with a quantity that could be another one."""
-        for table, items in (
-            ("nodes", self.scene.nodes),
-            ("segments", self.scene.segments),
-            ("loads", self.scene.loads),
-        ):
-            for index in range(len(items)):
-                yield from ((table, index, *key) for key in QUANTITIES[table])
+        """Every place for a quantity that could be another one; where the file has none, its default stands."""
+        for table, keys in QUANTITIES.items():
+            for index, item in enumerate(self._document.get(table) or ()):
+                yield from ((table, index, key) for key in keys)
+                yield from ((table, index, "force_N", axis) for axis in range(len(item.get("force_N", ()))))
 
     def _scene_of(self, document: Document, model: ShapeTable | None) -> Scene:
         check_shape(document, self._display)

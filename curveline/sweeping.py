@@ -22,6 +22,9 @@ from curveline.toml_location import KeyPath
 MOST_POINTS = 1_000_000
 """Boundary conditions of one sweep: three hours of computing, ten minutes of them to be told of a bad one."""
 
+MOST_LISTED = 12
+"""Keys that a hint names; a display of five nodes has 24."""
+
 FORM = "write KEY=START:STOP:COUNT, such as nodes.1.angle_deg=-60:60:41"
 
 
@@ -129,7 +132,7 @@ def _key(path: KeyPath) -> str:
 
 
 def _listed(keys: list[str]) -> str:
-    return ", ".join(keys[:8]) + (", ..." if len(keys) > 8 else "")
+    return ", ".join(keys[:MOST_LISTED]) + (", ..." if len(keys) > MOST_LISTED else "")
 
 
 class Digest(NamedTuple):

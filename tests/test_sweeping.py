@@ -17,15 +17,17 @@ from curveline.sweeping import Digest, Sweep, Tally
 TEMPLATE = """
 name = "loaded"
 display = "single"
-nodes = [ { height_mm = %r, angle_deg = %r }, { height_mm = %r, angle_deg = %r } ]
+nodes = [ { height_mm = %r, angle_deg = %r, yaw_deg = %r, roll_deg = %r }, { height_mm = %r, angle_deg = %r } ]
 segments = [ { length_mm = %r, state = "peak" } ]
 loads = [ { segment = 1, at = %r, force_N = [%r, %r] } ]
 """
-NUMBERS = (0, 30.0, 1.5, -30.0, 660.0, 0.5, 0.0, -1.5)
+NUMBERS = (0, 30.0, 0.0, 10.0, 1.5, -30.0, 660.0, 0.5, 0.0, -1.5)
 SHAPE = TEMPLATE % NUMBERS
 KEYS = [
     "nodes.1.height_mm",
     "nodes.1.angle_deg",
+    "nodes.1.yaw_deg",
+    "nodes.1.roll_deg",
     "nodes.2.height_mm",
     "nodes.2.angle_deg",
     "segments.1.length_mm",
@@ -69,8 +71,19 @@ def test_the_keys_are_all_quantities_of_the_file(shape: Path) -> None:
     with pytest.raises(InvalidInput) as caught:
         Sweep(shape, ["nodes.1.angel_deg=0:1:2"])
     assert caught.value.hint.startswith("did you mean nodes.1.angle_deg? ")
-    assert caught.value.hint.endswith(", ".join(KEYS))
-    for key in ("loads.1.segment", "name", "segments.1.state", "nodes.0.angle_deg", "nodes.3.angle_deg", "nodes", ""):
+    assert [key for key in KEYS if key not in caught.value.hint] == []
+    assert len(Sweep(shape, ["nodes.2.yaw_deg=-5:5:3"])) == 3
+    for key in (
+        "loads.1.segment",
+        "loads.1.force_N.3",
+        "loads.1.force_N",
+        "name",
+        "segments.1.state",
+        "nodes.0.angle_deg",
+        "nodes.3.angle_deg",
+        "nodes",
+        "",
+    ):
         with pytest.raises(InvalidInput, match="there is no such number"):
             Sweep(shape, [f"{key}=1:2:2"])
 
