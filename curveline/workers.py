@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import signal
+import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
@@ -24,8 +25,12 @@ from curveline.errors import CurvelineError
 T = TypeVar("T")
 R = TypeVar("R")
 
-LARGEST_CHUNK = 16
-"""Tasks that a worker gets at once: handing them over costs a millisecond, however many they are."""
+CHUNK_S = 0.1
+"""How long a worker is to be busy with the tasks it gets at once: much longer than handing them over takes, and short
+enough for a lively progress bar."""
+
+LARGEST_CHUNK = 64
+"""Tasks that a worker gets at once, at most."""
 
 CHUNKS_PER_WORKER = 4
 """Chunks that each worker gets at the least, so that all of them end at about the same time."""
@@ -60,6 +65,7 @@ class _Worker(Generic[T]):
         self.pipe, far_end = context.Pipe()
         self.process: BaseProcess = context.Process(target=_serve, args=(far_end, function), daemon=True)
         self.tasks: list[tuple[int, T]] = []
+        self.given = 0.0
         self.is_ready = False
         with far_end, _interrupts_held_back():
             self.process.start()
@@ -67,6 +73,7 @@ class _Worker(Generic[T]):
     def give(self, tasks: list[tuple[int, T]]) -> None:
         """Hand over tasks; a worker that has died meanwhile is met when its answer is read."""
         self.tasks = tasks
+        self.given = time.monotonic()
         with contextlib.suppress(OSError):
             self.pipe.send([task for _, task in tasks])
 
@@ -91,7 +98,7 @@ class Workers(Generic[T, R]):
         self._count = count
         self._workers: list[_Worker[T]] = []
         self._feed: Iterator[tuple[int, T]] = iter(())
-        self._chunk = 1
+        self._chunk = self._largest = 1
         self._queue: deque[list[tuple[int, T]]] = deque()
         self._under_way: dict[int, T] = {}
         self._deaths: dict[int, int] = {}
@@ -114,7 +121,9 @@ class Workers(Generic[T, R]):
         worker died is given to another; if that dies, too, its answer is WorkerDied.
         """
         self._feed = enumerate(tasks)
-        self._chunk = max(1, min(LARGEST_CHUNK, total // (CHUNKS_PER_WORKER * self._count)))
+        self._largest = max(1, min(LARGEST_CHUNK, total // (CHUNKS_PER_WORKER * self._count)))
+        # The first answers also tell how long a task takes.
+        self._chunk = 1
         following = 0
         while True:
             while (self._queue or self._draw()) and (worker := self._idle()):
@@ -162,6 +171,8 @@ class Workers(Generic[T, R]):
                 if isinstance(answer, _Failure):
                     raise answer.error
                 self._answers[index] = answer
+            pace = max(time.monotonic() - worker.given, 1e-6) / max(len(worker.tasks), 1)
+            self._chunk = max(1, min(self._largest, int(CHUNK_S / pace)))
             worker.tasks = []
 
     def _bury(self, worker: _Worker[T]) -> None:

@@ -42,14 +42,19 @@ class Bar:
         """So many parts are done."""
         self._done = done
         now = time.monotonic()
-        if not self._is_wanted or now - self._drawn < REDRAW_S or now - self._begin < QUIET_S:
+        if now - self._drawn >= REDRAW_S and now - self._begin >= QUIET_S:
+            self.show()
+
+    def show(self) -> None:
+        """Draw how far it is, even if it has only begun."""
+        if not self._is_wanted:
             return
-        self._drawn = now
+        self._drawn = time.monotonic()
         if self._picture is None:
             self._picture = self._new_picture()
             self._picture.start()
-        rate = done / (now - self._begin)
-        self._picture.update(self._picture.task_ids[0], completed=done, rate=f"{rate:.0f}/s")
+        rate = f"{self._done / (self._drawn - self._begin):.0f}/s" if self._done else ""
+        self._picture.update(self._picture.task_ids[0], completed=self._done, rate=rate)
         self._picture.refresh()
 
     @contextmanager

@@ -40,6 +40,9 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: Request) ->
         order = Order(request.settings, tuple(make for make, _ in sinks))
         answers = stack.enter_context(closing(run(sweep.tasks(), order, jobs, len(sweep))))
         bar = stack.enter_context(Bar("simulating", len(sweep)))
+        if jobs > 1:
+            # The first answers wait for the processes to start.
+            bar.show()
         for task, answer in answers:
             with bar.aside() if request.as_json else ExitStack():
                 _take(task, answer, sinks, tally)

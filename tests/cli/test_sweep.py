@@ -291,6 +291,18 @@ def test_workers_do_not_outlive_a_killed_parent(tmp_path: Path) -> None:
     assert "Traceback" not in err
 
 
+def test_one_shape_needs_neither_processes_nor_a_bar() -> None:
+    code = (
+        "import sys\nfrom curveline.cli import main\n"
+        "try:\n    main()\nexcept SystemExit:\n    print(*sys.modules, file=sys.stderr)"
+    )
+    command = [sys.executable, "-c", code, "simulate", str(PEAK), "--no-drawing"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    loaded = set(done.stderr.split())
+    assert "curveline.simulation" in loaded
+    assert not loaded & {"curveline.workers", "curveline.sweeping", "multiprocessing.connection", "rich"}
+
+
 class Screen(io.StringIO):
     """A terminal."""
 
