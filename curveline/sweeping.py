@@ -6,7 +6,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from curveline.batch import Task
@@ -143,7 +143,7 @@ class Digest(NamedTuple):
     highest: float
     error: float  # [m], the largest
     has_wanted: bool
-    is_close: bool  # to the tolerance
+    short: frozenset[Outcome]  # how states ended that did not converge
 
 
 def digests(task: Task, report: Report) -> tuple[Digest, ...]:
@@ -154,9 +154,9 @@ def digests(task: Task, report: Report) -> tuple[Digest, ...]:
         kinds = dict.fromkeys(state.name.partition("-")[0] for state in segment.states)
         values = [state.lowest_eigenvalue for state in segment.states] or [math.nan]
         error = max((state.error for state in segment.states), default=0.0)
-        is_close = all(state.outcome is Outcome.CONVERGED for state in segment.states)
+        short = frozenset(state.outcome for state in segment.states) - {Outcome.CONVERGED}
         names = ", ".join(kinds) or "none"
-        found.append(Digest(names, min(values), max(values), error, segment.wanted is not None, is_close))
+        found.append(Digest(names, min(values), max(values), error, segment.wanted is not None, short))
     return tuple(found)
 
 
@@ -184,9 +184,10 @@ class Tally:
     groups: list[dict[str, Group]]
     unwanted: list[int]
     """Points without the wanted state, per segment."""
+    short: Counter[Outcome] = field(default_factory=Counter)
+    """Points with a state that ended so."""
     good: int = 0
     without: int = 0
-    coarse: int = 0
     failed: int = 0
 
     @classmethod
@@ -200,7 +201,7 @@ class Tally:
             self.groups[index].setdefault(digest.states, Group()).add(digest)
             self.unwanted[index] += not digest.has_wanted
         without = not all(digest.has_wanted for digest in point)
-        coarse = not all(digest.is_close for digest in point)
+        short = frozenset[Outcome]().union(*(digest.short for digest in point))
         self.without += without
-        self.coarse += coarse
-        self.good += not (without or coarse)
+        self.short.update(short)
+        self.good += not (without or short)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from curveline.errors import InvalidInput
+from curveline.rod.equilibrium import Outcome
 from curveline.shapefile import ShapeFile, read_shape
 from curveline.sweeping import Digest, Sweep, Tally
 
@@ -173,10 +174,10 @@ def test_the_file_itself_must_be_sound(tmp_path: Path) -> None:
 
 
 def test_a_tally_counts_points_and_keeps_extremes() -> None:
-    both = Digest("peak, valley", 3.0, 60.0, 1e-5, True, True)
-    lone = Digest("valley", 7.0, 7.0, 2e-5, False, True)
-    none = Digest("none", math.nan, math.nan, 0.0, False, True)
-    coarse = Digest("peak, valley", 1.0, 50.0, 3e-4, True, False)
+    both = Digest("peak, valley", 3.0, 60.0, 1e-5, True, frozenset())
+    lone = Digest("valley", 7.0, 7.0, 2e-5, False, frozenset())
+    none = Digest("none", math.nan, math.nan, 0.0, False, frozenset())
+    coarse = Digest("peak, valley", 1.0, 50.0, 3e-4, True, frozenset({Outcome.COARSE}))
     tally = Tally.of(2)
     for point in ([both, both], [both, lone], [coarse, none], [coarse, both]):
         tally.add(point)
@@ -189,4 +190,4 @@ def test_a_tally_counts_points_and_keeps_extremes() -> None:
     }
     assert not math.isfinite(tally.groups[1]["none"].highest)
     assert tally.unwanted == [0, 2]
-    assert (tally.good, tally.without, tally.coarse) == (1, 2, 2)
+    assert (tally.good, tally.without, tally.short) == (1, 2, {Outcome.COARSE: 2})

@@ -86,11 +86,11 @@ def _sum_up(sweep: Sweep, tally: Tally, request: Request, cost: tuple[float, int
     for path in request.files:
         show.note(f"wrote {path}")
     show.note(f"{tally.good} of {len(sweep)} points as asked for")
-    shortfalls = (
+    shortfalls = [
         ("without the wanted state", tally.without),
-        ("short of the tolerance", tally.coarse),
+        *((outcome.value, count) for outcome, count in tally.short.most_common()),
         ("failed", tally.failed),
-    )
+    ]
     for label, count in shortfalls:
         if count:
             show.note(f"  {label}: {count}")
