@@ -50,9 +50,10 @@ class Order:
 
 
 class Answer(NamedTuple):
-    """What came of a scene: the report's shortfalls, and what the makers made of it, in their order."""
+    """What came of a scene: shortfalls and remarks of the report, and what the makers made of it, in their order."""
 
     shortfalls: tuple[str, ...]
+    remarks: tuple[str, ...]
     products: tuple[Any, ...]
 
 
@@ -87,7 +88,7 @@ def perform(order: Order, task: Task) -> Answer | CurvelineError:
         return task.scene
     try:
         report = report_on(task.scene, order.settings)
-        return Answer(report.shortfalls, tuple(make(task, report) for make in order.makers))
+        return Answer(report.shortfalls, report.remarks, tuple(make(task, report) for make in order.makers))
     except CurvelineError as error:
         return error
 
@@ -106,19 +107,21 @@ def report_of(task: Task, report: Report) -> Report:
     return report
 
 
-_loaded: set[Settings] = set()
-"""Settings that this process has simulated with."""
+_loaded: set[str] = set()
+"""Models that this process has simulated with."""
 
 
 def report_on(scene: Scene, settings: Settings) -> Report:
     """Every stable state of a scene, and how long it took to find them."""
-    if settings not in _loaded:
-        # Loading the kernels takes far longer than the answer; the time that is reported is the answer's.
-        simulate(scene, settings.tolerance, settings.windings)
-        _loaded.add(settings)
-    begin = time.perf_counter()
-    segments = simulate(scene, settings.tolerance, settings.windings)
-    return Report(scene, tuple(segments), settings, time.perf_counter() - begin)
+    while True:
+        begin = time.perf_counter()
+        segments = simulate(scene, settings.tolerance, settings.windings, settings.model)
+        seconds = time.perf_counter() - begin
+        models = {segment.model for segment in segments}
+        if models <= _loaded:
+            return Report(scene, tuple(segments), settings, seconds)
+        # Loading a model's kernels takes far longer than the answer; the time that is reported is the answer's.
+        _loaded.update(models)
 
 
 def jobs_for(wanted: int | None, scenes: int) -> int:

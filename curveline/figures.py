@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from curveline.errors import MissingExtra
-from curveline.results import Report, curve_mm
+from curveline.explanation import deepest
+from curveline.results import Array, Report, curve_mm, depth_mm
 from curveline.rod.equilibrium import Equilibrium
-from curveline.scene import PEAK, VALLEY
+from curveline.scene import PEAK, VALLEY, Node
 from curveline.units import to_mm
 
 if TYPE_CHECKING:
@@ -45,6 +49,39 @@ SETTINGS: Any = {
 METADATA: dict[str, dict[str, Any]] = {"svg": {"Date": None, "Creator": "curveline"}, "png": {"Software": "curveline"}}
 
 
+@dataclass(frozen=True)
+class View:
+    """A direction from which a shape is seen: its curves (points, 2) [mm], and pivots and tangents of its nodes."""
+
+    label: str
+    title: str
+    of: Callable[[Report, int, Equilibrium], Array]
+    height: Callable[[Node], float]  # [m]
+    tangent: Callable[[Node], tuple[float, float]]
+
+
+def _from_above(report: Report, index: int, state: Equilibrium) -> Array:
+    curve: Array = np.column_stack([curve_mm(report, index, state)[:, 0], depth_mm(report, state)])
+    return curve
+
+
+FRONT = View(
+    label="y [mm]",
+    title="",
+    of=curve_mm,
+    height=lambda node: node.height,
+    tangent=lambda node: (math.cos(node.yaw) * math.cos(node.angle), math.cos(node.yaw) * math.sin(node.angle)),
+)
+ABOVE = View(
+    label="z [mm]",
+    title=", from above",
+    of=_from_above,
+    height=lambda _: 0.0,
+    tangent=lambda node: (math.cos(node.yaw) * math.cos(node.angle), math.sin(node.yaw)),
+)
+"""The viewer of the front stands below what is seen from above, so that z, which points to the viewer, points down."""
+
+
 def require_matplotlib() -> None:
     """MissingExtra unless figures can be drawn."""
     try:
@@ -56,7 +93,10 @@ def require_matplotlib() -> None:
 
 
 def draw(reports: Sequence[Report], kind: str) -> bytes:
-    """A figure of one shape, or a grid of several, as "svg" or "png"."""
+    """A figure of one shape, or a grid of several, as "svg" or "png".
+
+    Shapes are seen from the front and, if the rod of any of them leaves the plane, below that from above.
+    """
     require_matplotlib()
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -66,30 +106,55 @@ def draw(reports: Sequence[Report], kind: str) -> bytes:
     across = min(max(1, ACROSS // max(len(report.segments) for report in reports)), len(reports))
     down = math.ceil(len(reports) / across)
     width = WIDTH if across == 1 else SMALL_WIDTH
-    height = width * max(map(_steepness, reports)) + HEAD_ROOM
+    views = [FRONT, *([ABOVE] if any(map(_is_deep, reports)) else [])]
+    heights = [width * max(_steepness(report, view) for report in reports) + HEAD_ROOM for view in views]
     alike = len({report.scene.display.digest for report in reports}) == 1
     with matplotlib.rc_context({**_defaults(), **SETTINGS}):
-        figure = Figure(figsize=(width * across, height * down + LEGEND_ROOM), layout="constrained")
+        figure = Figure(figsize=(width * across, sum(heights) * down + LEGEND_ROOM), layout="constrained")
         (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
-        panels = figure.subplots(down, across, squeeze=False, sharex=alike, sharey=alike).flatten()
-        for panel, report in zip(panels, reports, strict=False):
-            _draw_shape(panel, report)
-            if alike:
-                panel.label_outer()
-        for panel in panels[max(0, len(reports) - across) : len(reports)]:
-            panel.tick_params(labelbottom=True)
-            panel.set_xlabel(X_LABEL)
-        for panel in panels[len(reports) :]:
-            panel.set_axis_off()
+        rows = figure.subplots(len(views) * down, across, squeeze=False, height_ratios=heights * down)
+        for offset, view in enumerate(views):
+            panels = list(rows[offset :: len(views)].flatten())
+            _draw_view(panels, reports, view, alike=alike)
         _draw_legend(figure)
         return _bytes_of(figure, kind)
 
 
-def _steepness(report: Report) -> float:
+def _draw_view(panels: Sequence[Axes], reports: Sequence[Report], view: View, *, alike: bool) -> None:
+    """Every shape in its panel; those of one display share their scales."""
+    across = panels[0].get_gridspec().ncols  # type: ignore[union-attr]
+    for number, (panel, report) in enumerate(zip(panels, reports, strict=False)):
+        if alike and number:
+            panel.sharex(panels[0])
+            panel.sharey(panels[0])
+        _draw_shape(panel, report, view)
+        if view is ABOVE and not panel.yaxis_inverted():
+            panel.invert_yaxis()
+    for panel in panels[: len(reports)] if alike else ():
+        panel.label_outer()
+    for panel in panels[max(0, len(reports) - across) : len(reports)]:
+        panel.tick_params(labelbottom=True)
+        panel.set_xlabel(X_LABEL)
+    for panel in panels[len(reports) :]:
+        panel.set_axis_off()
+
+
+def _is_deep(report: Report) -> bool:
+    """True if a curve of a shape leaves the plane by more than it is known to."""
+    return any(deepest(state) > state.error for segment in report.segments for state in segment.states)
+
+
+def _least_depth(report: Report) -> float:
+    """How far the view from above reaches at least [mm]: a rod that hardly leaves the plane would hide the nodes."""
+    return MARGIN * to_mm(report.scene.display.span)
+
+
+def _steepness(report: Report, view: View) -> float:
     """Height over width of all that is drawn of a shape, at most 1."""
-    curves = [curve_mm(report, index, state) for index, each in enumerate(report.segments) for state in each.states]
+    curves = [view.of(report, index, state) for index, each in enumerate(report.segments) for state in each.states]
     heights = [float(height) for curve in curves for height in curve[:, 1]] or [0.0]
-    heights += [to_mm(node.height) for node in report.scene.nodes]
+    heights += [to_mm(view.height(node)) for node in report.scene.nodes]
+    heights += [-_least_depth(report), _least_depth(report)] if view is ABOVE else []
     return min(1.0, (max(heights) - min(heights)) / to_mm(len(report.segments) * report.scene.display.span))
 
 
@@ -106,19 +171,21 @@ def _bytes_of(figure: Figure, kind: str) -> bytes:
     return stream.getvalue()
 
 
-def _draw_shape(panel: Axes, report: Report) -> None:
+def _draw_shape(panel: Axes, report: Report, view: View) -> None:
     """All states of a shape and the nodes that hold it."""
     for index, segment in enumerate(report.segments):
         # What the display cannot show lies below, what is wanted on top.
         for state in sorted(segment.states, key=lambda state: (state.simple, state.wanted)):
-            curve = curve_mm(report, index, state)
+            curve = view.of(report, index, state)
             panel.plot(curve[:, 0], curve[:, 1], **_style(state))
-    _draw_nodes(panel, report)
+    _draw_nodes(panel, report, view)
+    if view is ABOVE:
+        panel.update_datalim([(0.0, -_least_depth(report)), (0.0, _least_depth(report))])
     panel.set_aspect("equal")
     panel.margins(MARGIN)
-    panel.set_title(report.scene.name)
+    panel.set_title(f"{report.scene.name}{view.title}")
     panel.set_xlabel(X_LABEL)
-    panel.set_ylabel("y [mm]")
+    panel.set_ylabel(view.label)
     panel.grid(visible=True, linewidth=0.4, color="#dddddd")
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)
@@ -147,14 +214,14 @@ def _draw_legend(figure: Figure) -> None:
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
 
 
-def _draw_nodes(panel: Axes, report: Report) -> None:
+def _draw_nodes(panel: Axes, report: Report, view: View) -> None:
     """Every node as its pivot and the stretch of rod that its bearing holds straight."""
     display = report.scene.display
     # Display files allow point clamps; their direction must show all the same.
     half = to_mm(max(display.clamp, 0.03 * display.span)) / 2.0
     for index, node in enumerate(report.scene.nodes):
-        x, y = to_mm(index * display.span), to_mm(node.height)
-        across, up = half * math.cos(node.angle), half * math.sin(node.angle)
+        x, y = to_mm(index * display.span), to_mm(view.height(node))
+        across, up = (half * part for part in view.tangent(node))
         panel.plot(
             [x - across, x + across], [y - up, y + up], color=DARK, linewidth=6.0, alpha=0.35, solid_capstyle="butt"
         )

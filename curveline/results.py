@@ -19,10 +19,12 @@ import numpy.typing as npt
 
 import curveline
 from curveline.errors import InvalidInput
+from curveline.explanation import deepest, explain, millimetres
 from curveline.files import AnyPath, refuse_file, write_file
 from curveline.rod.equilibrium import Equilibrium, Outcome
+from curveline.rod.space_curve import SpaceCurve
 from curveline.scene import Scene
-from curveline.simulation import DEFAULT_TOLERANCE, SegmentStates
+from curveline.simulation import AUTO, DEFAULT_TOLERANCE, SegmentStates
 from curveline.units import to_mj, to_mm, to_nmm
 
 DEFAULT_POINTS = 201
@@ -38,6 +40,8 @@ class Settings:
     points: int = DEFAULT_POINTS
     windings: tuple[int, ...] = (0,)
     argv: tuple[str, ...] = ()
+    model: str = AUTO
+    explained: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,13 +58,27 @@ class Report:
         """One sentence for every wanted state that does not exist and every state short of the tolerance."""
         return tuple(self._shortfalls())
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """One sentence for every model that was asked for and leaves out more than the tolerance."""
+        return tuple(self._remarks())
+
+    def _remarks(self) -> Iterator[str]:
+        for number, segment in enumerate(self.segments if self.settings.model != AUTO else (), start=1):
+            for name, bound in segment.left_out.items():
+                if bound.bound > self.settings.tolerance:
+                    effect = f"which may move it by {millimetres(bound.bound)}"
+                    yield f"segment {number}: the {segment.model} model leaves out {name}, {effect}"
+
     def _shortfalls(self) -> Iterator[str]:
         for number, segment in enumerate(self.segments, start=1):
             if segment.wanted is None:
                 there = ", ".join(state.name for state in segment.states) or "none at all"
                 yield f"segment {number} has no {segment.wanted_name}; its stable states: {there}"
             for state in segment.states:
-                if state.outcome is not Outcome.CONVERGED:
+                # No display shows a loop or a crossing; it is listed whether or not it would stay in its plane.
+                is_loop = state.outcome is Outcome.BUCKLES and not state.is_untangled
+                if state.outcome is not Outcome.CONVERGED and not is_loop:
                     yield f"segment {number}, {state.name}: {state.outcome.value}"
 
 
@@ -85,8 +103,9 @@ def to_npz(reports: Sequence[Report]) -> bytes:
     """Arrays with one row per state, and beside them document, one per shape: its JSON, curves left out.
 
     Arrays: shape, segment, state, wanted, stable, winding, crosses_itself, wraps_clamp, energy_mJ, error_mm,
-    lowest_eigenvalue, mean_height_mm, clamp_force_N (states, 2, 2), clamp_moment_Nmm (states, 2) and
-    curve_mm (states, points, 2); all reports have the same number of points.
+    lowest_eigenvalue, mean_height_mm, clamp_force_N (states, 2, 2), clamp_moment_Nmm (states, 2), curve_mm
+    (states, points, 2), and model, leaves_plane, max_depth_mm and depth_mm (states, points), zero in the plane; all
+    reports have the same number of points. An error or an eigenvalue that is not known is infinite.
     """
     rows = list(_rows(reports))
     points = reports[0].settings.points
@@ -95,11 +114,16 @@ def to_npz(reports: Sequence[Report]) -> bytes:
         "segment": [row.number for row in rows],
         "state": [row.record["name"] for row in rows],
     }
-    for name in ("wanted", "stable", "crosses_itself", "wraps_clamp"):
+    columns["model"] = [row.report.segments[row.number - 1].model for row in rows]
+    for name in ("wanted", "stable", "crosses_itself", "wraps_clamp", "leaves_plane"):
         columns[name] = np.array([row.record[name] for row in rows], dtype=bool)
     columns["winding"] = np.array([row.record["winding"] for row in rows], dtype=np.int64)
     for name in ("energy_mJ", "error_mm", "lowest_eigenvalue", "mean_height_mm"):
-        columns[name] = np.array([row.record[name] for row in rows], dtype=np.float64)
+        values = [math.inf if row.record[name] is None else row.record[name] for row in rows]
+        columns[name] = np.array(values, dtype=np.float64)
+    columns["max_depth_mm"] = np.array([row.record.get("max_depth_mm", 0.0) for row in rows], dtype=np.float64)
+    flat = [0.0] * points
+    columns["depth_mm"] = np.array([row.record.get("depth_mm", flat) for row in rows]).reshape(len(rows), points)
     for name, size in (("clamp_force_N", (2, 2)), ("clamp_moment_Nmm", (2,)), ("curve_mm", (points, 2))):
         columns[name] = np.array([row.record[name] for row in rows], dtype=np.float64).reshape(len(rows), *size)
     columns["document"] = [json.dumps(_without_curves(document(report)), allow_nan=False) for report in reports]
@@ -112,14 +136,16 @@ def to_csv(reports: Sequence[Report]) -> bytes:
     """One row per curve point; `point` counts from 0 at the left pivot."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(("shape", "segment", "state", "wanted", "simple", "point", "arc_length_mm", "x_mm", "y_mm"))
+    writer.writerow(("shape", "segment", "state", "wanted", "simple", "point", "arc_length_mm", "x_mm", "y_mm", "z_mm"))
     for row in _rows(reports):
         head = (row.report.scene.name, row.number, row.record["name"])
         flags = (str(row.record["wanted"]).lower(), str(row.record["simple"]).lower())
         points = row.record["curve_mm"]
+        depth = row.record.get("depth_mm", [0.0] * len(points))
         length = to_mm(row.report.segments[row.number - 1].length)
-        for index, (x, y) in enumerate(points):
-            writer.writerow((*head, *flags, index, repr(length * index / (len(points) - 1)), repr(x), repr(y)))
+        for index, ((x, y), z) in enumerate(zip(points, depth, strict=True)):
+            place = length * index / (len(points) - 1)
+            writer.writerow((*head, *flags, index, repr(place), repr(x), repr(y), repr(z)))
     return stream.getvalue().encode()
 
 
@@ -185,6 +211,12 @@ def curve_mm(report: Report, index: int, state: Equilibrium) -> Array:
     return curve
 
 
+def depth_mm(report: Report, state: Equilibrium) -> Array:
+    """How far the points of `curve_mm` lie in front of the display's plane, (points,) [mm]."""
+    depth: Array = to_mm(state.depth(report.settings.points))  # type: ignore[arg-type, assignment]
+    return depth
+
+
 class _Row(NamedTuple):
     """A state as one row of a table: its report, its segment's number from 1, its record."""
 
@@ -205,10 +237,11 @@ def _segment_document(report: Report, index: int) -> Document:
     bounds = {
         name: {"bound_mm": to_mm(float(bound.bound)), "why": bound.why} for name, bound in segment.left_out.items()
     }
+    explanation = {"explanation": list(explain(segment))} if report.settings.explained else {}
     return {
         "length_mm": to_mm(segment.length),
         "wanted": segment.wanted_name,
-        "model": {"kind": "planar", "terms": list(segment.terms), "left_out": bounds},
+        "model": {"kind": segment.model, "terms": list(segment.terms), "left_out": bounds, **explanation},
         "states": [_state_document(report, index, state) for state in segment.states],
     }
 
@@ -221,20 +254,37 @@ def _state_document(report: Report, index: int, state: Equilibrium) -> Document:
         "simple": bool(state.simple),
         "outcome": state.outcome.name.lower(),
         "energy_mJ": to_mj(float(state.energy)),
-        "error_mm": to_mm(float(state.error)),
+        "error_mm": _known(to_mm(state.error)),
         "vertices": int(state.vertices),
         "iterations": int(state.iterations),
-        "lowest_eigenvalue": float(state.lowest_eigenvalue),
+        "lowest_eigenvalue": _known(state.lowest_eigenvalue),
         "winding": int(state.winding),
         "crosses_itself": bool(state.crosses_itself),
         "wraps_clamp": bool(state.wraps_clamp),
+        "leaves_plane": bool(state.leaves_plane),
         "mean_height_mm": to_mm(float(state.mean_height)),
-        "clearance_mm": to_mm(float(state.clearance)) if math.isfinite(state.clearance) else None,
+        "clearance_mm": _known(to_mm(state.clearance)),
         "max_curvature_per_m": float(state.max_curvature),
         "curve_mm": curve_mm(report, index, state).tolist(),
         "clamp_force_N": np.asarray(state.clamp_force, dtype=np.float64).tolist(),
         "clamp_moment_Nmm": [to_nmm(float(moment)) for moment in state.clamp_moment],
+        **(_space_document(report, state, state.space) if state.space is not None else {}),
     }
+
+
+def _space_document(report: Report, state: Equilibrium, space: SpaceCurve) -> Document:
+    """What a state of the spatial model has besides."""
+    return {
+        "depth_mm": depth_mm(report, state).tolist(),
+        "max_depth_mm": to_mm(deepest(state)),
+        "clamp_force_xyz_N": space.forces.tolist(),
+        "clamp_moment_xyz_Nmm": [[to_nmm(moment) for moment in each] for each in space.moments.tolist()],
+    }
+
+
+def _known(value: float) -> float | None:
+    """A number for JSON, which knows no infinity: None for what is not known."""
+    return float(value) if math.isfinite(value) else None
 
 
 def _without_curves(record: Document) -> Document:
@@ -242,6 +292,7 @@ def _without_curves(record: Document) -> Document:
     for segment in record["segments"]:
         for state in segment["states"]:
             del state["curve_mm"]
+            state.pop("depth_mm", None)
     return record
 
 
@@ -255,6 +306,7 @@ def _provenance(report: Report) -> Document:
             "tolerance_mm": to_mm(settings.tolerance),
             "points": settings.points,
             "windings": list(settings.windings),
+            "model": settings.model,
         },
         "argv": list(settings.argv),
     }

@@ -17,7 +17,7 @@ import numpy as np
 from curveline.batch import Maker, Task, line_of
 from curveline.errors import InvalidInput
 from curveline.files import AnyPath, NewFile
-from curveline.results import Report, Settings, check_output, curve_mm, document
+from curveline.results import Report, Settings, check_output, curve_mm, depth_mm, document
 from curveline.units import to_mm
 
 Row = tuple[Any, ...]
@@ -30,6 +30,7 @@ SCALARS = (
     "winding",
     "crosses_itself",
     "wraps_clamp",
+    "leaves_plane",
     "energy_mJ",
     "error_mm",
     "vertices",
@@ -39,6 +40,8 @@ SCALARS = (
     "clearance_mm",
     "max_curvature_per_m",
 )
+SPACE = ("model", "max_depth_mm")
+NOT_ALWAYS_KNOWN = ("error_mm", "lowest_eigenvalue", "clearance_mm")
 CLAMPS = (
     "left_force_x_N",
     "left_force_y_N",
@@ -87,10 +90,22 @@ def rows_of(task: Task, report: Report) -> list[Row]:
     short = document(replace(report, settings=replace(report.settings, points=2)))
     values = tuple(value for _, value in task.swept)
     return [
-        (task.number, *values, number, state["name"], *(state[key] for key in SCALARS), *_clamps(state))
+        (
+            task.number,
+            *values,
+            number,
+            state["name"],
+            *(state[key] for key in SCALARS),
+            *_space(segment, state),
+            *_clamps(state),
+        )
         for number, segment in enumerate(short["segments"], start=1)
         for state in segment["states"]
     ]
+
+
+def _space(segment: Mapping[str, Any], state: Mapping[str, Any]) -> Row:
+    return segment["model"]["kind"], state.get("max_depth_mm", 0.0)
 
 
 def _clamps(state: Mapping[str, Any]) -> Row:
@@ -98,14 +113,12 @@ def _clamps(state: Mapping[str, Any]) -> Row:
     return (*left, *right, *state["clamp_moment_Nmm"])
 
 
-def rows_and_curves_of(task: Task, report: Report) -> tuple[list[Row], bytes]:
-    """A maker: the rows, and the curves (states, points, 2) [mm] of the same states as bytes."""
-    curves = [
-        curve_mm(report, index, state).tobytes()
-        for index, segment in enumerate(report.segments)
-        for state in segment.states
-    ]
-    return rows_of(task, report), b"".join(curves)
+def rows_and_curves_of(task: Task, report: Report) -> tuple[list[Row], bytes, bytes]:
+    """A maker: the rows, and the curves (states, points, 2) and depths (states, points) [mm] of the states as bytes."""
+    states = [(index, state) for index, segment in enumerate(report.segments) for state in segment.states]
+    curves = [curve_mm(report, index, state).tobytes() for index, state in states]
+    depths = [depth_mm(report, state).tobytes() for _, state in states]
+    return rows_of(task, report), b"".join(curves), b"".join(depths)
 
 
 class CsvFile(SweepFile):
@@ -114,7 +127,7 @@ class CsvFile(SweepFile):
     make = staticmethod(rows_of)
 
     def _begin(self) -> None:
-        self._write([("point", *self._keys, "segment", "state", *SCALARS, *CLAMPS)])
+        self._write([("point", *self._keys, "segment", "state", *SCALARS, *SPACE, *CLAMPS)])
 
     def take(self, product: list[Row]) -> None:
         """The rows of a point."""
@@ -131,10 +144,11 @@ def _cell(value: Any) -> Any:
 
 
 class NpzFile(SweepFile):
-    """Arrays with one row per state, named as the columns of CSV, and curve_mm (states, points, 2).
+    """Arrays with one row per state, named as the columns of CSV.
 
-    Clamps are clamp_force_N (states, 2, 2) and clamp_moment_Nmm (states, 2); a clearance that is not there is infinite.
-    `swept_keys` names the arrays of swept values, and `settings` is JSON: tolerance, points, windings, command.
+    Curves are curve_mm (states, points, 2) and depth_mm (states, points), clamps are clamp_force_N (states, 2, 2) and
+    clamp_moment_Nmm (states, 2); what is not known is infinite. `swept_keys` names the arrays of swept values, and
+    `settings` is JSON: tolerance, points, windings, command, model.
     """
 
     make = staticmethod(rows_and_curves_of)
@@ -142,25 +156,28 @@ class NpzFile(SweepFile):
     def _begin(self) -> None:
         self._rows: list[Row] = []
         self._curves = array("d")
+        self._depths = array("d")
 
-    def take(self, product: tuple[list[Row], bytes]) -> None:
-        """The rows and curves of a point."""
-        rows, curves = product
+    def take(self, product: tuple[list[Row], bytes, bytes]) -> None:
+        """The rows, curves and depths of a point."""
+        rows, curves, depths = product
         self._rows.extend(rows)
         self._curves.frombytes(curves)
+        self._depths.frombytes(depths)
 
     def finish(self) -> None:
         """Write all arrays."""
-        names = ("point", *self._keys, "segment", "state", *SCALARS)
+        names = ("point", *self._keys, "segment", "state", *SCALARS, *SPACE)
         columns: dict[str, Any] = {
             name: np.array([row[index] for row in self._rows]) for index, name in enumerate(names)
         }
-        columns["clearance_mm"] = np.array(
-            [np.inf if value is None else value for value in columns["clearance_mm"]], dtype=np.float64
-        )
+        for name in NOT_ALWAYS_KNOWN:
+            known = [np.inf if value is None else value for value in columns[name]]
+            columns[name] = np.array(known, dtype=np.float64)
         clamps = np.array([row[len(names) :] for row in self._rows], dtype=np.float64).reshape(-1, len(CLAMPS))
         columns["clamp_force_N"], columns["clamp_moment_Nmm"] = clamps[:, :4].reshape(-1, 2, 2), clamps[:, 4:]
         columns["curve_mm"] = np.frombuffer(self._curves, dtype=np.float64).reshape(-1, self._settings.points, 2)
+        columns["depth_mm"] = np.frombuffer(self._depths, dtype=np.float64).reshape(-1, self._settings.points)
         columns["swept_keys"] = np.array(self._keys)
         columns["settings"] = np.array(json.dumps(self._asked_for()))
         with self._file.stream() as stream:
@@ -173,6 +190,7 @@ class NpzFile(SweepFile):
             "points": given.points,
             "windings": given.windings,
             "argv": given.argv,
+            "model": given.model,
         }
 
 

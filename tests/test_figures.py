@@ -90,6 +90,22 @@ def test_several_shapes_make_a_grid(reports: list[Report]) -> None:
     assert svg_of(reports).count('id="axes_') >= 4
 
 
+def test_a_shape_that_leaves_the_plane_is_also_seen_from_above(reports: list[Report]) -> None:
+    pushed = report_on("space/pushed")
+    alone, image = svg_of([pushed]), imread(io.BytesIO(figures.draw([pushed], "png")))[:, :, :3]
+    assert alone.count('id="axes_') == 2 * svg_of(reports[:1]).count('id="axes_')
+    assert alone == svg_of([pushed])
+    assert svg_of([*reports, pushed]).count('id="axes_') >= 10
+    # The valley, in vermilion, is 161 mm high and gives way to the push by 50 mm, towards the viewer, who stands below.
+    dashed = np.array([0xD5, 0x5E, 0x00]) / 255
+    rows, columns = np.nonzero(np.abs(image - dashed).max(axis=2) < 0.02)
+    below = (rows > 0.75 * image.shape[0]) & (rows < image.shape[0] - 80)
+    front = rows < 0.7 * image.shape[0]
+    assert np.ptp(rows[below]) / np.ptp(rows[front]) == pytest.approx(50.1 / 161.0, rel=0.1)
+    middle = below & (np.abs(columns - columns[below].mean()) < 40)
+    assert rows[middle].mean() == pytest.approx(rows[below].max(), abs=4)
+
+
 def test_a_name_with_signs_is_text(reports: list[Report]) -> None:
     from dataclasses import replace
 

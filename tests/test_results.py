@@ -6,6 +6,7 @@ import csv
 import hashlib
 import io
 import json
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import curveline
 from curveline import results
 from curveline.errors import InvalidInput
 from curveline.results import Report, Settings
+from curveline.rod.fidelity import Bound
 
 SHAPES = Path(__file__).parent.parent / "shapes"
 STATE_FIELDS = {
@@ -33,6 +35,7 @@ STATE_FIELDS = {
     "winding": int,
     "crosses_itself": bool,
     "wraps_clamp": bool,
+    "leaves_plane": bool,
     "mean_height_mm": float,
     "clearance_mm": float,
     "max_curvature_per_m": float,
@@ -40,6 +43,7 @@ STATE_FIELDS = {
     "clamp_force_N": list,
     "clamp_moment_Nmm": list,
 }
+SPACE_FIELDS = {"depth_mm", "max_depth_mm", "clamp_force_xyz_N", "clamp_moment_xyz_Nmm"}
 QUAD = """
 name = "wave"
 display = "quad"
@@ -58,7 +62,7 @@ loads = [ { segment = 2, at = 0.4, force_N = [0.0, -1.0] } ]
 def report_on(path: Path, settings: Settings | None = None) -> Report:
     settings = settings or Settings(argv=("simulate", "shape.toml"))
     scene = curveline.read_shape(path)
-    segments = curveline.simulate(scene, settings.tolerance, settings.windings)
+    segments = curveline.simulate(scene, settings.tolerance, settings.windings, settings.model)
     return Report(scene, tuple(segments), settings, 0.25)
 
 
@@ -70,6 +74,11 @@ def peak() -> Report:
 @pytest.fixture(scope="module")
 def staggered() -> Report:
     return report_on(SHAPES / "staggered-asymmetric-valley.toml", Settings(windings=(0, 1, -1), points=21))
+
+
+@pytest.fixture(scope="module")
+def twisted() -> Report:
+    return report_on(SHAPES / "space" / "twisted.toml", Settings(points=21, explained=True))
 
 
 @pytest.fixture(scope="module")
@@ -123,6 +132,58 @@ def test_numbers_are_the_states_own_in_the_units_of_their_names(peak: Report) ->
         assert record["lowest_eigenvalue"] == state.lowest_eigenvalue
 
 
+def test_a_state_in_space_has_depth_and_forces_in_three_components(twisted: Report) -> None:
+    (segment,) = results.document(twisted)["segments"]
+    assert segment["model"]["kind"] == "spatial"
+    assert {"bend", "stretch", "twist", "gravity"} <= set(segment["model"]["terms"])
+    assert not {"stretch", "twist"} & set(segment["model"]["terms"]) & set(segment["model"]["left_out"])
+    for state, record in zip(twisted.segments[0].states, segment["states"], strict=True):
+        assert set(record) == set(STATE_FIELDS) | SPACE_FIELDS
+        assert record["depth_mm"] == (1e3 * state.depth(21)).tolist()
+        assert record["depth_mm"][0] == record["depth_mm"][-1] == 0.0
+        assert 30.0 < max(map(abs, record["depth_mm"])) <= record["max_depth_mm"]
+        forces, moments = np.array(record["clamp_force_xyz_N"]), np.array(record["clamp_moment_xyz_Nmm"])
+        assert forces[:, :2].tolist() == record["clamp_force_N"]
+        assert moments[:, 2] == pytest.approx(record["clamp_moment_Nmm"], rel=1e-14)
+        weight = twisted.scene.display.rod.weight_per_length * state.rod.free_length
+        assert forces.sum(axis=0) == pytest.approx([0.0, weight, 0.0], abs=1e-6)
+        # The clamps also balance about the viewer's axis of the left free end.
+        assert np.abs(moments[:, 0]).max() > 10.0
+    assert json.loads(results.to_json([twisted]))["provenance"]["settings"]["model"] == "auto"
+
+
+def test_an_explanation_is_sentences_of_what_was_modelled_and_how_well(twisted: Report, peak: Report) -> None:
+    (segment,) = results.document(twisted)["segments"]
+    sentences = segment["model"]["explanation"]
+    assert len(sentences) >= 2
+    assert all(sentence[0].isupper() and sentence.endswith(".") for sentence in sentences)
+    assert re.search(r"peak and valley are known to 0\.0\d+ mm, estimated from up to \d+ vertices", sentences[-1])
+    assert "explanation" not in results.document(peak)["segments"][0]["model"]
+
+
+def test_what_is_not_known_is_null_in_json_and_infinite_in_npz(peak: Report) -> None:
+    from dataclasses import replace
+
+    segment = peak.segments[0]
+    lost = replace(segment.states[0], error=math.inf, lowest_eigenvalue=math.nan)
+    report = replace(peak, segments=(replace(segment, states=(lost,)),))
+    record = json.loads(results.to_json([report]))["segments"][0]["states"][0]
+    assert (record["error_mm"], record["lowest_eigenvalue"]) == (None, None)
+    with np.load(io.BytesIO(results.to_npz([report]))) as arrays:
+        assert (arrays["error_mm"][0], arrays["lowest_eigenvalue"][0]) == (math.inf, math.inf)
+
+
+def test_a_model_that_was_asked_for_and_leaves_out_too_much_is_remarked_on(peak: Report) -> None:
+    from dataclasses import replace
+
+    assert peak.remarks == ()
+    segment = peak.segments[0]
+    rough = replace(segment, left_out={**segment.left_out, "twist": Bound(0.0382, "why not")})
+    asked = replace(peak, segments=(rough,), settings=replace(peak.settings, model="planar"))
+    assert asked.remarks == ("segment 1: the planar model leaves out twist, which may move it by 38 mm",)
+    assert replace(asked, settings=peak.settings).remarks == ()
+
+
 def test_json_keeps_every_digit(peak: Report) -> None:
     document = results.document(peak)
     assert json.loads(results.to_json([peak])) == document
@@ -151,7 +212,8 @@ def test_provenance_tells_where_a_result_comes_from(peak: Report) -> None:
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     assert provenance["shape"] == {"path": str(path), "sha256": digest}
     assert provenance["display"] == {"name": "single", "sha256": peak.scene.display.digest}
-    assert provenance["settings"] == {"tolerance_mm": pytest.approx(0.1), "points": 201, "windings": [0]}
+    tolerance = pytest.approx(0.1)
+    assert provenance["settings"] == {"tolerance_mm": tolerance, "points": 201, "windings": [0], "model": "auto"}
     assert provenance["argv"] == ["simulate", "shape.toml"]
 
 
@@ -183,8 +245,22 @@ def test_csv_holds_one_row_per_point(staggered: Report) -> None:
         assert {row["state"] for row in part} == {state["name"]}
         assert {row["simple"] for row in part} == {str(state["simple"]).lower()}
         assert [[float(row["x_mm"]), float(row["y_mm"])] for row in part] == state["curve_mm"]
+        assert {row["z_mm"] for row in part} == {"0.0"}
         assert float(part[-1]["arc_length_mm"]) == 720.0
         assert [int(row["point"]) for row in part] == list(range(21))
+
+
+def test_tables_hold_the_third_coordinate(twisted: Report) -> None:
+    flat = report_on(SHAPES / "level-up-peak.toml", twisted.settings)
+    states = results.document(twisted)["segments"][0]["states"]
+    rows = list(csv.DictReader(io.StringIO(results.to_csv([twisted]).decode())))
+    assert [float(row["z_mm"]) for row in rows] == [depth for state in states for depth in state["depth_mm"]]
+    with np.load(io.BytesIO(results.to_npz([flat, twisted])), allow_pickle=False) as arrays:
+        assert arrays["model"].tolist() == ["planar", "planar", "spatial", "spatial"]
+        assert np.array_equal(arrays["depth_mm"], [[0.0] * 21] * 2 + [state["depth_mm"] for state in states])
+        assert np.array_equal(arrays["max_depth_mm"], [0.0, 0.0] + [state["max_depth_mm"] for state in states])
+        assert not arrays["leaves_plane"].any()
+        assert "depth_mm" not in json.loads(str(arrays["document"][1]))["segments"][0]["states"][0]
 
 
 def test_a_scene_without_any_state_can_be_written(peak: Report) -> None:

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from curveline.shapefile import read_shape
-from curveline.units import to_deg, to_mm
+from curveline.rod.equilibrium import Outcome
+from curveline.shapefile import read_display, read_shape
+from curveline.simulation import simulate
+from curveline.units import mm, to_deg, to_mm
 
 HERE = Path(__file__).parent
 SHAPES = HERE.parent / "shapes"
+SPACE = sorted((SHAPES / "space").glob("*.toml"))
+WEIGHT = 0.048 * 9.80665
 PAPER = json.loads((HERE / "data" / "paper_shapes.json").read_text())
 
 
@@ -42,3 +49,42 @@ def test_every_file_says_in_its_own_words_what_it_shows() -> None:
 @pytest.mark.parametrize("file", sorted(SHAPES.glob("*.toml")), ids=lambda file: file.stem)
 def test_every_file_is_valid_and_named_for_its_stem(file: Path) -> None:
     assert read_shape(file).name == file.stem
+
+
+@pytest.mark.parametrize("file", SPACE, ids=lambda file: file.stem)
+def test_every_shape_in_space_exists_and_leaves_the_plane_as_it_was_asked_to(file: Path) -> None:
+    assert file.read_text(encoding="utf-8").startswith("# ")
+    scene = read_shape(file)
+    assert scene.name == file.stem
+    assert scene.beyond_the_plane
+    (segment,) = simulate(scene)
+    assert segment.model == "spatial"
+    assert segment.wanted is not None
+    assert segment.wanted.outcome is Outcome.CONVERGED
+    assert mm(5.0) < float(np.abs(segment.wanted.depth(101)).max()) < mm(100.0)
+
+
+def test_how_the_shapes_in_space_leave_the_plane() -> None:
+    pushed, twisted, leaning = (
+        simulate(read_shape(SHAPES / "space" / f"{name}.toml"))[0].wanted for name in ("pushed", "twisted", "leaning")
+    )
+    assert pushed is not None
+    assert twisted is not None
+    assert leaning is not None
+    # The push acts towards the viewer, and half of it is held by either clamp.
+    assert pushed.depth(3)[1] == pytest.approx(mm(8.17), abs=mm(0.05))
+    assert pushed.space is not None
+    assert pushed.space.forces[:, 2] == pytest.approx([-0.5, -0.5], abs=1e-6)
+    assert float(np.abs(twisted.depth(101)).max()) == pytest.approx(mm(74.0), abs=mm(0.5))
+    # The bearing that is turned to the viewer carries the rod there, and the weight that pulls it back is held.
+    assert leaning.depth(101)[2] > 0.0
+    assert leaning.space is not None
+    weight = 0.5 * leaning.rod.free_length * WEIGHT / math.hypot(0.866, 0.5)
+    assert leaning.space.forces[:, 2].sum() == pytest.approx(weight, rel=1e-6)
+
+
+def test_the_leaning_display_is_the_single_one_but_for_gravity() -> None:
+    leaning, single = read_display(SHAPES / "space" / "displays" / "leaning.toml"), read_display("single")
+    assert leaning.down != single.down
+    same = replace(leaning, name=single.name, down=single.down, digest=single.digest, path=single.path)
+    assert same == single

@@ -73,8 +73,8 @@ class _Batch:
             return
         if self.request.files:
             self.reports.append(answer.products[-1])
-        for shortfall in answer.shortfalls:
-            show.note(f"{task.label}: {shortfall}")
+        for sentence in (*answer.remarks, *answer.shortfalls):
+            show.note(f"{task.label}: {sentence}")
         if answer.shortfalls:
             self.short.append(task.label)
         if self.request.as_json:

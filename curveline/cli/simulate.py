@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from enum import StrEnum
 from typing import Annotated
 
 import typer
@@ -10,6 +11,15 @@ import typer
 MOST_JOBS = 256
 SMALLEST_TOLERANCE_MM = 1e-6
 LARGEST_TOLERANCE_MM = 10.0
+
+
+class Model(StrEnum):
+    """What `--model` takes: `MODELS` of the physics, which would cost numpy to look at."""
+
+    AUTO = "auto"
+    PLANAR = "planar"
+    EXTENSIBLE = "extensible"
+    SPATIAL = "spatial"
 
 
 def simulate(
@@ -24,6 +34,10 @@ def simulate(
         int, typer.Option(min=2, max=100_001, metavar="N", help="Points of a curve in the output.")
     ] = 201,
     turns: Annotated[int, typer.Option(min=0, max=3, metavar="N", help="Look for loops of up to N further turns.")] = 0,
+    model: Annotated[
+        Model,
+        typer.Option(help="What of the rod is computed; with auto the scene decides, segment by segment."),
+    ] = Model.AUTO,
     output: Annotated[
         list[str] | None,
         typer.Option(
@@ -36,6 +50,7 @@ def simulate(
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
     json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document per shape and line.")] = False,
     no_drawing: Annotated[bool, typer.Option("--no-drawing", help="Tables only.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Say in words what was modelled and why.")] = False,
     sweep: Annotated[
         list[str] | None,
         typer.Option(
@@ -59,8 +74,12 @@ def simulate(
     """Find every stable state of every segment.
 
     Each comes with an error bar, and what the model leaves out with a bound in mm. The table gives the height of the
-    curve over its chord, on average and in the middle, energy, error, lowest eigenvalue of the second variation in
-    EI/L^2, and force and moment at the left and the right clamp; * marks what the shape asks for.
+    curve over its chord, on average and in the middle (in space: how far it comes out of the plane), energy, error,
+    lowest eigenvalue of the second variation in EI/L^2, and force and moment at the left and the right clamp; * marks
+    what the shape asks for.
+
+    The planar model bends in the display's plane, the extensible one also stretches, the spatial one also bends out of
+    the plane and twists. A model that was asked for is used whatever it leaves out, which is then said.
 
     With --sweep one shape is simulated at every point of a grid. Its table counts the points at which each combination
     of states is stable; --json is a document per point, .csv a row and .npz a row and a curve per state.
@@ -74,7 +93,7 @@ def simulate(
     for path in files:
         results.check_output(path, force=force)
     windings = (0, *(sign * turn for turn in range(1, turns + 1) for sign in (1, -1)))
-    settings = results.Settings(mm(tolerance_mm), points, windings, tuple(sys.argv[1:]))
+    settings = results.Settings(mm(tolerance_mm), points, windings, tuple(sys.argv[1:]), model.value, explain)
     request = Request(settings, tuple(files), force, as_json, not no_drawing, jobs)
     if sweep:
         from curveline.cli.sweep import run_sweep

@@ -136,8 +136,12 @@ class Equilibrium:
     @property
     def simple(self) -> bool:
         """True if a planar display can show this state."""
-        flagged = self.crosses_itself or self.wraps_clamp or self.leaves_plane
-        return self.winding == 0 and not flagged
+        return self.is_untangled and not self.leaves_plane
+
+    @property
+    def is_untangled(self) -> bool:
+        """True if the curve has no further turns and crosses neither itself nor the tails behind the clamps."""
+        return self.winding == 0 and not self.crosses_itself and not self.wraps_clamp
 
     def start_on(self, edges: Array) -> tuple[Array, Array]:
         """Angles (n,) and multipliers (2,) from which Newton finds the state again on `edges (n,)` that sum to 1."""

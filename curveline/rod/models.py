@@ -118,7 +118,7 @@ def _leaving(judged: Sequence[_Judged]) -> str:
 
 def _shown(judged: Sequence[_Judged]) -> list[_Judged]:
     """Those that decide: a loop that no planar display can show would drown the others, and has flags of its own."""
-    return [each for each in judged if each.state.simple or each.state.leaves_plane] or list(judged)
+    return [each for each in judged if each.state.is_untangled] or list(judged)
 
 
 def _stretched(

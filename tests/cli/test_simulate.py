@@ -11,11 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from curveline.cli.simulate import Model
 from curveline.rod import _jit
+from curveline.simulation import MODELS
 
 from .conftest import BROKEN, SHAPES, Run
 
 PEAK = SHAPES / "level-up-peak.toml"
+PUSHED = SHAPES / "space" / "pushed.toml"
 STAGGERED = SHAPES / "staggered-asymmetric-valley.toml"
 
 
@@ -28,9 +31,44 @@ def test_a_shape_is_shown_as_a_table_and_a_drawing_on_80_columns(run: Run) -> No
     assert "*" in rows["valley"]
     assert "*" not in rows["peak"]
     assert "-72.96" in rows["valley"]
-    assert "left out, at most: stretch 0.06 mm, twist 0 mm, contact 0 mm" in out
+    assert "left out, at most: stretch 0.02 mm, twist 0 mm, contact 0 mm" in out
     assert "solid: valley, as wanted; dotted: peak" in out
     assert out.count("●") == 2
+
+
+def test_a_shape_in_space_says_so_and_how_far_it_comes_out(run: Run) -> None:
+    code, out, err = run("simulate", PUSHED)
+    assert (code, err) == (0, "")
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert "segment 1: 660 mm of rod, peak wanted, spatial model" in out
+    head, wanted = (line.split() for line in out.splitlines()[3:5])
+    assert " ".join(head[:5]) == "state mean mm out mm"
+    assert wanted[:2] == ["*", "peak"]
+    assert float(wanted[3]) == pytest.approx(8.17, abs=0.05)
+    assert out.rstrip().endswith("dotted: valley; seen from the front")
+
+
+def test_a_model_can_be_asked_for(run: Run) -> None:
+    kinds = {}
+    for model in ("auto", "planar", "extensible", "spatial"):
+        document = json.loads(run("simulate", PEAK, "--model", model, "--json").out)
+        assert document["provenance"]["settings"]["model"] == model
+        kinds[model] = document["segments"][0]["model"]["kind"]
+    assert kinds == {"auto": "planar", "planar": "planar", "extensible": "extensible", "spatial": "spatial"}
+    code, out, err = run("simulate", PEAK, "--model", "flat")
+    assert (code, out) == (2, "")
+    assert "'auto', 'planar', 'extensible', 'spatial'" in " ".join(err.replace("│", " ").split())
+    assert [each.value for each in Model] == list(MODELS)
+
+
+def test_explaining_fits_80_columns_and_goes_into_the_document(run: Run) -> None:
+    code, out, err = run("simulate", PUSHED, "--explain", "--no-drawing")
+    assert (code, err) == (0, "")
+    assert all(len(line) <= 80 for line in out.splitlines())
+    document = json.loads(run("simulate", PUSHED, "--explain", "--json").out)
+    told = document["segments"][0]["model"]["explanation"]
+    assert told
+    assert " ".join(told) in " ".join(out.split())
 
 
 def test_without_the_drawing(run: Run) -> None:
