@@ -28,6 +28,7 @@ class Bar:
         self._total = total
         self._done = 0
         self._begin = self._drawn = time.monotonic()
+        self._first: tuple[float, int] | None = None
         self._picture: Progress | None = None
         self._is_wanted = total > 1 and show.is_live(sys.stderr)
 
@@ -42,6 +43,8 @@ class Bar:
         """So many parts are done."""
         self._done = done
         now = time.monotonic()
+        # What came before the first news, such as processes that start, says nothing about the pace.
+        self._first = self._first or (now, done)
         if now - self._drawn >= REDRAW_S and now - self._begin >= QUIET_S:
             self.show()
 
@@ -53,9 +56,12 @@ class Bar:
         if self._picture is None:
             self._picture = self._new_picture()
             self._picture.start()
-        rate = f"{self._done / (self._drawn - self._begin):.0f}/s" if self._done else ""
-        self._picture.update(self._picture.task_ids[0], completed=self._done, rate=rate)
+        self._picture.update(self._picture.task_ids[0], completed=self._done, rate=self._rate())
         self._picture.refresh()
+
+    def _rate(self) -> str:
+        begin, first = self._first or (self._drawn, self._done)
+        return f"{(self._done - first) / (self._drawn - begin):.0f}/s" if self._done > first else ""
 
     @contextmanager
     def aside(self) -> Iterator[None]:
