@@ -62,9 +62,11 @@ def test_a_task_that_kills_is_found_and_the_others_are_answered() -> None:
     assert answers == {number: number for number in range(40) if number != 7}
 
 
-def test_a_worker_that_dies_once_costs_no_answer(tmp_path: Path) -> None:
+@pytest.mark.parametrize("total", [8, 40])
+def test_a_worker_that_dies_once_costs_no_answer(tmp_path: Path, total: int) -> None:
+    # Eight tasks are handed out one by one, forty in chunks.
     with Workers(partial(chores.die_once, str(tmp_path)), 2) as pool:
-        assert list(pool.map(range(40), 40)) == [(number, number) for number in range(40)]
+        assert list(pool.map(range(total), total)) == [(number, number) for number in range(total)]
     assert (tmp_path / "died").exists()
 
 
