@@ -104,8 +104,8 @@ def _can_be_planned(scene: Scene) -> None:
         raise InvalidInput(f"{scene.name}: planning with {what} is not possible in this version", "plan two free nodes")
     if scene.beyond_the_plane:
         raise InvalidInput(
-            f"{scene.name}: planning with {', '.join(scene.beyond_the_plane)} is not possible: "
-            "motors extrude, bias and translate in the plane of an upright display, and plans are made for rods in it",
+            f"{scene.name}: no plan is possible with {' and '.join(scene.beyond_the_plane)}: "
+            "the motors of a node work in the plane of an upright display",
             "`curveline simulate` shows where the rod goes; take this out to plan the shape",
         )
 

@@ -73,7 +73,7 @@ class Report:
     def _shortfalls(self) -> Iterator[str]:
         for number, segment in enumerate(self.segments, start=1):
             if segment.wanted is None:
-                there = ", ".join(state.name for state in segment.states) or "none at all"
+                there = ", ".join(state.name for state in segment.states if state.stable) or "none at all"
                 yield f"segment {number} has no {segment.wanted_name}; its stable states: {there}"
             for state in segment.states:
                 # No display shows a loop or a crossing; it is listed whether or not it would stay in its plane.

@@ -17,6 +17,7 @@ from curveline.simulation import MODELS
 
 from .conftest import BROKEN, SHAPES, Run
 
+ROOT = SHAPES.parent
 PEAK = SHAPES / "level-up-peak.toml"
 PUSHED = SHAPES / "space" / "pushed.toml"
 STAGGERED = SHAPES / "staggered-asymmetric-valley.toml"
@@ -59,6 +60,40 @@ def test_a_model_can_be_asked_for(run: Run) -> None:
     assert (code, out) == (2, "")
     assert "'auto', 'planar', 'extensible', 'spatial'" in " ".join(err.replace("│", " ").split())
     assert [each.value for each in Model] == list(MODELS)
+
+
+def test_a_model_that_leaves_out_too_much_is_obeyed_and_noted(run: Run) -> None:
+    code, out, err = run("simulate", PUSHED, "--model", "planar", "--json")
+    assert code == 0
+    model = json.loads(out)["segments"][0]["model"]
+    assert model["kind"] == "planar"
+    bound = model["left_out"]["twist"]["bound_mm"]
+    assert 50.0 < bound < 100.0
+    assert err == f"{PUSHED}: segment 1: the planar model leaves out twist, which may move it by {bound:.2g} mm\n"
+    (free,) = json.loads(run("simulate", PUSHED, "--json").out)["segments"]
+    flat = json.loads(out)["segments"][0]
+    for state, other in zip(free["states"], flat["states"], strict=True):
+        spatial = [(*point, depth) for point, depth in zip(state["curve_mm"], state["depth_mm"], strict=True)]
+        planar = [(*point, 0.0) for point in other["curve_mm"]]
+        assert max(map(math.dist, spatial, planar)) <= bound
+
+
+def test_a_rod_that_would_not_stay_in_the_plane_is_said_to_buckle(run: Run, tmp_path: Path) -> None:
+    display = (ROOT / "curveline" / "displays" / "single.toml").read_text()
+    (tmp_path / "narrow.toml").write_text(display.replace("width_mm = 10.0 ", "width_mm = 1.2 "))
+    shape = tmp_path / "narrow-shape.toml"
+    shape.write_text(PEAK.read_text().replace('"single"', '"narrow.toml"'))
+    code, out, err = run("simulate", shape)
+    assert code == 1
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert "unstable in the plane, which the rod leaves: buckled-1" in out
+    assert "seen from the front" in out
+    assert "segment 1 has no peak; its stable states: buckled-1" in err
+    code, out, err = run("simulate", shape, "--model", "planar", "--json")
+    assert code == 1
+    assert {state["outcome"] for state in json.loads(out)["segments"][0]["states"]} == {"buckles"}
+    assert "segment 1 has no peak; its stable states: none at all" in err
+    assert "segment 1, peak: stable in its plane, but not in space" in err
 
 
 def test_explaining_fits_80_columns_and_goes_into_the_document(run: Run) -> None:
