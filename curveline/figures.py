@@ -109,7 +109,7 @@ def draw(reports: Sequence[Report], kind: str) -> bytes:
     views = [FRONT, *([ABOVE] if any(map(_is_deep, reports)) else [])]
     heights = [width * max(_steepness(report, view) for report in reports) + HEAD_ROOM for view in views]
     alike = len({report.scene.display.digest for report in reports}) == 1
-    with matplotlib.rc_context({**_defaults(), **SETTINGS}):
+    with matplotlib.rc_context({**defaults(), **SETTINGS}):
         figure = Figure(figsize=(width * across, sum(heights) * down + LEGEND_ROOM), layout="constrained")
         (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
         rows = figure.subplots(len(views) * down, across, squeeze=False, height_ratios=heights * down)
@@ -117,7 +117,7 @@ def draw(reports: Sequence[Report], kind: str) -> bytes:
             panels = list(rows[offset :: len(views)].flatten())
             _draw_view(panels, reports, view, alike=alike)
         _draw_legend(figure)
-        return _bytes_of(figure, kind)
+        return bytes_of(figure, kind)
 
 
 def _draw_view(panels: Sequence[Axes], reports: Sequence[Report], view: View, *, alike: bool) -> None:
@@ -158,14 +158,15 @@ def _steepness(report: Report, view: View) -> float:
     return min(1.0, (max(heights) - min(heights)) / to_mm(len(report.segments) * report.scene.display.span))
 
 
-def _defaults() -> dict[Any, Any]:
+def defaults() -> dict[Any, Any]:
     """matplotlib's own settings, so that those of the user or the machine do not show; the backend is never used."""
     from matplotlib import rcParamsDefault
 
     return {name: value for name, value in rcParamsDefault.items() if name not in ("backend", "backend_fallback")}
 
 
-def _bytes_of(figure: Figure, kind: str) -> bytes:
+def bytes_of(figure: Figure, kind: str) -> bytes:
+    """A figure as "svg" or "png", without a date."""
     stream = io.BytesIO()
     figure.savefig(stream, format=kind, dpi=PIXELS_PER_INCH, metadata=METADATA[kind])
     return stream.getvalue()
