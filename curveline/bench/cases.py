@@ -1,4 +1,4 @@
-"""The scenes that methods are measured on: single segments with one wanted state, and its exact curve for each model."""
+"""The scenes that methods are measured on: single segments with one wanted state, whose exact curve is known."""
 
 from __future__ import annotations
 

@@ -90,7 +90,14 @@ class _Shot:
         begin, (px, py) = 0.0, force
         for end, x, y in [*loads, (rod.free_length, 0.0, 0.0)]:
             flight: Any = solve_ivp(
-                self._slopes, (begin, end), state, "DOP853", dense_output=True, args=(px, py), rtol=PRECISION, atol=1e-13
+                self._slopes,
+                (begin, end),
+                state,
+                "DOP853",
+                dense_output=True,
+                args=(px, py),
+                rtol=PRECISION,
+                atol=1e-13,
             )
             self.starts.append(begin)
             self.pieces.append(flight.sol)

@@ -1,4 +1,4 @@
-"""The trade as a picture: error against time on logarithmic scales, one panel per set of cases, the Pareto fronts drawn."""
+"""The trade as a picture: error against time on logarithmic scales, a panel per set of cases, Pareto fronts drawn."""
 
 from __future__ import annotations
 
@@ -67,7 +67,12 @@ def _draw_series(panel: Axes, points: Sequence[Point], colour: str) -> None:
     times, errors = zip(*map(_at, points), strict=True)
     panel.plot(times, errors, color=colour, linewidth=0.8, alpha=0.6)
     for point in points:
-        style: dict[str, Any] = {"marker": _marker(point.method), "color": colour, "linestyle": "none", "markersize": 5.5}
+        style: dict[str, Any] = {
+            "marker": _marker(point.method),
+            "color": colour,
+            "linestyle": "none",
+            "markersize": 5.5,
+        }
         panel.plot(*_at(point), **style, markerfacecolor=colour if point.pareto else "white")
 
 
@@ -86,7 +91,9 @@ def _legend(points: Sequence[Point]) -> tuple[list[Any], list[str]]:
 
     handles, labels = [], []
     for method in dict.fromkeys(point.method for point in points):
-        handles.append(Line2D([], [], marker=_marker(method), color="#333333", markerfacecolor="white", linestyle="none"))
+        handles.append(
+            Line2D([], [], marker=_marker(method), color="#333333", markerfacecolor="white", linestyle="none")
+        )
         labels.append(method)
     for model in dict.fromkeys(point.model for point in points):
         handles.append(Line2D([], [], color=COLOURS[model], linewidth=3.0))

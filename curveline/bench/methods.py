@@ -8,14 +8,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.bench.cases import EXTENSIBLE, PLANAR, Case
+from curveline.bench.cases import EXTENSIBLE, PLANAR, SPATIAL, Case
 from curveline.bench.clock import best
+from curveline.rod import relax
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, refine
 from curveline.rod.ladder import POLISH, vertex_table
 from curveline.rod.planar import descend, newton
 from curveline.rod.problem import Array, make_problem, mesh, released
+from curveline.rod.space import SpatialSegment
+from curveline.rod.spatial import Shape
+from curveline.rod.spatial import positions as spatial_positions
+from curveline.rod.spatial_ladder import refine_in_space
 from curveline.rod.states import RELAX, SEARCH_EDGES
-from curveline.simulation import simulate
+from curveline.simulation import simulate, spatial_segment
 from curveline.units import mm
 
 REPEATS = 0.02
@@ -112,6 +117,48 @@ def all_states(case: Case, tolerance_mm: float) -> Solved | None:
     return None if state is None else _delivered(state, best(solve, REPEATS))
 
 
+def one_spatial_level(case: Case, n: int) -> Solved | None:
+    """The rod in space of n edges as it is, relaxed from the spline guess."""
+    segment = spatial_segment(case.scene, 0)
+
+    def solve() -> Array | None:
+        rod = segment.spatial_rod(segment.edges(n))
+        relaxed = relax.descend(rod, spatial_guess(case, rod.edges.size))
+        return np.asarray(spatial_positions(rod, relaxed.shape)) if relaxed.ending is relax.Ending.SETTLED else None
+
+    vertices = solve()
+    if vertices is None:
+        return None
+    edges = segment.edges(n)
+    places = 0.5 * case.rod.clamp + case.rod.free_length * np.append(0.0, np.cumsum(edges))
+    positions = case.rod.free_length * vertices + np.array([*case.rod.free_start, 0.0])
+    return Solved(edges.size + 1, best(solve, REPEATS), places, positions)
+
+
+def spatial_guess(case: Case, n: int) -> Shape:
+    """The spline guess on n edges as a rod in space, its second director towards the viewer."""
+    half = 0.5 * case.guess(n)
+    cosine, sine = np.cos(half), np.sin(half)
+    return Shape(np.zeros(n), 0.5 * np.column_stack([cosine - sine, cosine - sine, cosine + sine, cosine + sine]))
+
+
+def one_spatial_state(case: Case, tolerance_mm: float) -> Solved | None:
+    """One state in space: a planar one from the spline guess, led into space, refined there to the tolerance."""
+    segment: SpatialSegment = spatial_segment(case.scene, 0)
+
+    def solve() -> Equilibrium | None:
+        found = _relaxed(case, case.rod, SEARCH_EDGES[0])
+        if found is None:
+            return None
+        return refine_in_space(segment, refine(case.rod, *found, mm(1.0)), mm(tolerance_mm))
+
+    state = solve()
+    if state is None or state.space is None:
+        return None
+    seconds = best(solve, REPEATS)
+    return Solved(state.vertices, seconds, np.linspace(0.0, case.rod.length, POINTS), state.space.positions(POINTS))
+
+
 def _delivered(state: Equilibrium, seconds: float) -> Solved:
     """The curve as users get it."""
     return Solved(state.vertices, seconds, np.linspace(0.0, state.rod.length, POINTS), state.curve(POINTS))
@@ -123,5 +170,7 @@ OWN = (
     Method("simulate", PLANAR, TOLERANCES, "mm", all_states),
     Method("one level", EXTENSIBLE, LEVELS, "edges", lambda case, n: one_level(case, EXTENSIBLE, int(n))),
     Method("one state", EXTENSIBLE, TOLERANCES, "mm", lambda case, goal: one_state(case, EXTENSIBLE, goal)),
+    Method("one level", SPATIAL, LEVELS, "edges", lambda case, n: one_spatial_level(case, int(n))),
+    Method("one state", SPATIAL, TOLERANCES, "mm", one_spatial_state),
 )
 """curveline's own methods."""

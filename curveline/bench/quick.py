@@ -1,246 +1,210 @@
-"""The speed/accuracy trade, measured on this machine: rows of figures, each with what it is compared to.
+"""The figures that are held against goals: `curveline bench --quick`.
 
-Timings are the best of many repeats in one process, since everything else on a machine only adds to them; compare the
-ratios, which are taken in the same run.
+Compare the ratios, which are taken in the same run.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import math
-import os
-import subprocess
-import sys
-import tempfile
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from curveline.bench import commands, search
+from curveline.bench.cases import EXTENSIBLE, PLANAR, Case, clamps, truth
+from curveline.bench.clock import best
+from curveline.bench.methods import Method, Solved, one_level, one_spatial_level
+from curveline.bench.peers import PEERS
+from curveline.bench.peers.collocation import solve as collocate
+from curveline.bench.trade import distance, fitted_exponent, is_installed
 from curveline.measured import Row
-from curveline.rod import spline
+from curveline.rod import relax
 from curveline.rod.elastica import clamped_arch
 from curveline.rod.equilibrium import ClampedRod, refine
 from curveline.rod.ladder import climb
-from curveline.rod.planar import Effort, descend, newton
-from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released, sharpest_turn
+from curveline.rod.planar import descend
+from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mesh, released
+from curveline.rod.space import lift
 from curveline.rod.states import RELAX, SEARCH_EDGES, find_states
 from curveline.scene import Scene
 from curveline.shapefile import read_shape
-from curveline.simulation import simulate
+from curveline.simulation import simulate, spatial_segment
 from curveline.units import deg, mm, to_mm
 
-SCENES = 144
-SEED = 20260101
-STARTS = 24
+YARDSTICK = Path(__file__).parents[2] / "tests" / "benchmarks" / "bare_newton.py"
+"""Bare Newton, of the source tree alone: what is measured with it is left out elsewhere."""
+
+BOUNDARY_CONDITIONS = (
+    (0.0, 0.0, 0.0, 600.0),
+    (100.0, 0.0, 0.0, 620.0),
+    (0.0, 30.0, -30.0, 660.0),
+    (100.0, 30.0, -30.0, 680.0),
+    (0.0, -40.0, 40.0, 700.0),
+    (120.0, -30.0, 30.0, 700.0),
+    (0.0, 40.0, 10.0, 700.0),
+    (80.0, 45.0, -15.0, 720.0),
+)
+"""Height [mm], angles [deg] and length [mm] over a span of 500 mm, with point clamps and without weight."""
+
+PLANAR_SIZES = (100, 316, 1_000, 3_162, 10_000, 31_623, 100_000)
+SPATIAL_SIZES = (100, 316, 1_000, 3_162, 10_000)
 
 
-def quick(shapes: Iterable[str]) -> Iterable[Row]:
+def quick(shapes: Sequence[str]) -> Iterator[Row]:
     """The figures of `bench --quick` over the given shape files, one after the other as they are measured."""
     scenes = [read_shape(path) for path in shapes]
-    yield from _one_state()
-    yield from _all_states(scenes)
-    yield from _random_scenes()
-    yield from _processes([scene.path for scene in scenes])
+    yield from one_state()
+    yield from spatial_against_peers()
+    yield from linear_cost()
+    yield from all_states(scenes)
+    yield from search.rows()
+    yield from commands.rows([scene.path for scene in scenes])
 
 
-def _best(action: Callable[[], object], seconds: float = 0.3) -> float:
-    """Shortest time of `action` [s] over repeats that take about `seconds`."""
-    action()
-    best, spent = math.inf, 0.0
-    while spent < seconds:
-        begin = time.perf_counter()
-        action()
-        took = time.perf_counter() - begin
-        best, spent = min(best, took), spent + took
-    return best
-
-
-def _arch() -> ClampedRod:
-    """The scene of the yardsticks: span 500 mm, length 600 mm, level clamps without length, no gravity."""
-    return ClampedRod((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, 1.0, 0.0)
-
-
-def _one_state() -> Iterable[Row]:
-    """One state from its spline guess and from a neighbour, against bare Newton and against collocation."""
-    rod = _arch()
-    scaled = rod.scaled()
-    exact = clamped_arch(0.5, 0.6, 1.0)
-    edges = mesh(scaled.at, SEARCH_EDGES[0])
-    problem = released(make_problem(scaled, edges))
-    guess = np.empty(edges.size)
-    spline.guess(scaled.chord, scaled.ends, 1.0, guess)
+def one_state() -> Iterator[Row]:
+    """One planar state from its spline guess and from a neighbour, against bare Newton and against collocation."""
+    case = clamps().cases[0]
+    rod = case.rod
+    scaled, edges, guess, problem = _planar_start(case)
     near, forces = guess.copy(), np.zeros(2)
     descend(problem, near, forces, RELAX)
     near = near + 0.02 * np.sin(2.0 * math.pi * np.cumsum(edges))
 
-    def from_guess(tolerance: float) -> None:
+    def from_guess(tolerance: float) -> Any:
         angles, multipliers = guess.copy(), np.zeros(2)
         descend(problem, angles, multipliers, RELAX)
-        climb(scaled, edges, angles, multipliers, tolerance / rod.length, 10_000)
+        return climb(scaled, edges, angles, multipliers, tolerance / rod.length, 10_000)
 
-    def warm(tolerance: float) -> None:
-        climb(scaled, edges, near.copy(), forces.copy(), tolerance / rod.length, 10_000)
+    def warm(tolerance: float) -> Any:
+        return climb(scaled, edges, near.copy(), forces.copy(), tolerance / rod.length, 10_000)
 
     for tolerance, goal in ((mm(0.1), "< 100"), (mm(0.001), "< 200")):
         name = f"{to_mm(tolerance):g} mm"
-        yield Row(f"relax to {name}", 1e6 * _best(lambda t=tolerance: from_guess(t)), "us", goal, "from a spline guess")  # type: ignore[misc]
-        yield Row(f"warm start to {name}", 1e6 * _best(lambda t=tolerance: warm(t)), "us", goal, "from a neighbour")  # type: ignore[misc]
-    state = refine(rod, edges, near.copy(), forces.copy(), mm(0.1))
+        yield Row(f"relax to {name}", 1e6 * best(partial(from_guess, tolerance)), "us", goal, "from a spline guess")
+        yield Row(f"warm start to {name}", 1e6 * best(partial(warm, tolerance)), "us", goal, "from a neighbour")
+    exact = clamped_arch(rod.chord[0], rod.length, rod.stiffness)
     places = np.linspace(0.0, rod.length, 201)
+    state = refine(rod, edges, near.copy(), forces.copy(), mm(0.1))
     error = float(np.hypot(*(state.curve(201) - exact.positions(places)).T).max())
-    yield Row("true error at 0.1 mm", to_mm(error), "mm", "< 0.003", "against the elliptic closed form")
-    ours = _best(lambda: warm(mm(0.1)))
-    yield from _bare_newton(scaled, ours)
-    yield from _collocation(rod, ours, exact.positions(places))
+    yield Row("true error at 0.1 mm", to_mm(error), "mm", "< 0.003", "against the closed form")
+    finest = int(from_guess(mm(0.1))[-1])
+    yield from _bare_newton(scaled, guess, finest, partial(from_guess, mm(0.1)))
+    yield from _collocation(case, partial(warm, mm(0.1)))
 
 
-def _bare_newton(scaled: ScaledRod, ours: float) -> Iterable[Row]:
-    """Newton alone on 50 and 100 edges: the yardstick for everything that certifies and extrapolates on top."""
-    for n in (50, 100):
-        edges = mesh(scaled.at, n)
-        problem = released(make_problem(scaled, edges))
-        angles, forces = np.empty(n), np.zeros(2)
-        spline.guess(scaled.chord, scaled.ends, 1.0, angles)
-        descend(problem, angles, forces, RELAX)
-        near = angles + 0.02 * np.sin(2.0 * math.pi * np.cumsum(edges))
-        effort = Effort(turn=1.0, close=1e-7, iterations=30)
-        took = _best(lambda p=problem, a=near, f=forces, e=effort: newton(p, a.copy(), f.copy(), e))  # type: ignore[misc]
-        yield Row(f"bare Newton, {n} edges", 1e6 * took, "us", "", "one solve, no error known")
-        yield Row(f"warm start over bare Newton {n}", ours / took, "x", "", "same scene, same run")
+def _planar_start(case: Case) -> tuple[ScaledRod, Array, Array, Problem]:
+    """Rod, edges, spline guess and equations with which the refinement of a planar state begins."""
+    scaled = case.rod.scaled()
+    edges = mesh(scaled.at, SEARCH_EDGES[0])
+    return scaled, edges, case.guess(edges.size), released(make_problem(scaled, edges))
 
 
-def _collocation(rod: ClampedRod, ours: float, exact: Array) -> Iterable[Row]:
-    """scipy.integrate.solve_bvp on the same scene, tol 1e-3, from a sine-shaped guess."""
-    from scipy.integrate import solve_bvp
-
-    length = rod.length
-
-    def slopes(_s: Array, y: Array) -> Array:
-        theta, curvature, force_x, force_y = y[2], y[3], y[4], y[5]
-        bend = force_x * np.sin(theta) - force_y * np.cos(theta)
-        return np.vstack([np.cos(theta), np.sin(theta), curvature, bend, 0.0 * theta, 0.0 * theta])
-
-    def ends(a: Array, b: Array) -> Array:
-        return np.array([a[0], a[1], a[2], b[0] - rod.chord[0], b[1] - rod.chord[1], b[2]])
-
-    places = np.linspace(0.0, length, 12)
-    start = np.zeros((6, places.size))
-    start[0] = places * rod.chord[0] / length
-    start[1] = 0.07 * (1.0 - np.cos(2.0 * math.pi * places / length))
-    start[2] = 0.8 * np.sin(2.0 * math.pi * places / length)
-    start[4] = -100.0
-    took = _best(lambda: solve_bvp(slopes, ends, places, start, tol=1e-3))
-    solution = solve_bvp(slopes, ends, places, start, tol=1e-3)
-    curve = solution.sol(np.linspace(0.0, length, exact.shape[0]))[:2].T
-    yield Row("solve_bvp, tol 1e-3", 1e3 * took, "ms", "", "scipy, same scene")
-    yield Row("its true error", to_mm(float(np.hypot(*(curve - exact).T).max())), "mm", "", "the closed form")
-    yield Row("solve_bvp over warm start", took / ours, "x", "> 35", "same run")
+def _bare_newton(scaled: ScaledRod, guess: Array, finest: int, relax_it: Callable[[], object]) -> Iterator[Row]:
+    """A certified state at 0.1 mm against Newton alone from the same guess through the same levels."""
+    bare = yardstick()
+    if bare is None:
+        return
+    solve = partial(bare.solve, guess, scaled.chord, scaled.ends, scaled.weight, finest)
+    took = best(solve)
+    yield Row("bare Newton, same levels", 1e6 * took, "us", "", f"{finest} edges, no error known")
+    yield Row("relax to 0.1 mm over bare", best(relax_it) / took, "x", "< 3", "same system, same run")
 
 
-def _all_states(scenes: list[Scene]) -> Iterable[Row]:
-    """`simulate` over shape files: search, certificates, error estimates, terms left out."""
-    times = [_best(lambda s=scene: simulate(s), 0.05) for scene in scenes]  # type: ignore[misc]
+def yardstick() -> Any:
+    """The module of bare Newton; None outside the source tree."""
+    if not YARDSTICK.exists():
+        return None
+    found = importlib.util.spec_from_file_location("bare_newton", YARDSTICK)
+    assert found is not None
+    assert found.loader is not None
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    return module
+
+
+def _collocation(case: Case, warm: Callable[[], object]) -> Iterator[Row]:
+    """scipy.integrate.solve_bvp on the same scene from the same guess."""
+    answer = collocate(case, PLANAR, 1e-3)
+    if answer is None:
+        return
+    yield Row("solve_bvp, tol 1e-3", 1e3 * answer.seconds, "ms", "", "scipy, same scene")
+    yield Row("its true error", to_mm(_error(case, PLANAR, answer)), "mm", "", "against shooting")
+    yield Row("solve_bvp over warm start", answer.seconds / best(warm), "x", "> 35", "same run")
+
+
+def _error(case: Case, model: str, answer: Solved) -> float:
+    """True error of an answer [m]."""
+    curve = truth(case, model)
+    return distance(answer, curve.positions(answer.places)) if curve else math.nan
+
+
+def spatial_against_peers() -> Iterator[Row]:
+    """The rod in space of 100 edges between clamps in its plane, and what others need to come as close."""
+    case = clamps().cases[0]
+    ours = one_spatial_level(case, 100)
+    if ours is None:
+        return
+    error = _error(case, EXTENSIBLE, ours)
+    yield Row("spatial, 100 edges", 1e3 * ours.seconds, "ms", "< 5", "from a spline guess")
+    yield Row("its true error", to_mm(error), "mm", "", "against shooting")
+    for peer in PEERS:
+        if peer.few and is_installed(peer):
+            took = time_at(case, peer, error)
+            if took is None:
+                continue
+            how = f"{1e3 * took:.3g} ms at that error"
+            yield Row(f"{peer.name} over spatial", took / ours.seconds, "x", "> 50", how)
+
+
+def time_at(case: Case, peer: Method, error: float) -> float | None:
+    """Time [s] that a peer would take to an error [m], from its two finest settings on logarithmic scales."""
+    finest = []
+    for setting in peer.settings[-2:]:
+        answer = peer.solve(case, setting)
+        if answer is not None:
+            finest.append((_error(case, peer.truth or peer.model, answer), answer.seconds))
+    if len(finest) < 2:
+        return None
+    (rough, short), (fine, long) = finest
+    power = math.log(long / short) / math.log(rough / fine)
+    return float(long * (fine / error) ** power)
+
+
+def linear_cost() -> Iterator[Row]:
+    """How the time of a solve grows with the number of edges, as a fitted exponent."""
+    case = clamps().cases[0]
+    spent = [_fastest(one_level(case, PLANAR, n)) for n in PLANAR_SIZES]
+    yield _growth("planar", PLANAR_SIZES, spent)
+    segment = spatial_segment(case.scene, 0)
+    spent = []
+    for n in SPATIAL_SIZES:
+        rod, shape = lift(segment, case.state, n)
+        spent.append(best(partial(relax.descend, rod, shape), 0.1))
+    yield _growth("spatial", SPATIAL_SIZES, spent)
+
+
+def _fastest(answer: Solved | None) -> float:
+    return answer.seconds if answer else math.nan
+
+
+def _growth(model: str, sizes: Sequence[int], seconds: Sequence[float]) -> Row:
+    how = f"{sizes[0]} to {sizes[-1]} edges"
+    return Row(f"{model} time, power of edges", fitted_exponent(sizes, seconds), "", "< 1.1", how)
+
+
+def all_states(scenes: Sequence[Scene]) -> Iterator[Row]:
+    """Every stable state: of eight boundary conditions, and of shape files with all that `simulate` does."""
+    rods = [
+        ClampedRod((0.5, mm(height)), deg(left), deg(right), mm(length), 0.0, 1.0, 0.0)
+        for height, left, right, length in BOUNDARY_CONDITIONS
+    ]
+    found = sum(len(find_states(rod, mm(0.1))) for rod in rods)
+    took = best(lambda: [find_states(rod, mm(0.1)) for rod in rods])
+    yield Row(f"{found} states of {len(rods)} boundaries", 1e3 * took, "ms", "< 20", "all stable states, 0.1 mm")
+    times = [best(partial(simulate, scene), 0.05) for scene in scenes]
     yield Row("simulate a segment", 1e3 * float(np.median(times)), "ms", "< 1", f"median of {len(scenes)} shapes")
     yield Row("simulate, slowest shape", 1e3 * max(times), "ms", "< 1", "all stable states, certified")
-
-
-def _random_scenes() -> Iterable[Row]:
-    """Random scenes: what the search finds, against descents from random starts, and that each state is certified."""
-    rng = np.random.default_rng(SEED)
-    found = missed = uncertain = 0
-    times = []
-    for _ in range(SCENES):
-        height, left, right, length = rng.uniform([-0.12, deg(-45), deg(-45), 0.56], [0.12, deg(45), deg(45), 0.8])
-        rod = ClampedRod((0.5, height), left, right, length, mm(20.0), 0.028224, 0.4707192)
-        begin = time.perf_counter()
-        states = find_states(rod, mm(0.1))
-        times.append(time.perf_counter() - begin)
-        found += len(states)
-        uncertain += sum(not state.stable or state.error > mm(0.1) for state in states)
-        missed += _missed(rod, [state.mean_height for state in states], rng)
-    yield Row("states in random scenes", found, "", "", f"{SCENES} scenes, seed {SEED}")
-    yield Row("not certified to 0.1 mm", uncertain, "", "0", "same scenes")
-    yield Row("missed by the search", missed, "", "0", f"{STARTS} random descents a scene")
-    yield Row("search of a scene", 1e3 * float(np.median(times)), "ms", "< 1", "median of single runs")
-
-
-def _missed(rod: ClampedRod, known: list[float], rng: np.random.Generator) -> int:
-    """How many stable states random descents reach whose mean height [m] is not among `known`."""
-    scaled = rod.scaled()
-    edges = mesh(scaled.at, 48)
-    problem = released(make_problem(scaled, edges))
-    places = np.cumsum(edges) - 0.5 * edges
-    news: list[float] = []
-    for _ in range(STARTS):
-        waves = sum(rng.normal() / k * np.sin(k * math.pi * places) for k in range(1, 5))
-        angles = rod.start + (rod.end - rod.start) * places + 2.0 * waves
-        forces = np.zeros(2)
-        if descend(problem, angles, forces, RELAX) < 0 or sharpest_turn(problem, angles) > 0.8:
-            continue
-        height = refine(rod, edges, angles, forces, mm(0.1)).mean_height
-        if all(abs(height - other) > mm(2.0) for other in known + news):
-            news.append(height)
-    return len(news)
-
-
-def _processes(paths: list[str]) -> Iterable[Row]:
-    """Whole commands: help, all shape files, the first run with an empty kernel cache; peak memory."""
-    command = [sys.executable, "-m", "curveline"]
-    bare = _wall([sys.executable, "-c", "import typer"], dict(os.environ))
-    shown = _wall([*command, "--help"], dict(os.environ))
-    yield Row("curveline --help", shown, "s", "< 0.3", "wall, best of 5")
-    yield Row("help over bare Python with typer", shown / bare, "x", "< 3", "same run")
-    warm = _wall([*command, "simulate", "--json", *paths], dict(os.environ))
-    yield Row(f"simulate {len(paths)} files, warm", warm, "s", "< 1.5", "wall with start-up, best of 5")
-    memory = _peak_memory([*command, "simulate", "--json", *paths], dict(os.environ))
-    yield Row("its peak memory", memory, "MB", "< 200", "resident")
-    with tempfile.TemporaryDirectory() as folder:
-        fresh = {**os.environ, "CURVELINE_CACHE": str(Path(folder) / "cache")}
-        first = _wall([*command, "simulate", "--json", paths[0]], fresh, repeats=1)
-    yield Row("first run, empty kernel cache", first, "s", "< 20", "wall, compiles the kernels")
-
-
-def _wall(command: list[str], environment: dict[str, str], repeats: int = 5) -> float:
-    """Shortest wall time of a command [s]."""
-    best = math.inf
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
-        best = min(best, time.perf_counter() - begin)
-    return best
-
-
-def _peak_memory(command: list[str], environment: dict[str, str]) -> float:
-    """Largest resident memory of a command [MB]; asked by a small process, as a fork counts what its parent holds."""
-    ask = (
-        "import resource, subprocess, sys; hush = subprocess.DEVNULL; "
-        "subprocess.run(sys.argv[1:], stdout=hush, stderr=hush, check=True); "
-        "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
-    )
-    done = subprocess.run([sys.executable, "-c", ask, *command], env=environment, capture_output=True, check=True)
-    return int(done.stdout) / (1e6 if sys.platform == "darwin" else 1e3)
-
-
-def trade(shapes: Iterable[str]) -> Iterable[Row]:
-    """The speed/accuracy trade over shape files: for each tolerance the vertices, the true error and the time."""
-    scenes = [read_shape(path) for path in shapes]
-    truth = [_curves(scene, mm(1e-6)) for scene in scenes]
-    for tolerance in (mm(1.0), mm(0.1), mm(0.01), mm(0.001), mm(0.0001)):
-        name = f"{to_mm(tolerance):g} mm"
-        results = [simulate(scene, tolerance) for scene in scenes]
-        vertices = max(state.vertices for result in results for part in result for state in part.states)
-        worst = max(
-            float(np.hypot(*(curve - exact).T).max())
-            for scene, curves in zip(scenes, truth, strict=True)
-            for curve, exact in zip(_curves(scene, tolerance), curves, strict=True)
-        )
-        times = [_best(lambda s=scene, t=tolerance: simulate(s, t), 0.05) for scene in scenes]  # type: ignore[misc]
-        yield Row(f"{name}: most vertices", vertices, "", "", f"{len(scenes)} shapes")
-        yield Row(f"{name}: worst true error", to_mm(worst), "mm", f"< {to_mm(tolerance):g}", "against 1e-6 mm")
-        yield Row(f"{name}: time of a shape", 1e3 * float(np.median(times)), "ms", "", "median, all states")
-
-
-def _curves(scene: Scene, tolerance: float) -> list[Array]:
-    """All curves of a scene at a tolerance [m]."""
-    return [state.curve(201) for part in simulate(scene, tolerance) for state in part.states]

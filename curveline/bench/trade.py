@@ -39,14 +39,14 @@ class Point:
     method: str
     setting: float | None
     unit: str
-    vertices: int | None
-    error_mm: float | None
-    seconds: float | None
-    seconds_per_vertex: float | None
-    order: float | None
-    pareto: bool
-    right: int
-    cases: int
+    vertices: int | None = None
+    error_mm: float | None = None
+    seconds: float | None = None
+    seconds_per_vertex: float | None = None
+    order: float | None = None
+    pareto: bool = False
+    right: int = 0
+    cases: int = 0
     note: str = ""
 
 
@@ -71,6 +71,11 @@ class _Sample(NamedTuple):
     seconds: float
 
 
+def is_installed(method: Method) -> bool:
+    """True if the package that a method needs is there."""
+    return not method.package or find_spec(method.package) is not None
+
+
 def jobs(sets: Sequence[CaseSet], methods: Sequence[Method]) -> list[Job]:
     """What there is to measure, in the order in which it is shown."""
     found = []
@@ -93,8 +98,8 @@ def measure(job: Job, told: Callable[[str], None] = lambda _: None) -> list[Poin
 
 
 def _measure_method(job: Job, method: Method, told: Callable[[str], None]) -> Iterator[Point]:
-    blank = Point(job.scenes.name, job.model, method.name, None, method.unit, *[None] * 5, False, 0, 0)
-    if method.package and find_spec(method.package) is None:
+    blank = Point(job.scenes.name, job.model, method.name, None, method.unit)
+    if not is_installed(method):
         for _ in method.settings:
             told(f"{method.name}: {NOT_INSTALLED}")
         yield replace(blank, note=NOT_INSTALLED)
@@ -136,9 +141,9 @@ def distance(answer: Solved, positions: np.ndarray) -> float:
 
 
 def fitted_order(samples: Sequence[Sequence[_Sample | None]]) -> float | None:
-    """Order p of error ~ vertices^-p by least squares over `samples`, settings by cases, each case with a factor of its own.
+    """Order p of error ~ vertices^-p by least squares over `samples`, settings by cases.
 
-    None without a case that was solved with two different numbers of vertices.
+    Each case has a factor of its own. None without a case that was solved with two different numbers of vertices.
     """
     above = below = 0.0
     for column in zip(*samples, strict=True):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +12,7 @@ from curveline.cli import show
 from curveline.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from curveline.bench.trade import Point
     from curveline.measured import Row
 
 
@@ -21,9 +22,19 @@ def bench(
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Only the figures that are held against goals.")] = False,
     link: Annotated[bool, typer.Option("--link", help="The radio link instead, on a model of the radios.")] = False,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Write the trade as .svg, .png or .json. May be repeated."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
 ) -> None:
-    """Measure speed and accuracy on this machine: about half a minute, and as long again without --quick.
+    """Measure speed and accuracy on this machine: about a minute, or half of it with --quick.
+
+    First the figures that are held against goals. Then the trade: for shape files, for two scenes that other codes were
+    measured on, and for random ones, and for each model, vertices against true error against time; * marks what nothing
+    else beats in both. "one level" is the bare discrete rod, "one state" is refined to a tolerance in mm, "simulate"
+    finds every state. PyElastica and MuJoCo are measured where they are installed (curveline[peers]).
 
     Timings vary from run to run; the ratios are taken in one run and vary less. Nothing here passes or fails.
 
@@ -34,22 +45,60 @@ def bench(
     """
     if link and (shapes or quick):
         raise InvalidInput("--link measures no shapes and is always quick", "leave the other arguments out")
-    rows: list[Row] = []
-    for row in _link_figures() if link else _figures([str(path) for path in shapes or _own_shapes()], quick=quick):
-        rows.append(row)
-        if not json:
-            show.result(_line(row))
-    if json:
-        show.emit({"rows": [vars(row) for row in rows]})
+    if output and (link or quick):
+        raise InvalidInput("--output writes the trade, which --link and --quick leave out", "leave one of them out")
+    if link:
+        rows = _show_rows(_link_figures(), hidden=json)
+        if json:
+            show.emit({"rows": [vars(row) for row in rows]})
+        return
+    from curveline.bench import report
+    from curveline.files import write_file
 
-
-def _figures(files: list[str], *, quick: bool) -> Iterator[Row]:
+    encoders = [(path, report.encoder_of(path, force=force)) for path in output or ()]
+    files = [str(path) for path in shapes or _own_shapes()]
     show.announce_compilation()
-    from curveline import bench as figures
+    rows = _show_rows(_quick_figures(files), hidden=json)
+    points = [] if quick else _show_trade(files, hidden=json)
+    if json:
+        show.emit(report.document(rows, points))
+    for path, encode in encoders:
+        write_file(path, encode(rows, points), force=force)
+        show.note(f"wrote {path}")
 
-    yield from figures.quick(files)
-    if not quick:
-        yield from figures.trade(files)
+
+def _show_rows(rows: Iterable[Row], *, hidden: bool) -> list[Row]:
+    """The rows, shown as they are measured."""
+    seen = []
+    for row in rows:
+        seen.append(row)
+        if not hidden:
+            show.result(_line(row))
+    return seen
+
+
+def _show_trade(files: Sequence[str], *, hidden: bool) -> list[Point]:
+    """The points of the trade, shown set by set as they are measured."""
+    from curveline.bench import cases, trade
+    from curveline.bench.methods import OWN
+    from curveline.bench.peers import PEERS
+    from curveline.cli.trade import progress, table
+
+    jobs = trade.jobs([cases.shapes(files), cases.clamps(), cases.random()], [*OWN, *PEERS])
+    points: list[Point] = []
+    with progress(sum(job.steps for job in jobs)) as told:
+        for job in jobs:
+            measured = trade.measure(job, told)
+            points += measured
+            if not hidden:
+                show.result("\n" + "\n".join(table(measured)))
+    return points
+
+
+def _quick_figures(files: Sequence[str]) -> Iterator[Row]:
+    from curveline.bench.quick import quick
+
+    yield from quick(files)
 
 
 def _link_figures() -> Iterator[Row]:

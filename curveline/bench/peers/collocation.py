@@ -66,7 +66,9 @@ def _guess(case: Case, places: Array, weight: float) -> Array:
     curvature = np.gradient(theta, places)
     matrix = np.column_stack([np.sin(theta), -np.cos(theta)])
     force = np.linalg.lstsq(matrix, np.gradient(curvature, places) + weight * places * np.cos(theta), rcond=None)[0]
-    corners = np.concatenate([[[0.0, 0.0]], np.cumsum(edges[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]), 0)])
+    corners = np.concatenate(
+        [[[0.0, 0.0]], np.cumsum(edges[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]), 0)]
+    )
     along = np.concatenate([[0.0], np.cumsum(edges)])
     x, y = (np.interp(places, along, corners[:, axis]) for axis in (0, 1))
     return np.vstack([x, y, theta, curvature, np.full(places.size, force[0]), np.full(places.size, force[1])])

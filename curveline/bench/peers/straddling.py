@@ -32,7 +32,8 @@ class Start(NamedTuple):
 
     def places(self, case: Case) -> Array:
         """Arc lengths from the left pivot of the free vertices [m]."""
-        return 0.5 * case.rod.clamp + self.h * (np.arange(len(self.vertices))[self.free] - 0.5)
+        order = np.arange(len(self.vertices), dtype=np.float64)[self.free]
+        return np.asarray(0.5 * case.rod.clamp + self.h * (order - 0.5), dtype=np.float64)
 
 
 def straddling(case: Case, n: int) -> Start:
