@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from curveline.bench import cases, quick, report, search, trade
-from curveline.bench.cases import EXTENSIBLE, MODELS, PLANAR, SPATIAL, CaseSet, truth
+from curveline.bench.cases import CaseSet, truth
 from curveline.bench.methods import OWN, Method, Solved, one_level
 from curveline.bench.peers import PEERS, collocation, straddling
 from curveline.bench.trade import Point
@@ -18,7 +18,7 @@ from curveline.cli.trade import table
 from curveline.errors import InvalidInput
 from curveline.measured import Row
 from curveline.rod.elastica import clamped_arch
-from curveline.rod.equilibrium import ClampedRod
+from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod
 from curveline.rod.states import find_states
 from curveline.shapefile import read_shape
 from curveline.units import to_deg, to_mm
@@ -99,7 +99,7 @@ def test_every_own_method_measures_every_model(clamps: CaseSet):
     one = CaseSet("clamps", clamps.cases[:1])
     methods = [few(method) for method in OWN]
     points = [point for job in trade.jobs([one], methods) for point in trade.measure(job)]
-    assert {point.model for point in points} == set(MODELS)
+    assert {point.model for point in points} == set(trade.MODELS)
     for each in points:
         assert each.right == each.cases == 1
         assert each.note == ""

@@ -12,7 +12,7 @@ import numpy as np
 
 from curveline.bench.exact import Exact, exact
 from curveline.rod import spline
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium
 from curveline.rod.problem import Array
 from curveline.rod.states import find_states
 from curveline.scene import PEAK, VALLEY, Display, Node, Rod, Scene, Segment
@@ -20,8 +20,6 @@ from curveline.shapefile import read_display, read_shape
 from curveline.simulation import clamped_rod
 from curveline.units import deg, g_per_m, gpa, mm
 
-PLANAR, EXTENSIBLE, SPATIAL = "planar", "extensible", "spatial"
-MODELS = (PLANAR, EXTENSIBLE, SPATIAL)
 SEED = 20260101
 RANDOM_SCENES = 12
 REFERENCE = mm(1e-6)

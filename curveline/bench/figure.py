@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from curveline.bench.cases import EXTENSIBLE, PLANAR, SPATIAL
 from curveline.bench.trade import Point
 from curveline.figures import SETTINGS, bytes_of, defaults, require_matplotlib
+from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

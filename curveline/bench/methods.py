@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.bench.cases import EXTENSIBLE, PLANAR, SPATIAL, Case
+from curveline.bench.cases import Case
 from curveline.bench.clock import best
 from curveline.rod import relax
-from curveline.rod.equilibrium import ClampedRod, Equilibrium, refine
+from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod, Equilibrium, refine
 from curveline.rod.ladder import POLISH, vertex_table
 from curveline.rod.planar import descend, newton
 from curveline.rod.problem import Array, make_problem, mesh, released
@@ -107,11 +107,11 @@ def one_state(case: Case, model: str, tolerance_mm: float) -> Solved | None:
     return None if state is None else _delivered(state, best(solve, REPEATS))
 
 
-def all_states(case: Case, tolerance_mm: float) -> Solved | None:
+def all_states(case: Case, model: str, tolerance_mm: float) -> Solved | None:
     """`curveline simulate`: the search for every stable state, certified, refined, with all bounds."""
 
     def solve() -> Equilibrium | None:
-        return simulate(case.scene, mm(tolerance_mm))[0].wanted
+        return simulate(case.scene, mm(tolerance_mm), model=model)[0].wanted
 
     state = solve()
     return None if state is None else _delivered(state, best(solve, REPEATS))
@@ -153,24 +153,24 @@ def one_spatial_state(case: Case, tolerance_mm: float) -> Solved | None:
         return refine_in_space(segment, refine(case.rod, *found, mm(1.0)), mm(tolerance_mm))
 
     state = solve()
-    if state is None or state.space is None:
-        return None
-    seconds = best(solve, REPEATS)
-    return Solved(state.vertices, seconds, np.linspace(0.0, case.rod.length, POINTS), state.space.positions(POINTS))
+    return None if state is None else _delivered(state, best(solve, REPEATS))
 
 
 def _delivered(state: Equilibrium, seconds: float) -> Solved:
     """The curve as users get it."""
-    return Solved(state.vertices, seconds, np.linspace(0.0, state.rod.length, POINTS), state.curve(POINTS))
+    curve = state.curve(POINTS) if state.space is None else state.space.positions(POINTS)
+    return Solved(state.vertices, seconds, np.linspace(0.0, state.rod.length, POINTS), curve)
 
 
 OWN = (
     Method("one level", PLANAR, LEVELS, "edges", lambda case, n: one_level(case, PLANAR, int(n))),
     Method("one state", PLANAR, TOLERANCES, "mm", lambda case, goal: one_state(case, PLANAR, goal)),
-    Method("simulate", PLANAR, TOLERANCES, "mm", all_states),
+    Method("simulate", PLANAR, TOLERANCES, "mm", lambda case, goal: all_states(case, PLANAR, goal)),
     Method("one level", EXTENSIBLE, LEVELS, "edges", lambda case, n: one_level(case, EXTENSIBLE, int(n))),
     Method("one state", EXTENSIBLE, TOLERANCES, "mm", lambda case, goal: one_state(case, EXTENSIBLE, goal)),
+    Method("simulate", EXTENSIBLE, TOLERANCES, "mm", lambda case, goal: all_states(case, EXTENSIBLE, goal)),
     Method("one level", SPATIAL, LEVELS, "edges", lambda case, n: one_spatial_level(case, int(n))),
     Method("one state", SPATIAL, TOLERANCES, "mm", one_spatial_state),
+    Method("simulate", SPATIAL, TOLERANCES, "mm", lambda case, goal: all_states(case, SPATIAL, goal)),
 )
 """curveline's own methods."""

@@ -14,10 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.bench.cases import MODELS, Case, CaseSet, truth
+from curveline.bench.cases import Case, CaseSet, truth
 from curveline.bench.methods import Method, Solved
+from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL
 from curveline.units import mm, to_mm
 
+MODELS = (PLANAR, EXTENSIBLE, SPATIAL)
 FEW = "clamps"
 """The set that methods for few scenes are measured on."""
 OTHER_STATE = mm(10)

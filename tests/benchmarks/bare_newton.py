@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def newton(angles, force, chord, ends, weight):
     """Solve for `angles (n,)` and the end `force (2,)`, both overwritten; returns the iterations, -1 if they fail."""
     n = angles.size
@@ -67,7 +67,7 @@ def newton(angles, force, chord, ends, weight):
     return -1
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def halve(angles, ends):
     """The same curve on edges cut in two, by linear interpolation."""
     n = angles.size
@@ -80,7 +80,7 @@ def halve(angles, ends):
     return fine
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def solve(guess, chord, ends, weight, most):
     """Newton from `guess (n,)` on n edges, then on twice as many until `most`; returns the angles of the finest."""
     angles = guess.copy()

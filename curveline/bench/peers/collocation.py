@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from curveline.bench.cases import EXTENSIBLE, PLANAR, Case
+from curveline.bench.cases import Case
 from curveline.bench.clock import best
 from curveline.bench.methods import POINTS, REPEATS, Method, Solved
 from curveline.bench.peers.straddling import closed
+from curveline.rod.equilibrium import EXTENSIBLE, PLANAR
 from curveline.rod.problem import Array
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)

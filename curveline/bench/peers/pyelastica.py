@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from curveline.bench.cases import SPATIAL, Case
+from curveline.bench.cases import Case
 from curveline.bench.methods import Method, Solved
 from curveline.bench.peers.straddling import STILL, Start, straddling
+from curveline.rod.equilibrium import SPATIAL
 from curveline.scene import Rod
 
 EDGES = (25.0, 50.0, 100.0)
