@@ -41,16 +41,13 @@ def unfolded(band):
 
 
 @njit
-def times(band, vectors):
-    """Product (N, m) of the symmetric matrix with the lower `band (N, k)` and `vectors (N, m)`."""
+def times(band, vector):
+    """Product (N,) of the symmetric matrix with the lower `band (N, k)` and `vector (N,)`."""
     size, width = band.shape
-    out = np.zeros(vectors.shape)
+    out = np.zeros(size)
     for column in range(size):
-        for k in range(min(width, size - column)):
-            value = band[column, k]
-            if value != 0.0:
-                for m in range(vectors.shape[1]):
-                    out[column + k, m] += value * vectors[column, m]
-                    if k > 0:
-                        out[column, m] += value * vectors[column + k, m]
+        out[column] += band[column, 0] * vector[column]
+        for k in range(1, min(width, size - column)):
+            out[column + k] += band[column, k] * vector[column]
+            out[column] += band[column, k] * vector[column + k]
     return out

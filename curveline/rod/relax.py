@@ -11,25 +11,27 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import eigh_tridiagonal
 
 from curveline.rod.bands import cholesky, solve_factored, solve_indefinite, times
 from curveline.rod.problem import Array
-from curveline.rod.spatial import Shape, SpatialRod, assemble, energy, metric, moved, positions
+from curveline.rod.spatial import Shape, SpatialRod, assemble, energy, follow_turns, metric, moved, positions
 
 RESIDUAL = 1e-10
 """Largest force that is left over, relative to the largest of the forces that balance."""
-CLOSE = 1e-9
-"""Turn of an edge [rad] in a step of Newton's below which only rounding is left to be gained."""
-ROUNDING = 2e-15
-"""Of the strain's force, what rounding leaves over."""
+ROUNDING = 1e-15
+"""Of the moments' force on a vertex, what rounding leaves over."""
 PENALTY = 1000.0
 LEAST_SHIFT = 0.05
 TURN = 0.5
 """Largest turn of an edge in a step [rad]."""
+SMALL = 0.02
+"""Turn [rad] below which a step needs no line search."""
 SHORTENINGS = 14
-BLOCK = 4
-"""Vectors iterated together for the lowest mode: its neighbours converge with it."""
+KRYLOV = 120
+"""Most vectors for the lowest mode; some twenty are the rule."""
+CLOSE = 1e-9
+"""What is left over of the lowest mode, relative; its eigenvalue is exact to the square of that."""
 
 
 class Ending(Enum):
@@ -70,65 +72,69 @@ def descend(rod: SpatialRod, shape: Shape, iterations: int = 200) -> Relaxed:
     shift = 0.0
     residual = np.inf
     for iteration in range(1, iterations + 1):
-        system = _system(rod, shape)
-        before, (residual, floor) = residual, _residual(rod, shape, system)
-        if not np.isfinite(residual):
-            return Relaxed(shape, Ending.BROKEN, iteration, residual)
-        shift = 0.0 if shift < LEAST_SHIFT else 0.25 * shift
-        factor, shift = _factor(system, weights, shift)
+        system = _turning(rod, _system(rod, shape), shape)
+        residual, floor = _residual(rod, system)
+        factor, shift = _factor(system, weights, shift) if np.isfinite(residual) else (None, shift)
         if factor is None:
             return Relaxed(shape, Ending.BROKEN, iteration, residual)
-        if shift == 0.0 and _settled(residual, before, floor):
+        if shift == 0.0 and residual <= max(RESIDUAL, floor):
             return Relaxed(shape, Ending.SETTLED, iteration, residual)
-        step = _complete(system, solve_factored(factor, _right(system)))
-        shape, turn = _searched(rod, shape, system, step)
-        if shift == 0.0 and turn < CLOSE:
-            return Relaxed(shape, Ending.SETTLED, iteration, residual)
+        right = _right_sides(system)
+        step = _joined(rod, shape, system, solve_factored(factor, right))
+        shape, found = _searched(rod, shape, system, step)
+        shift = 4.0 * max(shift, LEAST_SHIFT) if not found else 0.25 * shift if shift > LEAST_SHIFT else 0.0
     return Relaxed(shape, Ending.EXHAUSTED, iterations, residual)
 
 
-def newton(rod: SpatialRod, shape: Shape, iterations: int = 40) -> Relaxed:
+def newton(rod: SpatialRod, shape: Shape, iterations: int = 60) -> Relaxed:
     """Find an equilibrium near `shape`, stable or not, by Newton steps that turn no edge by more than `TURN`."""
     residual = np.inf
     for iteration in range(1, iterations + 1):
-        system = _system(rod, shape)
-        before, (residual, floor) = residual, _residual(rod, shape, system)
-        if _settled(residual, before, floor):
+        system = _turning(rod, _system(rod, shape), shape)
+        residual, floor = _residual(rod, system)
+        if residual <= max(RESIDUAL, floor):
             return Relaxed(shape, Ending.SETTLED, iteration, residual)
-        solution = solve_indefinite(system.band[system.free], _right(system)) if np.isfinite(residual) else None
+        solution = solve_indefinite(system.band[system.free], _right_sides(system)) if np.isfinite(residual) else None
         if solution is None:
             return Relaxed(shape, Ending.BROKEN, iteration, residual)
-        step = _complete(system, solution)
-        _, turn = moved(rod, shape, step, 1.0)
-        shape, _ = moved(rod, shape, step, min(1.0, TURN / turn) if turn > 0.0 else 1.0)
+        step = _joined(rod, shape, system, solution)
+        shape = _bounded(rod, shape, step)[0]
     return Relaxed(shape, Ending.EXHAUSTED, iterations, residual)
 
 
 def lowest_mode(rod: SpatialRod, shape: Shape) -> tuple[float, Array]:
-    """Smallest eigenvalue of the second variation at `shape` and its mode (4n+3,), by inverse iteration on a block.
+    """Smallest eigenvalue of the second variation at `shape` and its mode (4n+3,), of length 1 in the metric.
 
     The eigenvalue is measured by the metric of turns, spins and strains, in units of EI / L^2, so that in the plane and
-    for a stiff rod it is that of `planar.lowest_eigenvalue`.
+    for a stiff rod it is that of `planar.lowest_eigenvalue`. It is found by the Lanczos method on the inverse, shifted
+    until it is positive definite, with full orthogonalisation (Golub and Van Loan 2013, section 10.3).
     """
     system = _system(rod, shape)
-    band, weights = system.band[system.free], metric(rod)[system.free]
-    factor, _ = _factor(system, metric(rod), 0.0)
-    size = band.shape[0]
-    if factor is None:
-        return -np.inf, np.zeros(system.gradient.size)
-    vectors = np.random.default_rng(1).normal(size=(size, min(BLOCK, size)))
-    lowest = np.inf
-    for _ in range(100):
-        vectors = solve_factored(factor, times(weights, vectors))
-        vectors, _ = np.linalg.qr(vectors)
-        values, mixes = eigh(vectors.T @ times(band, vectors), vectors.T @ times(weights, vectors))
-        vectors = np.ascontiguousarray(vectors @ mixes)
-        if abs(values[0] - lowest) <= 1e-9 * max(abs(values[0]), 1e-3):
-            break
-        lowest = values[0]
+    free, weights = system.free, metric(rod)[system.free]
     mode = np.zeros(system.gradient.size)
-    mode[system.free] = vectors[:, 0]
-    return float(values[0]), mode
+    factor, shift = _factor(system, metric(rod), 0.0)
+    if factor is None:
+        return -np.inf, mode
+    size = weights.shape[0]
+    vector = np.random.default_rng(1).normal(size=size)
+    basis, images = np.empty((KRYLOV + 1, size)), np.empty((KRYLOV + 1, size))
+    diagonal, beside = np.empty(KRYLOV), np.empty(KRYLOV)
+    image = times(weights, vector)
+    length = np.sqrt(vector @ image)
+    for k in range(min(KRYLOV, size)):
+        basis[k], images[k] = vector / length, image / length
+        vector = solve_factored(factor, images[k])
+        diagonal[k] = vector @ images[k]
+        for _ in range(2):
+            vector -= (images[: k + 1] @ vector) @ basis[: k + 1]
+        image = times(weights, vector)
+        beside[k] = length = np.sqrt(max(vector @ image, 0.0))
+        if k % 4 == 3 or k + 1 == min(KRYLOV, size):
+            values, mixes = eigh_tridiagonal(diagonal[: k + 1], beside[:k], select="i", select_range=(k, k))
+            if length * abs(mixes[-1, 0]) <= CLOSE * values[0]:
+                break
+    mode[free] = mixes[:, 0] @ basis[: k + 1]
+    return float(1.0 / values[0] - shift), mode
 
 
 def is_stable(rod: SpatialRod, shape: Shape) -> bool:
@@ -146,40 +152,66 @@ def _system(rod: SpatialRod, shape: Shape) -> _System:
     return _System(gradient, band, free, gap)
 
 
-def _right(system: _System) -> Array:
-    """Right-hand side: minus the gradient, and what moving the last vertex to its place asks of the others."""
-    right = -system.gradient[system.free]
+def _turning(rod: SpatialRod, system: _System, shape: Shape) -> _System:
+    """The system with the Hessian of `moved`, at the reaction of the last vertex that most of the rod asks for.
+
+    At equilibrium every edge asks for the same. Before, the median is least disturbed by kinks, whose forces are of the
+    order of the number of vertices squared.
+    """
+    reaction = np.median(_beyond(system.gradient), axis=0) if system.gap.size else np.zeros(3)
+    follow_turns(rod, shape, system.gradient, reaction, system.band)
+    return system
+
+
+def _beyond(gradient: Array) -> Array:
+    """For every edge, (n, 3), what the gradient is for moving all that lies beyond it."""
+    by_vertex = np.concatenate([gradient, [0.0]]).reshape(-1, 4)[:, :3]
+    return np.cumsum(by_vertex[:0:-1], axis=0)[::-1]
+
+
+def _right_sides(system: _System) -> Array:
+    """Right-hand sides (N, 2): minus the gradient, and what moving the last vertex to its place asks of the others."""
+    right = np.zeros((system.gradient.size, 2), order="F")
+    right[:, 0] = -system.gradient
     if system.gap.size:
-        last = np.zeros((system.gradient.size, 1))
-        last[-3:, 0] = system.gap
-        right -= times(system.band, last)[system.free, 0]
-    return right
+        last = np.zeros(system.gradient.size)
+        last[-3:] = system.gap
+        right[:, 1] = -times(system.band, last)
+    return right[system.free]
 
 
-def _complete(system: _System, solution: Array) -> Array:
-    """The step of all degrees of freedom, (4n+3,)."""
+def _joined(rod: SpatialRod, shape: Shape, system: _System, solutions: Array) -> Array:
+    """The step (4n+3,) from both solutions (N, 2): of the second, as much as turns no edge by more than `TURN`."""
     step = np.zeros(system.gradient.size)
-    step[system.free] = solution
     if system.gap.size:
+        step[system.free] = solutions[:, 1]
         step[-3:] = system.gap
+        _, turn = moved(rod, shape, step, 1.0)
+        if turn > TURN:
+            step *= TURN / turn
+    step[system.free] += solutions[:, 0]
     return step
 
 
-def _residual(rod: SpatialRod, shape: Shape, system: _System) -> tuple[float, float]:
+def _bounded(rod: SpatialRod, shape: Shape, step: Array) -> tuple[Shape, float, float]:
+    """The shape after as much of the step as turns no edge by more than `TURN`, how much, and the whole step's turn."""
+    whole, turn = moved(rod, shape, step, 1.0)
+    if turn <= TURN:
+        return whole, 1.0, turn
+    return moved(rod, shape, step, TURN / turn)[0], TURN / turn, turn
+
+
+def _residual(rod: SpatialRod, system: _System) -> tuple[float, float]:
     """Largest force left over, over the largest force that an edge passes on, and what rounding alone may leave."""
     n = rod.edges.size
-    passed = np.cumsum(system.gradient.reshape(-1)[: 4 * n].reshape(n, 4)[:, :3], axis=0)
-    scale = max(float(np.max(np.abs(passed))), float(np.max(np.abs(rod.forces))), 1.0)
+    forces = np.zeros((n + 1, 4))
+    forces[:, :3] = rod.forces
+    passed = _beyond(system.gradient + forces.reshape(-1)[:-1])
+    scale = max(float(np.max(np.abs(passed))), 1.0)
     left = float(np.max(np.abs(system.gradient[system.free])))
     if system.gap.size:
         left = max(left, float(np.max(np.abs(system.gap))) * scale)
-    floor = ROUNDING * float(rod.stiffness[3]) / scale
-    return left / scale, floor
-
-
-def _settled(residual: float, before: float, floor: float) -> bool:
-    """True if the residual is small, or as small as rounding lets it become."""
-    return residual <= RESIDUAL or (residual <= floor and residual > 0.1 * before)
+    return left / scale, ROUNDING * n * float(np.max(rod.stiffness[:3])) / scale
 
 
 def _factor(system: _System, weights: Array, shift: float) -> tuple[Array | None, float]:
@@ -192,22 +224,20 @@ def _factor(system: _System, weights: Array, shift: float) -> tuple[Array | None
     return None, shift
 
 
-def _searched(rod: SpatialRod, shape: Shape, system: _System, step: Array) -> tuple[Shape, float]:
-    """The shape after as much of the step as lowers the augmented Lagrangian, and the whole step's largest turn."""
-    whole, turn = moved(rod, shape, step, 1.0)
-    scale = 1.0 if turn <= TURN else TURN / turn
-    trial = whole if scale == 1.0 else moved(rod, shape, step, scale)[0]
-    if turn < 0.02:
-        return trial, turn
+def _searched(rod: SpatialRod, shape: Shape, system: _System, step: Array) -> tuple[Shape, bool]:
+    """The shape after as much of the step as lowers the augmented Lagrangian, and if any of it did."""
+    trial, scale, turn = _bounded(rod, shape, step)
+    if turn < SMALL:
+        return trial, True
     # The force on the last vertex after the step, to first order, is the multiplier of its place.
-    force = (system.gradient + times(system.band, step[:, None])[:, 0])[-3:] if system.gap.size else np.zeros(0)
+    force = (system.gradient + times(system.band, step))[-3:] if system.gap.size else np.zeros(0)
     start = _merit(rod, shape, force)
     for _ in range(SHORTENINGS):
         if _merit(rod, trial, force) < start:
-            break
+            return trial, True
         scale *= 0.5
         trial, _ = moved(rod, shape, step, scale)
-    return trial, turn
+    return trial, False
 
 
 def _merit(rod: SpatialRod, shape: Shape, force: Array) -> float:
