@@ -215,7 +215,7 @@ def _newton_step(rod: SpatialRod, shape: Shape, gradient: Array, band: Array) ->
     if rod.held[1] > 0.0:
         free = slice(3, last)
         change[last:] = rod.chord - positions(rod, shape)[-1]
-        gradient = gradient + times(band, change[:, None])[:, 0]
+        gradient = gradient + times(band, change)
     factor = cholesky(band[free])
     if factor is None:
         return None

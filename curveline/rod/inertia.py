@@ -10,19 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod._jit import njit
+from curveline.rod.blocks import along_rotations, rotated, scatter, vertex_blocks
 from curveline.rod.problem import Array
 from curveline.rod.rotations import between, matrix_of
-from curveline.rod.spatial import (
-    SpatialRod,
-    along_rotations,
-    cell_of,
-    positions,
-    relative,
-    rotated,
-    scatter,
-    vertex_blocks,
-    vertex_slopes,
-)
+from curveline.rod.spatial import SpatialRod, cell_of, positions, relative, vertex_slopes
 from curveline.rod.terms import bend, twist
 
 

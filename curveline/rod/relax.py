@@ -22,6 +22,10 @@ RESIDUAL = 1e-10
 ROUNDING = 1e-15
 """Of the moments' force on a vertex, what rounding leaves over."""
 PENALTY = 1000.0
+NEUTRAL = 1e-6
+"""Eigenvalues [EI / L^2] no further below zero are of motions that cost nothing, such as turning a round rod's arch."""
+CANCELLED = 2e-17
+"""Of stretching stiffness times edges, what rounding makes of the lowest eigenvalue."""
 LEAST_SHIFT = 0.05
 TURN = 0.5
 """Largest turn of an edge in a step [rad]."""
@@ -68,8 +72,8 @@ def descend(rod: SpatialRod, shape: Shape, iterations: int = 200) -> Relaxed:
     Newton steps with the Hessian shifted by the metric until it is positive definite, shortened to turn no edge by more
     than `TURN` and by a line search on an augmented Lagrangian (Nocedal and Wright 2006, ch. 3.4 and 17.3).
     """
-    weights = metric(rod)
-    shift = 0.0
+    weights, least = metric(rod), _neutral(rod)
+    shift = least
     residual = np.inf
     for iteration in range(1, iterations + 1):
         system = _turning(rod, _system(rod, shape), shape)
@@ -77,12 +81,13 @@ def descend(rod: SpatialRod, shape: Shape, iterations: int = 200) -> Relaxed:
         factor, shift = _factor(system, weights, shift) if np.isfinite(residual) else (None, shift)
         if factor is None:
             return Relaxed(shape, Ending.BROKEN, iteration, residual)
-        if shift == 0.0 and residual <= max(RESIDUAL, floor):
+        if shift == least and residual <= max(RESIDUAL, floor):
             return Relaxed(shape, Ending.SETTLED, iteration, residual)
         right = _right_sides(system)
         step = _joined(rod, shape, system, solve_factored(factor, right))
         shape, found = _searched(rod, shape, system, step)
-        shift = 4.0 * max(shift, LEAST_SHIFT) if not found else 0.25 * shift if shift > LEAST_SHIFT else 0.0
+        relief = 0.25 * shift if shift > LEAST_SHIFT else least
+        shift = relief if found else 4.0 * max(shift, LEAST_SHIFT)
     return Relaxed(shape, Ending.EXHAUSTED, iterations, residual)
 
 
@@ -112,7 +117,7 @@ def lowest_mode(rod: SpatialRod, shape: Shape) -> tuple[float, Array]:
     system = _system(rod, shape)
     free, weights = system.free, metric(rod)[system.free]
     mode = np.zeros(system.gradient.size)
-    factor, shift = _factor(system, metric(rod), 0.0)
+    factor, shift = _factor(system, metric(rod), _neutral(rod))
     if factor is None:
         return -np.inf, mode
     size = weights.shape[0]
@@ -138,9 +143,14 @@ def lowest_mode(rod: SpatialRod, shape: Shape) -> tuple[float, Array]:
 
 
 def is_stable(rod: SpatialRod, shape: Shape) -> bool:
-    """True if the second variation at `shape` is positive definite, by its Cholesky factor."""
+    """True if the second variation at `shape` is positive definite, but for motions that cost nothing."""
     system = _system(rod, shape)
-    return cholesky(system.band[system.free]) is not None
+    return cholesky(system.band[system.free] + _neutral(rod) * metric(rod)[system.free]) is not None
+
+
+def _neutral(rod: SpatialRod) -> float:
+    """How far below zero an eigenvalue may be to count as zero."""
+    return NEUTRAL + CANCELLED * float(rod.stiffness[3]) * rod.edges.size
 
 
 def _system(rod: SpatialRod, shape: Shape) -> _System:

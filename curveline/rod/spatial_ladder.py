@@ -13,7 +13,7 @@ from curveline.rod.crossings import APART, crosses_itself, crosses_tails
 from curveline.rod.equilibrium import SPATIAL, Equilibrium, Outcome, mean_height_over, tail_of
 from curveline.rod.ladder import ROUNDING
 from curveline.rod.problem import Array, halved
-from curveline.rod.relax import Ending, descend, is_stable, lowest_mode
+from curveline.rod.relax import NEUTRAL, Ending, descend, is_stable, lowest_mode
 from curveline.rod.rotations import between, exponential, logarithm, matrix_of, multiply
 from curveline.rod.space import SpatialSegment, relax_in_space, stays_in_plane
 from curveline.rod.space_curve import SpaceCurve
@@ -185,7 +185,7 @@ def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: floa
     return replace(
         state,
         outcome=_outcome(climbed, tolerance / length),
-        stable=climbed.is_stable and float(level.eigenvalue) > 0.0,
+        stable=climbed.is_stable and float(level.eigenvalue) > -NEUTRAL,
         energy=float(level.energy + level.potential) * unit,
         error=climbed.error * length,
         vertices=climbed.vertices,

@@ -42,9 +42,7 @@ def quaternion(rotation: Array) -> Array:
     k = int(np.argmax(squares))
     out = np.empty(4)
     out[0] = 1.0 + trace if k == 0 else 0.0
-    skew = np.array(
-        [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
-    )
+    skew = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
     if k == 0:
         out[1:] = skew
     else:

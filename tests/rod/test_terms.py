@@ -33,7 +33,7 @@ def single_term(term: str, seed: int) -> tuple[SpatialRod, Shape]:
 
 
 def energy_after(rod: SpatialRod, shape: Shape, step: Array) -> float:
-    """Energy after a straight move; shapes start at the origin, so that the first vertex's own move shifts the loads."""
+    """Energy after a straight move; a shape starts at the origin, so the first vertex's own move shifts the loads."""
     return float(energy(rod, straight_move(rod, shape, step)) - rod.forces.sum(axis=0) @ step[:3])
 
 
@@ -46,9 +46,7 @@ def second_difference(rod: SpatialRod, shape: Shape, a: Array, b: Array) -> floa
     """Second derivative of the energy along two straight moves, of fourth order in the move's size."""
 
     def mixed(size: float) -> float:
-        corners = [
-            p * q * energy_after(rod, shape, size * (p * a + q * b)) for p in (-1, 1) for q in (-1, 1)
-        ]
+        corners = [p * q * energy_after(rod, shape, size * (p * a + q * b)) for p in (-1, 1) for q in (-1, 1)]
         return float(sum(corners) / (4.0 * size**2))
 
     return (4.0 * mixed(1e-3) - mixed(2e-3)) / 3.0
@@ -134,7 +132,7 @@ def test_rigid_motions_change_nothing(seed: int) -> None:
     assert other_hessian == pytest.approx(whole @ hessian @ whole.T, abs=1e-12 * np.max(np.abs(hessian)))
     for axis in range(3):
         # Nor do translations, but for the loads.
-        assert np.sum((gradient[axis::4])) == pytest.approx(-np.sum(rod.forces[:, axis]), abs=1e-9)
+        assert np.sum(gradient[axis::4]) == pytest.approx(-np.sum(rod.forces[:, axis]), abs=1e-9)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
