@@ -29,6 +29,7 @@ class Outcome(Enum):
     CONVERGED = "converged to the tolerance"
     COARSE = "the tolerance was not reached with the most vertices allowed: ask for a larger tolerance"
     LOST = "the state exists only on a coarse rod: it lies at a fold; change length or angles a little"
+    UNWOUND = "the rod would pass through itself to lose turns of its twist: ask for fewer turns of roll"
     UNSTABLE = "an equilibrium, but not a stable one: the rod leaves it"
     BUCKLES = "stable in its plane, but not in space: the spatial model shows where the rod buckles to"
 

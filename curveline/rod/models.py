@@ -21,7 +21,7 @@ MODELS = (AUTO, PLANAR, EXTENSIBLE, SPATIAL)
 """What a user may ask for; `AUTO` leaves it to the scene."""
 
 BUCKLED = "buckled"
-GONE = (Outcome.LOST, Outcome.UNSTABLE)
+GONE = (Outcome.LOST, Outcome.UNSTABLE, Outcome.UNWOUND)
 
 
 class Ask(NamedTuple):

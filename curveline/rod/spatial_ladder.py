@@ -12,6 +12,7 @@ from curveline.rod._jit import njit
 from curveline.rod.crossings import APART, crosses_itself, crosses_tails
 from curveline.rod.equilibrium import SPATIAL, Equilibrium, Outcome, mean_height_over, tail_of
 from curveline.rod.ladder import ROUNDING
+from curveline.rod.link import turns
 from curveline.rod.problem import Array, halved
 from curveline.rod.relax import NEUTRAL, Ending, descend, is_stable, lowest_mode
 from curveline.rod.rotations import between, exponential, logarithm, matrix_of, multiply
@@ -30,6 +31,10 @@ SUSPECT = 0.4
 """Where halving the edges leaves more than this of a change, the extrapolation is not to be trusted."""
 
 
+SLIPPED = 1.0
+"""Turns that a state may differ by from those asked for: clamps out of the plane make up half a one, a passage two."""
+
+
 class Level(NamedTuple):
     """A rod in equilibrium at one resolution: vertices `table (n+1, 9)` and the numbers that are extrapolated with it.
 
@@ -45,7 +50,10 @@ class Level(NamedTuple):
 
 
 class Climbed(NamedTuple):
-    """A spatial state refined: its extrapolated `level` on `edges (m,)`, error estimate and what it took."""
+    """A spatial state refined: its extrapolated `level` on `edges (m,)`, error estimate and what it took.
+
+    Where the rod `passed` through itself on the way, the state is none of the segment's: see `link`.
+    """
 
     level: Level
     edges: Array
@@ -54,6 +62,7 @@ class Climbed(NamedTuple):
     vertices: int
     iterations: int
     ending: Ending
+    passed: bool
 
 
 @njit
@@ -140,7 +149,21 @@ def climb(segment: SpatialSegment, state: Equilibrium, tolerance: float) -> Clim
                 error = max(error, change)
     settled = relaxed.ending is Ending.SETTLED
     stable = settled and is_stable(rod, relaxed.shape)
-    return Climbed(best, places, error if settled else math.inf, stable, rod.edges.size + 1, iterations, relaxed.ending)
+    return Climbed(
+        level=best,
+        edges=places,
+        error=error if settled else math.inf,
+        is_stable=stable,
+        vertices=rod.edges.size + 1,
+        iterations=iterations,
+        ending=relaxed.ending,
+        passed=settled and not segment.is_flat and _lost_turns(segment, rod, relaxed.shape) > SLIPPED,
+    )
+
+
+def _lost_turns(segment: SpatialSegment, rod: SpatialRod, shape: Shape) -> float:
+    """By how many turns a state differs from what the roll of the clamps puts into the rod."""
+    return abs(turns(rod, shape) - (segment.roll[1] - segment.roll[0]) / (2.0 * math.pi))
 
 
 def _level(rod: SpatialRod, shape: Shape, eigenvalue: float) -> Level:
@@ -185,7 +208,7 @@ def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: floa
     return replace(
         state,
         outcome=_outcome(climbed, tolerance / length),
-        stable=climbed.is_stable and float(level.eigenvalue) > -NEUTRAL,
+        stable=climbed.is_stable and not climbed.passed and float(level.eigenvalue) > -NEUTRAL,
         energy=float(level.energy + level.potential) * unit,
         error=climbed.error * length,
         vertices=climbed.vertices,
@@ -210,6 +233,8 @@ def _outcome(climbed: Climbed, tolerance: float) -> Outcome:
     """How a refinement ended."""
     if climbed.ending is not Ending.SETTLED:
         return Outcome.LOST
+    if climbed.passed:
+        return Outcome.UNWOUND
     if not climbed.is_stable:
         return Outcome.UNSTABLE
     return Outcome.CONVERGED if climbed.error <= tolerance else Outcome.COARSE
