@@ -15,10 +15,10 @@ import numpy as np
 
 from curveline.rod.contact import nearest_parts
 from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium
-from curveline.rod.lateral import lateral_pair
-from curveline.rod.problem import Array, mesh
+from curveline.rod.lateral import PRECISION, lateral_pair
+from curveline.rod.problem import Array, ScaledRod, mesh
 from curveline.rod.relax import Ending
-from curveline.rod.response import response
+from curveline.rod.response import middle_angles, response
 from curveline.rod.section import Section
 from curveline.rod.space import SpatialSegment, lift, relax_in_space
 from curveline.rod.spatial import positions
@@ -57,49 +57,89 @@ class Lateral(NamedTuple):
         return self.eigenvalue > self.uncertainty
 
 
-def lateral(state: Equilibrium, section: Section) -> Lateral:
-    """Whether the rod of a planar `state` stays in its plane, by Richardson extrapolation from two resolutions."""
+class Probe(NamedTuple):
+    """A planar `state` in units of its free length and EI, ready to be solved once more.
+
+    `rod`, on its `edges (m,)` the `angles (m,)` and `multipliers (2,)`.
+    """
+
+    state: Equilibrium
+    rod: ScaledRod
+    edges: Array
+    angles: Array
+    multipliers: Array
+
+    def moved(self, other: ScaledRod) -> float:
+        """Largest distance between the curve of the state and that of an `other` rod's, near it, on few edges [m]."""
+        edges, angles = self.edges, self.angles
+        if edges.size > MOST_EDGES:
+            places = np.cumsum(edges) - 0.5 * edges
+            edges = np.asarray(mesh(self.rod.at, MOST_EDGES))
+            angles = np.interp(np.cumsum(edges) - 0.5 * edges, places, angles)
+        found = response(self.rod, other, edges, angles.copy(), self.multipliers.copy())
+        return float(found) * self.state.rod.free_length
+
+
+class Judged(NamedTuple):
+    """A state, whether it stays in its plane, and bounds on what its model leaves out, by name."""
+
+    state: Equilibrium
+    sideways: Lateral
+    bounds: dict[str, Bound]
+
+
+def probe(state: Equilibrium) -> Probe:
+    """A planar or extensible state in units of its free length and EI."""
     rod, length = state.rod, state.rod.free_length
-    weights = [section.lateral_stiffness / rod.stiffness, section.twisting_stiffness / rod.stiffness]
-    table = state.vertices_table * [1.0, 1.0, 1.0, length, 1.0, 1.0]
-    stiffnesses = np.array([*weights, rod.natural_curvature * length])
-    coarse, fine = lateral_pair(rod.scaled(), state.edges / length, table, _multipliers(state), stiffnesses)
-    return Lateral(fine + (fine - coarse) / 3.0, abs(fine - coarse) / 3.0)
+    multipliers = -state.clamp_force[1] * (length**2 / rod.stiffness)
+    angles = middle_angles(state.edges, state.vertices_table)
+    return Probe(state, rod.scaled(), state.edges / length, angles, multipliers)
 
 
-def left_out(state: Equilibrium, section: Section, sideways: Lateral | None = None) -> dict[str, Bound]:
-    """Every term that the planar or extensible model of `state` leaves out, by name; `sideways` is its `lateral`."""
+def judge(state: Equilibrium, section: Section) -> Judged:
+    """A planar or extensible state with what its model leaves out."""
+    probed = probe(state)
+    sideways = lateral(probed, section)
     bounds = {}
     if state.model == PLANAR:
-        bounds["stretch"] = stretch_bound(state, section)
-    bounds["twist"] = twist_bound(state, sideways or lateral(state, section))
+        bounds["stretch"] = stretch_bound(probed, section)
+    bounds["twist"] = twist_bound(state, sideways)
     bounds["contact"] = contact_bound(state, section)
     if section.weight > 0.0 and state.rod.weight == 0.0:
-        bounds["gravity"] = gravity_bound(state, section)
-    return bounds
+        bounds["gravity"] = gravity_bound(probed, section)
+    return Judged(state, sideways, bounds)
 
 
-def stretch_bound(state: Equilibrium, section: Section) -> Bound:
-    """How far the rod's stretch would move the curve of a planar `state`, which is solved once more with it."""
-    soft = replace(state.rod, stretching=section.stretching_stiffness)
-    moved = _moved(state, soft)
-    force = _largest_force(state)
-    share = force / section.stretching_stiffness
+def lateral(probed: Probe, section: Section) -> Lateral:
+    """Whether the rod of a planar state stays in its plane, by Richardson extrapolation from two resolutions."""
+    state, rod = probed.state, probed.state.rod
+    bend, twist = section.lateral_stiffness / rod.stiffness, section.twisting_stiffness / rod.stiffness
+    forces = probed.multipliers, np.array([bend, twist, rod.natural_curvature * rod.free_length])
+    coarse, fine = lateral_pair(probed.rod, probed.edges, probed.angles, state.vertices_table, forces)
+    return Lateral(fine + (fine - coarse) / 3.0, abs(fine - coarse) / 3.0 + PRECISION * abs(fine))
+
+
+def stretch_bound(probed: Probe, section: Section) -> Bound:
+    """How far the rod's stretch would move the curve of a planar state, which is solved once more with it."""
+    rod = probed.state.rod
+    compliance = rod.stiffness / section.stretching_stiffness / rod.free_length**2
+    moved = probed.moved(probed.rod._replace(compliance=compliance))
+    force = max(math.hypot(*force) for force in probed.state.clamp_force.tolist())
+    strain = force / section.stretching_stiffness
+    why = f"forces of up to {force:.2g} N strain the rod by {strain:.1g}"
     if math.isfinite(moved):
-        why = f"solved again with stretch: forces of up to {force:.2g} N strain the rod by {share:.1g}"
-        return Bound(SAFETY * moved, why)
-    why = f"forces of up to {force:.2g} N strain the rod by {share:.1g}; with stretch this state was not found again"
-    return Bound(farthest(state.rod, share), why)
+        return Bound(SAFETY * moved, f"solved again with stretch: {why}")
+    return Bound(farthest(rod, strain), f"{why}; with stretch this state was not found again")
 
 
-def gravity_bound(state: Equilibrium, section: Section) -> Bound:
+def gravity_bound(probed: Probe, section: Section) -> Bound:
     """How far its weight would move the curve of a state of a weightless rod, which is solved once more with it."""
-    moved = _moved(state, replace(state.rod, weight=section.weight))
-    whole = section.weight * state.rod.free_length
+    rod = probed.state.rod
+    whole = section.weight * rod.free_length
+    moved = probed.moved(probed.rod._replace(weight=whole * rod.free_length**2 / rod.stiffness))
     if math.isfinite(moved):
         return Bound(SAFETY * moved, f"solved again with the free rod's weight of {whole:.2g} N")
-    why = f"under the free rod's weight of {whole:.2g} N this state was not found again"
-    return Bound(farthest(state.rod), why)
+    return Bound(farthest(rod), f"under the free rod's weight of {whole:.2g} N this state was not found again")
 
 
 def twist_bound(state: Equilibrium, sideways: Lateral) -> Bound:
@@ -169,35 +209,6 @@ def farthest(rod: ClampedRod, strain: float = 0.0) -> float:
     return math.sqrt(max(length**2 - math.hypot(*rod.free_chord) ** 2, 0.0))
 
 
-def coarse_start(state: Equilibrium) -> tuple[Array, Array, Array]:
-    """A few edges (n,) of the free rod, angles (n,) and multipliers (2,) from which Newton finds `state` again."""
-    length = state.rod.free_length
-    edges = state.edges / length
-    if edges.size > MOST_EDGES:
-        edges = np.asarray(mesh(state.rod.scaled().at, MOST_EDGES))
-    places = np.concatenate([[0.0], np.cumsum(state.edges)]) / length
-    angles = np.interp(np.cumsum(edges) - 0.5 * edges, places, state.vertices_table[:, 2])
-    return edges, angles, _multipliers(state)
-
-
 def _apart(segment: SpatialSegment, one: Array, other: Array) -> float:
     """`SAFETY` times the largest distance between two curves of vertices (n+1, 3), in units of the free length, [m]."""
     return SAFETY * float(np.max(np.linalg.norm(one - other, axis=1))) * segment.rod.free_length
-
-
-def _moved(state: Equilibrium, other: ClampedRod) -> float:
-    """Largest distance between the curve of a state and that of an `other` rod's, near it, on few edges [m]."""
-    edges, angles, multipliers = coarse_start(state)
-    found = response(state.rod.scaled(), other.scaled(), edges, angles, multipliers)
-    return float(found) * state.rod.free_length
-
-
-def _multipliers(state: Equilibrium) -> Array:
-    """The forces that close the chord, (2,), in units of EI and the free length."""
-    unit: Array = -state.clamp_force[1] * (state.rod.free_length**2 / state.rod.stiffness)
-    return unit
-
-
-def _largest_force(state: Equilibrium) -> float:
-    """Largest force that a clamp holds [N]: what the rod passes on, up to the loads between."""
-    return max(math.hypot(*force) for force in state.clamp_force.tolist())

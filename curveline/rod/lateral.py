@@ -28,7 +28,8 @@ from curveline.rod.problem import make_problem, released
 
 BLOCKS = 7
 """Per edge: Hessian aa, ab, bb, then its coupling with the edge before: a a', a b', b a', b b' (the edge before: ')."""
-PRECISION = 1e-3
+PRECISION = 0.01
+"""Relative, of the eigenvalues."""
 
 
 @njit
@@ -141,21 +142,18 @@ def lateral_eigenvalue(problem, phi, multipliers, lateral, precision):
 
 
 @njit
-def lateral_pair(rod, edges, table, multipliers, lateral):
+def lateral_pair(rod, edges, angles, table, forces):
     """Lowest eigenvalues of the out-of-plane second variation on the pairs of `edges (m,)` and on the edges themselves.
 
-    `table (m+1, 6)` is that of a refined planar equilibrium of the `ScaledRod`, in its units, m even and the edges of a
-    pair equally long; `multipliers (2,)` and `lateral (3,)` are as above. Second order in the edges.
+    The edges are those of a refined planar equilibrium of the `ScaledRod`, pairs equally long, `angles (m,)` theirs;
+    `table (m+1, 6)` holds its vertices; `forces` are multipliers (2,) and `lateral (3,)` as above. Second order.
     """
+    multipliers, lateral = forces
     m = edges.size
-    middles, pairs, halfway = np.empty(m), np.empty(m // 2), np.empty(m // 2)
-    for j in range(m):
-        # Cubic Hermite interpolation of the tangent angle.
-        bulge = 0.125 * edges[j] * (table[j, 3] - table[j + 1, 3])
-        middles[j] = 0.5 * (table[j, 2] + table[j + 1, 2]) + bulge
+    pairs, halfway = np.empty(m // 2), np.empty(m // 2)
     for j in range(m // 2):
         pairs[j] = edges[2 * j] + edges[2 * j + 1]
         halfway[j] = table[2 * j + 1, 2]
     coarse = lateral_eigenvalue(released(make_problem(rod, pairs)), halfway, multipliers, lateral, PRECISION)
-    fine = lateral_eigenvalue(released(make_problem(rod, edges)), middles, multipliers, lateral, PRECISION)
+    fine = lateral_eigenvalue(released(make_problem(rod, edges)), angles, multipliers, lateral, PRECISION)
     return coarse, fine

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, Outcome, refine
-from curveline.rod.fidelity import Bound, Lateral, coarse_start, lateral, left_out, space_bound, spatial_left_out
+from curveline.rod.fidelity import Bound, Judged, judge, probe, space_bound, spatial_left_out
 from curveline.rod.space import SpatialSegment
 from curveline.rod.spatial_ladder import refine_in_space
 from curveline.rod.states import find_states, named
@@ -43,14 +43,6 @@ class Modelled:
     reasons: tuple[str, ...]
 
 
-class _Judged(NamedTuple):
-    """A state and what was left out of it; `sideways` is that of the planar state it comes from."""
-
-    state: Equilibrium
-    sideways: Lateral
-    bounds: dict[str, Bound]
-
-
 def model_states(segment: SpatialSegment, ask: Ask) -> Modelled:
     """Every stable state of `segment` by the model asked for, or by the smallest one that the scene allows.
 
@@ -58,13 +50,13 @@ def model_states(segment: SpatialSegment, ask: Ask) -> Modelled:
     """
     found = find_states(segment.rod, ask.tolerance, ask.windings)
     model, why = ask.model, [f"the {ask.model} model was asked for"]
-    judged: list[_Judged] = []
+    judged: list[Judged] = []
     if model in (AUTO, PLANAR):
-        judged = [_judge(segment, state) for state in found]
+        judged = [judge(state, segment.section) for state in found]
     if model == AUTO:
         model, why = _choice(segment, judged, ask.tolerance)
     if model != PLANAR:
-        judged = [_judge(segment, state) for state in _stretched(segment, found, ask.tolerance, why)]
+        judged = [judge(state, segment.section) for state in _stretched(segment, found, ask.tolerance, why)]
         if ask.model == AUTO and model == EXTENSIBLE and (unstable := _leaving(judged)):
             model, why = SPATIAL, [*why, unstable]
     if model == SPATIAL:
@@ -86,13 +78,7 @@ def beyond(segment: SpatialSegment) -> tuple[str, ...]:
     return tuple(what for what, is_there in there.items() if is_there)
 
 
-def _judge(segment: SpatialSegment, state: Equilibrium) -> _Judged:
-    """A planar or extensible state with the bounds on what it leaves out."""
-    sideways = lateral(state, segment.section)
-    return _Judged(state, sideways, left_out(state, segment.section, sideways))
-
-
-def _choice(segment: SpatialSegment, judged: Sequence[_Judged], tolerance: float) -> tuple[str, list[str]]:
+def _choice(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float) -> tuple[str, list[str]]:
     """The smallest model that the scene allows, and why."""
     if sideways := beyond(segment):
         return SPATIAL, [f"the segment needs all three dimensions for {' and '.join(sideways)}"]
@@ -108,7 +94,7 @@ def _choice(segment: SpatialSegment, judged: Sequence[_Judged], tolerance: float
     return PLANAR, ["nothing points out of the plane, no state leaves it, and stretch is within the tolerance"]
 
 
-def _leaving(judged: Sequence[_Judged]) -> str:
+def _leaving(judged: Sequence[Judged]) -> str:
     """A sentence on the states that do not stay in their plane; empty if all do."""
     leaving = [each for each in _shown(judged) if not each.sideways.stays]
     names = " and ".join(each.state.name for each in leaving)
@@ -116,7 +102,7 @@ def _leaving(judged: Sequence[_Judged]) -> str:
     return f"{names} would not stay in the plane: lowest eigenvalue out of it {values}" if leaving else ""
 
 
-def _shown(judged: Sequence[_Judged]) -> list[_Judged]:
+def _shown(judged: Sequence[Judged]) -> list[Judged]:
     """Those that decide: a loop that no planar display can show would drown the others, and has flags of its own."""
     return [each for each in judged if each.state.is_untangled] or list(judged)
 
@@ -128,7 +114,8 @@ def _stretched(
     states = []
     for state in found:
         rod = replace(state.rod, stretching=segment.section.stretching_stiffness)
-        stretched = refine(rod, *coarse_start(state), tolerance)
+        start = probe(state)
+        stretched = refine(rod, start.edges, start.angles, start.multipliers, tolerance)
         if stretched.outcome in GONE:
             why.append(f"{state.name} is gone when the rod may stretch: {stretched.outcome.value}")
         else:
@@ -136,9 +123,9 @@ def _stretched(
     return named(states)
 
 
-def _in_space(segment: SpatialSegment, judged: Sequence[_Judged], tolerance: float, why: list[str]) -> list[_Judged]:
+def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float, why: list[str]) -> list[Judged]:
     """The states in space that planar ones lead to; one that buckles is none that a planar display can show."""
-    states: list[_Judged] = []
+    states: list[Judged] = []
     buckled = 0
     for start, sideways, _ in judged:
         state = replace(refine_in_space(segment, start, tolerance), leaves_plane=not sideways.stays)
@@ -150,7 +137,7 @@ def _in_space(segment: SpatialSegment, judged: Sequence[_Judged], tolerance: flo
             buckled += 1
             state = replace(state, name=f"{BUCKLED}-{buckled}")
             why.append(f"{start.name} buckles into {state.name}, and as well into its mirror image")
-        states.append(_Judged(state, sideways, spatial_left_out(segment, start, state)))
+        states.append(Judged(state, sideways, spatial_left_out(segment, start, state)))
     return states
 
 
@@ -160,17 +147,17 @@ def _same(one: Equilibrium, other: Equilibrium) -> bool:
     return bool(np.max(gap) < 0.01 * SAME * one.rod.length + one.error + other.error)
 
 
-def _flagged(segment: SpatialSegment, judged: _Judged) -> _Judged:
+def _flagged(segment: SpatialSegment, judged: Judged) -> Judged:
     """What a planar model may say of a state that space knows better: one that leaves the plane is not stable."""
     state, sideways, bounds = judged
     if beyond(segment):
         bounds = {**bounds, "twist": space_bound(segment, state)}
     if not sideways.stays:
         state = replace(state, outcome=Outcome.BUCKLES, stable=False, leaves_plane=True)
-    return _Judged(state, sideways, bounds)
+    return Judged(state, sideways, bounds)
 
 
-def _modelled(segment: SpatialSegment, ask: Ask, model: str, judged: Sequence[_Judged], why: list[str]) -> Modelled:
+def _modelled(segment: SpatialSegment, ask: Ask, model: str, judged: Sequence[Judged], why: list[str]) -> Modelled:
     """The states in the order and by the names they are shown by, with bounds and reasons."""
     bounds: dict[str, Bound] = {}
     for each in _shown(judged):

@@ -14,6 +14,19 @@ BRANCH = 0.5
 
 
 @njit
+def middle_angles(edges, table):
+    """Tangent angles (m,) in the middle of `edges (m,)`, from angles and curvatures of a vertex `table (m+1, 6)`.
+
+    By cubic Hermite interpolation; edges and curvatures in any unit of length.
+    """
+    out = np.empty(edges.size)
+    for j in range(edges.size):
+        bulge = 0.125 * edges[j] * (table[j, 3] - table[j + 1, 3])
+        out[j] = 0.5 * (table[j, 2] + table[j + 1, 2]) + bulge
+    return out
+
+
+@njit
 def response(rod, other, edges, phi, multipliers):
     """Largest distance between the equilibria of two `ScaledRod`s cut into the same `edges (n,)`, near the same angles.
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.fidelity import farthest, left_out
+from curveline.rod.fidelity import Bound, farthest, judge
 from curveline.rod.section import Section
 from curveline.rod.states import find_states
 
@@ -22,16 +22,20 @@ def peak(rod: ClampedRod = ROD) -> Equilibrium:
     return find_states(rod, 1e-6)[0]
 
 
+def named_bounds(state: Equilibrium, section: Section) -> dict[str, Bound]:
+    return judge(state, section).bounds
+
+
 def bound(name: str, state: Equilibrium, section: Section = SECTION) -> float:
-    return left_out(state, section)[name].bound
+    return named_bounds(state, section)[name].bound
 
 
 def test_every_term_is_named_and_explained() -> None:
-    assert set(left_out(peak(), SECTION)) == {"stretch", "twist", "contact"}
-    assert set(left_out(peak(replace(ROD, weight=0.0)), SECTION)) == {"stretch", "twist", "contact", "gravity"}
+    assert set(named_bounds(peak(), SECTION)) == {"stretch", "twist", "contact"}
+    assert set(named_bounds(peak(replace(ROD, weight=0.0)), SECTION)) == {"stretch", "twist", "contact", "gravity"}
     weightless = replace(SECTION, weight=0.0)
-    assert set(left_out(peak(replace(ROD, weight=0.0)), weightless)) == {"stretch", "twist", "contact"}
-    for entry in left_out(peak(replace(ROD, weight=0.0)), SECTION).values():
+    assert set(named_bounds(peak(replace(ROD, weight=0.0)), weightless)) == {"stretch", "twist", "contact"}
+    for entry in named_bounds(peak(replace(ROD, weight=0.0)), SECTION).values():
         assert len(entry.why) > 30
         assert entry.bound >= 0.0
 
