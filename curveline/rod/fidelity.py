@@ -26,6 +26,8 @@ from curveline.units import to_deg, to_mm
 
 SAFETY = 1.5
 """Bound over what a solve with the term shows, on few edges; they are off by a fifth at worst, and mostly by 1 %."""
+HONESTY = 0.1
+"""Error of an extrapolated eigenvalue, over the change it was extrapolated from: a thirtieth, three times over."""
 MOST_EDGES = 192
 """Edges to solve once more with; the difference of two curves needs fewer than a curve."""
 STRAIGHT = 2.6
@@ -116,7 +118,7 @@ def lateral(probed: Probe, section: Section) -> Lateral:
     bend, twist = section.lateral_stiffness / rod.stiffness, section.twisting_stiffness / rod.stiffness
     forces = probed.multipliers, np.array([bend, twist, rod.natural_curvature * rod.free_length])
     coarse, fine = lateral_pair(probed.rod, probed.edges, probed.angles, state.vertices_table, forces)
-    return Lateral(fine + (fine - coarse) / 3.0, abs(fine - coarse) / 3.0 + PRECISION * abs(fine))
+    return Lateral(fine + (fine - coarse) / 3.0, HONESTY * abs(fine - coarse) + PRECISION * abs(fine))
 
 
 def stretch_bound(probed: Probe, section: Section) -> Bound:
@@ -175,13 +177,16 @@ def contact_bound(state: Equilibrium, section: Section) -> Bound:
     return Bound(max(0.0, thickness - nearest), why)
 
 
-def space_bound(segment: SpatialSegment, state: Equilibrium) -> Bound:
-    """How far what points out of the plane moves the curve of a planar `state`, which is solved once more in space."""
-    flat_rod, flat = lift(segment.part(0.0), state)
+def space_bound(segment: SpatialSegment, judged: Judged) -> Bound:
+    """How far what points out of the plane moves the curve of a planar state, which is solved once more in space."""
+    state, sideways, _ = judged
+    flat = replace(segment.part(0.0), weight=(0.0, -state.rod.weight, 0.0))
     rod, relaxed = relax_in_space(segment, state)
+    here = relax_in_space(flat, state)[1].shape if sideways.stays else lift(flat, state)[1]
     if relaxed.ending is not Ending.SETTLED:
         return Bound(farthest(segment.rod), f"in space this state was not found again: {relaxed.ending.value}")
-    return Bound(_apart(segment, positions(rod, relaxed.shape), positions(flat_rod, flat)), "solved again in space")
+    gap = _apart(segment, positions(rod, relaxed.shape), positions(rod, here))
+    return Bound(gap, "solved again in space with all that points out of the plane")
 
 
 def spatial_left_out(segment: SpatialSegment, start: Equilibrium, state: Equilibrium) -> dict[str, Bound]:

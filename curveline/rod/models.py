@@ -62,7 +62,7 @@ def model_states(segment: SpatialSegment, ask: Ask) -> Modelled:
     if model == SPATIAL:
         judged = _in_space(segment, judged, ask.tolerance, why)
     else:
-        judged = [_flagged(segment, each) for each in judged]
+        judged = _renamed([_flagged(segment, each) for each in judged])
     return _modelled(segment, ask, model, judged, why)
 
 
@@ -124,21 +124,35 @@ def _stretched(
 
 
 def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float, why: list[str]) -> list[Judged]:
-    """The states in space that planar ones lead to; one that buckles is none that a planar display can show."""
+    """The states in space that planar ones lead to; one that buckles is none that a planar display can show.
+
+    Where none is found, the planar one stays in the list, with the outcome that says so.
+    """
     states: list[Judged] = []
-    buckled = 0
     for start, sideways, _ in judged:
-        state = replace(refine_in_space(segment, start, tolerance), leaves_plane=not sideways.stays)
-        if state.outcome in GONE or any(_same(state, each.state) for each in states):
-            what = f"is gone: {state.outcome.value}" if state.outcome in GONE else "falls into a state listed already"
-            why.append(f"{start.name}, in space, {what}")
+        state = refine_in_space(segment, start, tolerance)
+        if state.outcome in GONE:
+            state = replace(start, outcome=state.outcome, stable=False)
+        state = replace(state, model=SPATIAL, leaves_plane=not sideways.stays)
+        if any(_same(state, each.state) for each in states):
+            why.append(f"{start.name} falls, in space, into a state that is listed already")
             continue
         if state.leaves_plane:
-            buckled += 1
-            state = replace(state, name=f"{BUCKLED}-{buckled}")
-            why.append(f"{start.name} buckles into {state.name}, and as well into its mirror image")
+            why.append(f"{start.name} buckles towards the viewer, and might as well buckle the other way")
         states.append(Judged(state, sideways, spatial_left_out(segment, start, state)))
-    return states
+    return _renamed(states)
+
+
+def _renamed(judged: Sequence[Judged]) -> list[Judged]:
+    """States that leave the plane are never called peak or valley; the others keep their names."""
+    out: list[Judged] = []
+    buckled = 0
+    for each in judged:
+        if each.state.leaves_plane and each.state.is_untangled:
+            buckled += 1
+            each = each._replace(state=replace(each.state, name=f"{BUCKLED}-{buckled}"))
+        out.append(each)
+    return out
 
 
 def _same(one: Equilibrium, other: Equilibrium) -> bool:
@@ -151,7 +165,7 @@ def _flagged(segment: SpatialSegment, judged: Judged) -> Judged:
     """What a planar model may say of a state that space knows better: one that leaves the plane is not stable."""
     state, sideways, bounds = judged
     if beyond(segment):
-        bounds = {**bounds, "twist": space_bound(segment, state)}
+        bounds = {**bounds, "twist": space_bound(segment, judged)}
     if not sideways.stays:
         state = replace(state, outcome=Outcome.BUCKLES, stable=False, leaves_plane=True)
     return Judged(state, sideways, bounds)
