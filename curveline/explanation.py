@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 from curveline.rod.equilibrium import Equilibrium, Outcome
 from curveline.simulation import SegmentStates
-from curveline.units import to_mm
+from curveline.units import millimetres
 
 
 def explain(segment: SegmentStates) -> tuple[str, ...]:
@@ -27,14 +26,6 @@ def _accuracy(segment: SegmentStates) -> Iterator[str]:
 def deepest(state: Equilibrium) -> float:
     """How far a state comes out of the display's plane [m]."""
     return 0.0 if state.space is None else state.space.depth
-
-
-def millimetres(length: float) -> str:
-    """A length [m] in mm, as short as its size needs."""
-    value = to_mm(length)
-    if not math.isfinite(value):
-        return "an unknown distance"
-    return f"{value:.2g} mm" if value < 100.0 else f"{value:.0f} mm"
 
 
 def joined(names: Sequence[str]) -> str:

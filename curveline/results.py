@@ -19,13 +19,13 @@ import numpy.typing as npt
 
 import curveline
 from curveline.errors import InvalidInput
-from curveline.explanation import deepest, explain, millimetres
+from curveline.explanation import deepest, explain
 from curveline.files import AnyPath, refuse_file, write_file
 from curveline.rod.equilibrium import Equilibrium, Outcome
 from curveline.rod.space_curve import SpaceCurve
 from curveline.scene import Scene
 from curveline.simulation import AUTO, DEFAULT_TOLERANCE, SegmentStates
-from curveline.units import to_mj, to_mm, to_nmm
+from curveline.units import millimetres, to_mj, to_mm, to_nmm
 
 DEFAULT_POINTS = 201
 Array = npt.NDArray[np.float64]

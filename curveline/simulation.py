@@ -120,7 +120,8 @@ def _segment_states(scene: Scene, index: int, ask: Ask) -> SegmentStates:
     segment = scene.segments[index]
     found = model_states(spatial_segment(scene, index), ask)
     states = tuple(
-        replace(state, wanted=state.name == segment.state and state.simple and state.stable) for state in found.states
+        replace(state, wanted=bool(state.name == segment.state and state.simple and state.stable))
+        for state in found.states
     )
     origin = (index * scene.display.span, scene.nodes[index].height)
     return SegmentStates(

@@ -55,3 +55,11 @@ def to_nmm(value: float) -> float:
 def to_mj(value: float) -> float:
     """Energy in J to mJ."""
     return value * 1e3
+
+
+def millimetres(length: float) -> str:
+    """A length in metres as words in mm, as short as its size needs."""
+    value = to_mm(length)
+    if not math.isfinite(value):
+        return "an unknown distance"
+    return f"{value:.2g} mm" if value < 100.0 else f"{value:.0f} mm"

@@ -22,7 +22,7 @@ from curveline.rod.response import middle_angles, response
 from curveline.rod.section import Section
 from curveline.rod.space import SpatialSegment, lift, relax_in_space
 from curveline.rod.spatial import positions
-from curveline.units import to_deg, to_mm
+from curveline.units import millimetres, to_deg
 
 SAFETY = 1.5
 """Bound over what a solve with the term shows, on few edges; they are off by a fifth at worst, and mostly by 1 %."""
@@ -75,9 +75,8 @@ class Probe(NamedTuple):
         """Largest distance between the curve of the state and that of an `other` rod's, near it, on few edges [m]."""
         edges, angles = self.edges, self.angles
         if edges.size > MOST_EDGES:
-            places = np.cumsum(edges) - 0.5 * edges
             edges = np.asarray(mesh(self.rod.at, MOST_EDGES))
-            angles = np.interp(np.cumsum(edges) - 0.5 * edges, places, angles)
+            angles, _ = self.state.start_on(edges)
         found = response(self.rod, other, edges, angles.copy(), self.multipliers.copy())
         return float(found) * self.state.rod.free_length
 
@@ -172,8 +171,9 @@ def contact_bound(state: Equilibrium, section: Section) -> Bound:
     distance = float(nearest_parts(points, apart, enough))
     # Points may pass each other by half their spacing.
     nearest = math.sqrt(max(distance**2 - 0.5 * spacing**2, 0.0))
-    where = "apart by" if distance >= enough else "as near as"
-    why = f"its parts are {where} {to_mm(nearest):.3g} mm, and the rod is {to_mm(thickness):.3g} mm thick"
+    where = "stay at least" if distance >= enough else "come as near as"
+    gap = f"{millimetres(nearest)} {'apart' if distance >= enough else 'to each other'}"
+    why = f"its parts {where} {gap}, and the rod is {millimetres(thickness)} thick"
     return Bound(max(0.0, thickness - nearest), why)
 
 

@@ -14,7 +14,7 @@ from curveline.rod.space import SpatialSegment
 from curveline.rod.spatial_ladder import refine_in_space
 from curveline.rod.states import find_states, named
 from curveline.rod.sweep import SAME
-from curveline.units import to_mm
+from curveline.units import millimetres
 
 AUTO = "auto"
 MODELS = (AUTO, PLANAR, EXTENSIBLE, SPATIAL)
@@ -57,11 +57,13 @@ def model_states(segment: SpatialSegment, ask: Ask) -> Modelled:
         model, why = _choice(segment, judged, ask.tolerance)
     if model != PLANAR:
         judged = [judge(state, segment.section) for state in _stretched(segment, found, ask.tolerance, why)]
-        if ask.model == AUTO and model == EXTENSIBLE and (unstable := _leaving(judged)):
-            model, why = SPATIAL, [*why, unstable]
+        if ask.model == AUTO and model == EXTENSIBLE and _leaving(judged):
+            model = SPATIAL
+            why.append(_leaving(judged))
     if model == SPATIAL:
         judged = _in_space(segment, judged, ask.tolerance, why)
     else:
+        why += [unstable for unstable in [_leaving(judged)] if unstable]
         judged = _renamed([_flagged(segment, each) for each in judged])
     return _modelled(segment, ask, model, judged, why)
 
@@ -87,10 +89,9 @@ def _choice(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float)
     for state, _, bounds in _shown(judged):
         stretch = bounds["stretch"].bound
         if state.error + stretch > tolerance:
-            return EXTENSIBLE, [
-                f"stretch might move {state.name} by {_mm(stretch)}, which with its error of {_mm(state.error)} is "
-                f"more than the tolerance of {_mm(tolerance)}"
-            ]
+            both = f"{millimetres(stretch)}, and its error is {millimetres(state.error)}"
+            limit = f"together more than the tolerance of {millimetres(tolerance)}"
+            return EXTENSIBLE, [f"stretch might move {state.name} by {both}: {limit}"]
     return PLANAR, ["nothing points out of the plane, no state leaves it, and stretch is within the tolerance"]
 
 
@@ -111,13 +112,15 @@ def _stretched(
     segment: SpatialSegment, found: Sequence[Equilibrium], tolerance: float, why: list[str]
 ) -> list[Equilibrium]:
     """The planar states of an extensible rod that the inextensible ones lead to; `why` takes what became of others."""
-    states = []
+    states: list[Equilibrium] = []
     for state in found:
         rod = replace(state.rod, stretching=segment.section.stretching_stiffness)
         start = probe(state)
         stretched = refine(rod, start.edges, start.angles, start.multipliers, tolerance)
         if stretched.outcome in GONE:
             why.append(f"{state.name} is gone when the rod may stretch: {stretched.outcome.value}")
+        elif any(_same(stretched, other) for other in states):
+            why.append(f"{state.name} is gone when the rod may stretch: it falls into a state that is listed already")
         else:
             states.append(replace(stretched, iterations=state.iterations + stretched.iterations))
     return named(states)
@@ -156,7 +159,9 @@ def _renamed(judged: Sequence[Judged]) -> list[Judged]:
 
 
 def _same(one: Equilibrium, other: Equilibrium) -> bool:
-    """True if two states in space are one curve."""
+    """True if two states are one curve."""
+    if one.winding != other.winding:
+        return False
     gap = np.hypot(np.linalg.norm(one.curve(33) - other.curve(33), axis=1), one.depth(33) - other.depth(33))
     return bool(np.max(gap) < 0.01 * SAME * one.rod.length + one.error + other.error)
 
@@ -179,12 +184,13 @@ def _modelled(segment: SpatialSegment, ask: Ask, model: str, judged: Sequence[Ju
             if name not in bounds or bound.bound > bounds[name].bound:
                 bounds[name] = bound
     terms = _terms(segment, model)
-    said = [f"modelled: {', '.join(terms)}, by the {model} model; {'; '.join(why)}"]
+    said = [f"modelled: {', '.join(terms)}, by the {model} model", *why]
     said += [
-        f"left out: {name}, which moves the curve by at most {_mm(b.bound)}: {b.why}" for name, b in bounds.items()
+        f"left out: {name}, which moves the curve by at most {millimetres(b.bound)}: {b.why}"
+        for name, b in bounds.items()
     ]
     if large := [name for name, bound in bounds.items() if bound.bound > ask.tolerance]:
-        said.append(f"more than the tolerance of {_mm(ask.tolerance)} may be missing: {', '.join(large)}")
+        said.append(f"more than the tolerance of {millimetres(ask.tolerance)} may be missing: {', '.join(large)}")
     states = sorted((each.state for each in judged), key=lambda state: not state.simple)
     return Modelled(model, tuple(states), terms, bounds, tuple(said))
 
@@ -197,11 +203,6 @@ def _terms(segment: SpatialSegment, model: str) -> tuple[str, ...]:
         "lateral bend": model == SPATIAL,
         "twist": model == SPATIAL,
         "gravity": bool(segment.rod.weight) or (model == SPATIAL and any(segment.weight)),
-        "loads": bool(segment.loads),
+        "loads": any(any(load[1:] if model == SPATIAL else load[1:3]) for load in segment.loads),
     }
     return tuple(name for name, is_there in there.items() if is_there)
-
-
-def _mm(length: float) -> str:
-    """A length [m] in words."""
-    return f"{to_mm(length):.2g} mm"

@@ -93,7 +93,7 @@ def test_a_rod_that_would_not_stay_in_the_plane_is_said_to_buckle(run: Run, tmp_
     assert code == 1
     assert {state["outcome"] for state in json.loads(out)["segments"][0]["states"]} == {"buckles"}
     assert "segment 1 has no peak; its stable states: none at all" in err
-    assert "segment 1, peak: stable in its plane, but not in space" in err
+    assert "segment 1, buckled-1: stable in its plane, but not in space" in err
 
 
 def test_explaining_fits_80_columns_and_goes_into_the_document(run: Run) -> None:
