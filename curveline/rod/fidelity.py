@@ -58,6 +58,11 @@ class Lateral(NamedTuple):
         """True if the rod certainly stays in its plane."""
         return self.eigenvalue > self.uncertainty
 
+    @property
+    def leaves(self) -> bool:
+        """True if the rod certainly leaves its plane; a neutral one may do neither."""
+        return self.eigenvalue < -self.uncertainty
+
 
 class Probe(NamedTuple):
     """A planar `state` in units of its free length and EI, ready to be solved once more.
@@ -145,11 +150,11 @@ def gravity_bound(probed: Probe, section: Section) -> Bound:
 
 def twist_bound(state: Equilibrium, sideways: Lateral) -> Bound:
     """Nothing moves a rod out of a plane in which it is stable; from one where it is not, it may go anywhere."""
-    value, off = sideways
+    value = sideways.eigenvalue
     if sideways.stays:
         why = f"nothing points out of the plane, where the rod is stable: lowest eigenvalue {value:.3g} EI/L^2"
         return Bound(0.0, why)
-    how = "unstable" if value < -off else "hardly stable"
+    how = "unstable" if sideways.leaves else "hardly stable"
     why = f"in its plane the rod is {how}: lowest eigenvalue {value:.3g} EI/L^2; no rod of its length could go farther"
     return Bound(farthest(state.rod), why)
 

@@ -134,13 +134,15 @@ def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: floa
     states: list[Judged] = []
     for start, sideways, _ in judged:
         state = refine_in_space(segment, start, tolerance)
+        leaves = not sideways.stays and (sideways.leaves or state.leaves_plane)
         if state.outcome in GONE:
+            why.append(f"{start.name} was not found in space: {state.outcome.value}")
             state = replace(start, outcome=state.outcome, stable=False)
-        state = replace(state, model=SPATIAL, leaves_plane=not sideways.stays)
+        state = replace(state, leaves_plane=leaves)
         if any(_same(state, each.state) for each in states):
             why.append(f"{start.name} falls, in space, into a state that is listed already")
             continue
-        if state.leaves_plane:
+        if state.leaves_plane and state.stable:
             why.append(f"{start.name} buckles towards the viewer, and might as well buckle the other way")
         states.append(Judged(state, sideways, spatial_left_out(segment, start, state)))
     return _renamed(states)
