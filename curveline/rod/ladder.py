@@ -11,7 +11,7 @@ import numpy as np
 
 from curveline.rod._jit import njit
 from curveline.rod.hermite import weights
-from curveline.rod.planar import Effort, energy, lowest_eigenvalue, newton, thrust_on
+from curveline.rod.planar import Effort, lowest_eigenvalue, newton, thrust_on
 from curveline.rod.problem import halved, largest_change, make_problem, refine_angles, released
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
@@ -32,7 +32,9 @@ def vertex_table(problem, phi, multipliers):
     table = np.zeros((n + 1, COLUMNS))
     before = 0.0
     for j in range(n):
-        strain = -problem.compliance[j] * thrust_on(problem, phi, multipliers, j)
+        strain = 0.0
+        if problem.compliance[j] > 0.0:
+            strain = -problem.compliance[j] * thrust_on(problem, phi, multipliers, j)
         length = problem.edges[j] * (1.0 + strain)
         table[j + 1, 0] = table[j, 0] + length * np.cos(phi[j])
         table[j + 1, 1] = table[j, 1] + length * np.sin(phi[j])
@@ -65,11 +67,18 @@ def level_scalars(problem, phi, multipliers, table):
     out[1] = multipliers[1]
     out[2] = table[0, 3]
     out[3] = table[n, 3]
+    strained = 0.0
     potential = 0.0
+    before = problem.ends[0]
     for j in range(n):
-        stretch = 1.0 - problem.compliance[j] * thrust_on(problem, phi, multipliers, j)
-        potential += (problem.loads[0, j] * np.cos(phi[j]) + problem.loads[1, j] * np.sin(phi[j])) * stretch
-    out[4] = energy(problem, phi, multipliers) - potential
+        # The table's edges are stretched and turned already, which spares a sine and a cosine.
+        potential += problem.loads[0, j] * (table[j + 1, 0] - table[j, 0]) / problem.edges[j]
+        potential += problem.loads[1, j] * (table[j + 1, 1] - table[j, 1]) / problem.edges[j]
+        strained += 0.5 * (phi[j] - before) ** 2 * problem.stiffness[j]
+        before = phi[j]
+        if problem.compliance[j] > 0.0:
+            strained += 0.5 * problem.compliance[j] * thrust_on(problem, phi, multipliers, j) ** 2
+    out[4] = strained + 0.5 * (problem.ends[1] - before) ** 2 * problem.stiffness[n]
     out[5] = potential
     out[EIGENVALUE] = 0.0
     return out

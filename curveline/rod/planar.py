@@ -341,19 +341,24 @@ def modes_below(problem, variation, value):
     schur = corner.copy()
     forward = np.zeros(k)
     below = 0
-    pivot = 1.0
+    inverse = 0.0
     for j in range(diagonal.size):
-        ratio = -problem.stiffness[j] / pivot if j > 0 else 0.0
+        ratio = -problem.stiffness[j] * inverse
         pivot = diagonal[j] - value * problem.edges[j] + ratio * problem.stiffness[j]
         if abs(pivot) < TINY:
             pivot = TINY
         if pivot < 0.0:
             below += 1
+        # One division an edge: they are what this loop spends its time on.
+        inverse = 1.0 / pivot
         for a in range(k):
             forward[a] = border[a, j] - ratio * forward[a]
-        for a in range(k):
-            for b in range(k):
-                schur[a, b] += forward[a] * forward[b] / pivot
+            scaled = forward[a] * inverse
+            for b in range(a + 1):
+                schur[a, b] += scaled * forward[b]
+    for a in range(k):
+        for b in range(a):
+            schur[b, a] = schur[a, b]
     return below + count_positive(schur) - k
 
 
