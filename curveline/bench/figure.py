@@ -57,6 +57,9 @@ def _draw_set(panel: Axes, points: Sequence[Point]) -> None:
             panel.step(times, errors, where="post", color=colour, linewidth=5.0, alpha=0.18, zorder=1)
     panel.set_xscale("log")
     panel.set_yscale("log")
+    for axis in (panel.xaxis, panel.yaxis):
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_minor_formatter(lambda value, _: "")
     panel.grid(visible=True, linewidth=0.4, color="#dddddd")
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)

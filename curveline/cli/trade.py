@@ -62,7 +62,7 @@ def progress(steps: int) -> Iterator[Callable[[str], None]]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
     columns = (BarColumn(bar_width=20), MofNCompleteColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=show.console(), transient=True) as bar:
+    with Progress(*columns, console=show.console(), transient=True, redirect_stdout=False) as bar:
         task = bar.add_task("", total=steps)
         begun = False
 
