@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +14,17 @@ import numpy as np
 from curveline.errors import MissingExtra
 from curveline.explanation import deepest
 from curveline.results import Array, Report, curve_mm, depth_mm
+from curveline.rod.dynamics import time_unit
 from curveline.rod.equilibrium import Equilibrium
 from curveline.scene import PEAK, VALLEY, Node
-from curveline.units import to_mm
+from curveline.units import to_mm, to_ms
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from curveline.rod.dynamics import Fall
+    from curveline.rod.space import SpatialSegment
 
 # Blue and vermilion of Okabe and Ito's palette, which people with any colour vision tell apart.
 COLOURS = {PEAK: "#0072B2", VALLEY: "#D55E00"}
@@ -39,6 +44,12 @@ LEGEND_ROOM = 0.4  # [inch] below all panels
 PIXELS_PER_INCH = 150
 MARGIN = 0.06
 """Room around a curve, as a part of the display's width."""
+FLASHES = 16
+"""Curves in a strobe picture."""
+SLOWER = 5.0
+FRAME_MS = 40
+FILM_INCHES = 4.8
+FILM_PIXELS_PER_INCH = 100
 SETTINGS: Any = {
     "text.parse_math": False,
     "svg.hashsalt": "curveline",
@@ -120,6 +131,77 @@ def draw(reports: Sequence[Report], kind: str) -> bytes:
         return bytes_of(figure, kind)
 
 
+def draw_fall(film: Fall, segment: SpatialSegment, kind: str) -> bytes:
+    """A strobe picture, "svg" or "png", of a motion as seen from the front: flashes at equal times, the last darkest.
+
+    `segment` says how long the rod is and how heavy, hence how fast.
+    """
+    require_matplotlib()
+    times, curves = film.sampled(FLASHES)
+    with _panel_of(curves, segment, kind) as (figure, panel):
+        for number, curve in enumerate(curves):
+            last = number == FLASHES - 1
+            panel.plot(
+                *_seen(curve, segment).T,
+                color=DARK,
+                linewidth=THICK if last else THIN,
+                alpha=(number + 2) / (FLASHES + 1),
+            )
+        flash_ms = to_ms((times[1] - times[0]) * time_unit(segment))
+        panel.set_title(f"{FLASHES} flashes, one every {flash_ms:.3g} ms: {film.fate.value}", wrap=True)
+        return _bytes_of(figure, kind)
+
+
+def animate_fall(film: Fall, segment: SpatialSegment) -> bytes:
+    """A motion as seen from the front, a GIF that runs `SLOWER` times slower than the rod, over and over."""
+    require_matplotlib()
+    from PIL import Image
+
+    seconds = (film.times[-1] - film.times[0]) * time_unit(segment)
+    _, curves = film.sampled(max(2, round(to_ms(seconds) * SLOWER / FRAME_MS)))
+    images = []
+    with _panel_of(curves, segment, "gif") as (figure, panel):
+        panel.set_title(f"{SLOWER:g} times slower than the rod")
+        (line,) = panel.plot([], [], color=DARK, linewidth=THICK)
+        for curve in curves:
+            line.set_data(*_seen(curve, segment).T)
+            stream = io.BytesIO()
+            figure.savefig(stream, format="png", dpi=FILM_PIXELS_PER_INCH, metadata=METADATA["png"])
+            images.append(Image.open(stream).convert("P", palette=Image.Palette.ADAPTIVE, colors=16))
+    out = io.BytesIO()
+    images[0].save(out, "GIF", save_all=True, append_images=images[1:], duration=FRAME_MS, loop=0)
+    return out.getvalue()
+
+
+@contextmanager
+def _panel_of(curves: Array, segment: SpatialSegment, kind: str) -> Iterator[tuple[Figure, Axes]]:
+    """An empty panel that all `curves (k, n+1, 3)` of a segment fit into."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    seen = np.concatenate([_seen(curve, segment) for curve in curves])
+    (left, low), (right, high) = np.min(seen, axis=0), np.max(seen, axis=0)
+    room = MARGIN * (right - left)
+    width = FILM_INCHES if kind == "gif" else WIDTH
+    height = width * min(1.5, (high - low + 2.0 * room) / (right - left + 2.0 * room)) + HEAD_ROOM
+    with matplotlib.rc_context({**_defaults(), **SETTINGS}):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
+        panel = figure.subplots()
+        panel.set(xlim=(left - room, right + room), ylim=(low - room, high + room), aspect="equal")
+        _dress(panel, FRONT.label)
+        yield figure, panel
+
+
+def _seen(curve: Array, segment: SpatialSegment) -> Array:
+    """Points (n+3, 2) [mm], from pivot to pivot, of a `curve (n+1, 3)` over the free length."""
+    rod = segment.rod
+    free = np.array(rod.free_start) + rod.free_length * curve[:, :2]
+    return to_mm(1.0) * np.vstack([[0.0, 0.0], free, rod.chord])
+
+
 def _draw_view(panels: Sequence[Axes], reports: Sequence[Report], view: View, *, alike: bool) -> None:
     """Every shape in its panel; those of one display share their scales."""
     across = panels[0].get_gridspec().ncols  # type: ignore[union-attr]
@@ -185,8 +267,13 @@ def _draw_shape(panel: Axes, report: Report, view: View) -> None:
     panel.set_aspect("equal")
     panel.margins(MARGIN)
     panel.set_title(f"{report.scene.name}{view.title}")
+    _dress(panel, view.label)
+
+
+def _dress(panel: Axes, label: str) -> None:
+    """Labels, a light grid, no box."""
     panel.set_xlabel(X_LABEL)
-    panel.set_ylabel(view.label)
+    panel.set_ylabel(label)
     panel.grid(visible=True, linewidth=0.4, color="#dddddd")
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)

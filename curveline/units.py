@@ -57,6 +57,11 @@ def to_mj(value: float) -> float:
     return value * 1e3
 
 
+def to_ms(value: float) -> float:
+    """Time in seconds to ms."""
+    return value * 1e3
+
+
 def millimetres(length: float) -> str:
     """A length in metres as words in mm, as short as its size needs."""
     value = to_mm(length)

@@ -108,6 +108,13 @@ class Fall:
     fate: Fate
     settled: Shape | None
 
+    def sampled(self, count: int) -> tuple[Array, Array]:
+        """Times (count,) at equal distances and places (count, n+1, 3) then, by straight lines between the steps."""
+        times = np.linspace(self.times[0], self.times[-1], count)
+        columns = self.places.reshape(len(self.times), -1).T
+        places = np.array([np.interp(times, self.times, column) for column in columns])
+        return times, places.T.reshape(count, *self.places.shape[1:])
+
 
 def time_unit(segment: SpatialSegment) -> float:
     """Seconds per unit of time: sqrt(m L^4 / EI), with the free length L and the section's own mass per length m."""
