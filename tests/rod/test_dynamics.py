@@ -290,6 +290,25 @@ def test_energy_never_grows_however_violent_the_snap(damping: Medium, seed: int)
     assert np.all(film.kinetic[1:] >= 0.5 * squares * (1.0 - 1e-6))
 
 
+def test_a_step_that_would_gain_energy_is_taken_in_halves() -> None:
+    # Backward Euler gains where it runs over a hill: a straight rod, pressed beyond its Euler load, passes fast.
+    n, dt, medium = 20, 0.01, Medium(external=0.2)
+    rod = flat_rod(n, (0.99, 0.0), (0.0, 0.0))
+    rod = rod._replace(stiffness=np.array([17.0, 1.0, 3.0, 1e4]))
+    pressed = straight(n)._replace(strain=np.full(n, -0.01))
+    start = at_rest(rod, pressed)
+    velocities = start.velocities.copy()
+    velocities[:, 1] = 0.01 * (1.0 - np.cos(2.0 * math.pi * np.linspace(0.0, 1.0, n + 1)))
+    start = start._replace(velocities=velocities)
+    taken = step(rod, start, medium, dt)
+    assert taken is not None
+    assert total_energy(rod, taken[0], medium) > total_energy(rod, start, medium) + 1e-6
+    film = fall(rod, start, medium, Pace(first=dt, longest=dt, accuracy=1.0, until=0.02))
+    assert film.times[1] < 0.5 * dt
+    assert monotone(film.kinetic + film.potential)
+    assert film.fate is Fate.MOVING
+
+
 @pytest.mark.parametrize(
     ("kind", "fold"), [("one end", 41.81572612), ("both ends", 57.73902789), ("load", 59.91928012)]
 )
