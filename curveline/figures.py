@@ -149,7 +149,7 @@ def draw_fall(film: Fall, segment: SpatialSegment, kind: str) -> bytes:
             )
         flash_ms = to_ms((times[1] - times[0]) * time_unit(segment))
         panel.set_title(f"{FLASHES} flashes, one every {flash_ms:.3g} ms: {film.fate.value}", wrap=True)
-        return _bytes_of(figure, kind)
+        return bytes_of(figure, kind)
 
 
 def animate_fall(film: Fall, segment: SpatialSegment) -> bytes:
@@ -186,7 +186,7 @@ def _panel_of(curves: Array, segment: SpatialSegment, kind: str) -> Iterator[tup
     room = MARGIN * (right - left)
     width = FILM_INCHES if kind == "gif" else WIDTH
     height = width * min(1.5, (high - low + 2.0 * room) / (right - left + 2.0 * room)) + HEAD_ROOM
-    with matplotlib.rc_context({**_defaults(), **SETTINGS}):
+    with matplotlib.rc_context({**defaults(), **SETTINGS}):
         figure = Figure(figsize=(width, height), layout="constrained")
         (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
         panel = figure.subplots()
