@@ -35,7 +35,7 @@ ITERATIONS = 12
 EASY = 5
 """Iterations up to which a step may be followed by a longer one."""
 LONGEST_TURN = 0.5
-"""A step that turns an edge by more [rad], or stretches it by the like, is too long: it could lead to another branch."""
+"""A step that turns an edge by more [rad], or stretches it by the like, is too long: it could change the branch."""
 SHORTEST = 1e-10
 ROUNDING = 1e-11
 """Energy that a step may gain by rounding, relative to the energies involved."""
