@@ -324,6 +324,11 @@ def test_past_a_fold_the_rod_falls_where_energy_descent_says(kind: str, fold: fl
         assert film.settled is not None
         assert is_stable(past, film.settled)
         np.testing.assert_allclose(angles_of(film.settled), angles_of(lost.shape), atol=1e-6)
+        # It has not been given up while it could still swing away.
+        bottom = total_energy(past, at_rest(past, film.settled), Medium())
+        left, fallen = (film.kinetic[end] + film.potential[end] - bottom for end in (-1, 0))
+        assert 0.0 < left < 0.0101 * fallen
+        assert np.max(np.abs(angles_of(film.last.shape) - angles_of(film.settled))) < 0.3
         assert monotone(film.kinetic + film.potential)
     # The mirrored curve; an arch that its load turns over hangs.
     middle = [float(film.places[place, 15, 1]) for film in films for place in (0, -1)]
