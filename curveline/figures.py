@@ -258,7 +258,7 @@ def _draw_shape(panel: Axes, report: Report, view: View) -> None:
     """All states of a shape and the nodes that hold it."""
     for index, segment in enumerate(report.segments):
         # What the display cannot show lies below, what is wanted on top.
-        for state in sorted(segment.states, key=lambda state: (state.simple, state.wanted)):
+        for state in sorted(segment.states, key=lambda state: (state.is_untangled, state.wanted)):
             curve = view.of(report, index, state)
             panel.plot(curve[:, 0], curve[:, 1], **_style(state))
     _draw_nodes(panel, report, view)
@@ -280,7 +280,7 @@ def _dress(panel: Axes, label: str) -> None:
 
 
 def _style(state: Equilibrium) -> dict[str, Any]:
-    if not state.simple:
+    if not state.is_untangled:
         return {"label": UNSHOWN, "color": GREY, "linewidth": 0.6, "linestyle": ":"}
     look = {"color": COLOURS.get(state.name, OTHER), "linestyle": STYLES.get(state.name, "-.")}
     return {"label": state.name, **look, "linewidth": THICK if state.wanted else THIN}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib
@@ -106,9 +107,16 @@ def test_a_shape_that_leaves_the_plane_is_also_seen_from_above(reports: list[Rep
     assert rows[middle].mean() == pytest.approx(rows[below].max(), abs=4)
 
 
-def test_a_name_with_signs_is_text(reports: list[Report]) -> None:
-    from dataclasses import replace
+def test_a_state_that_leaves_the_plane_is_drawn_under_its_name(reports: list[Report]) -> None:
+    segment = reports[0].segments[0]
+    buckled = replace(segment.states[0], name="buckled-1", leaves_plane=True, stable=False, wanted=False)
+    assert figures._style(buckled) == {
+        "label": "buckled-1", "color": figures.OTHER, "linestyle": "-.", "linewidth": figures.THIN,
+    }  # fmt: skip
+    assert figures._style(replace(buckled, winding=1))["label"] == figures.UNSHOWN
 
+
+def test_a_name_with_signs_is_text(reports: list[Report]) -> None:
     report = replace(reports[0], scene=replace(reports[0].scene, name=r"$\frac{a}$ <b> & $"))
     assert svg_of([report]).startswith("<?xml")
 
