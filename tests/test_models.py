@@ -166,3 +166,29 @@ def test_a_weightless_display_bounds_its_weight_in_every_model() -> None:
         assert "gravity" not in segment.terms
         truth = max(apart(one, other) for one, other in zip(segment.states, heavy.states, strict=True))
         assert 1e-4 < truth <= segment.left_out["gravity"].bound <= 2.0 * truth
+
+
+def test_states_in_space_go_by_their_heights_there() -> None:
+    """Both clamps turned by half a turn, the rod stands on its head; by a quarter, it lies on its side."""
+    left, right = PLAIN.nodes
+    upright = only(PLAIN, model="spatial")
+    turned = only(replace(PLAIN, nodes=(replace(left, roll=deg(180.0)), replace(right, roll=deg(180.0)))))
+    assert [state.name for state in turned.states] == [state.name for state in upright.states] == ["peak", "valley"]
+    assert [state.wanted for state in turned.states] == [True, False]
+    for one, other in zip(upright.states, turned.states, strict=True):
+        assert apart(one, other) <= one.error + other.error
+    side = only(replace(PLAIN, nodes=(replace(left, yaw=deg(40.0)), replace(right, yaw=deg(40.0)))))
+    heights = [state.mean_height for state in side.states]
+    assert heights == sorted(heights, reverse=True)
+    for state in side.states if len(side.states) == 1 else ():
+        assert state.name == ("peak" if state.mean_height > 0.0 else "valley")
+
+
+def test_a_state_that_is_not_found_in_space_is_listed_as_lost() -> None:
+    left, right = PLAIN.nodes
+    wound = only(replace(PLAIN, nodes=(left, replace(right, roll=deg(3600.0)))))
+    assert wound.wanted is None
+    lost = [state for state in wound.states if not state.stable]
+    assert lost
+    assert all(state.name.startswith("lost-") and state.outcome is not Outcome.CONVERGED for state in lost)
+    assert any("was not found in space" in sentence for sentence in wound.reasons)

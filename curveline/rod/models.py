@@ -21,6 +21,8 @@ MODELS = (AUTO, PLANAR, EXTENSIBLE, SPATIAL)
 """What a user may ask for; `AUTO` leaves it to the scene."""
 
 BUCKLED = "buckled"
+MISSING = "lost"
+"""Names of states, with a number each, that leave the plane, and of planar ones that have none in space."""
 GONE = (Outcome.LOST, Outcome.UNSTABLE, Outcome.UNWOUND)
 
 
@@ -129,7 +131,7 @@ def _stretched(
 def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float, why: list[str]) -> list[Judged]:
     """The states in space that planar ones lead to; one that buckles is none that a planar display can show.
 
-    Where none is found, the planar one stays in the list, with the outcome that says so.
+    Where none is found, the planar one stays in the list, with the outcome that says so, and is called lost.
     """
     states: list[Judged] = []
     for start, sideways, _ in judged:
@@ -145,7 +147,22 @@ def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: floa
         if state.leaves_plane and state.stable:
             why.append(f"{start.name} buckles towards the viewer, and might as well buckle the other way")
         states.append(Judged(state, sideways, spatial_left_out(segment, start, state)))
-    return _renamed(states)
+    return _renamed(_by_height(states))
+
+
+def _by_height(judged: Sequence[Judged]) -> list[Judged]:
+    """States in space, named by their heights there: a roll by half a turn, for one, exchanges peak and valley."""
+    there = [each for each in judged if each.state.simple and each.state.outcome not in GONE]
+    there.sort(key=lambda each: -each.state.mean_height)
+    out = [each._replace(state=state) for each, state in zip(there, named([each.state for each in there]), strict=True)]
+    others = [each for each in judged if not any(each is other for other in there)]
+    lost = 0
+    for each in others:
+        if each.state.simple:
+            lost += 1
+            each = each._replace(state=replace(each.state, name=f"{MISSING}-{lost}"))
+        out.append(each)
+    return out
 
 
 def _renamed(judged: Sequence[Judged]) -> list[Judged]:
