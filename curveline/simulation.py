@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from curveline.errors import InvalidInput
@@ -74,13 +75,17 @@ def _planar_rod(scene: Scene, index: int) -> ClampedRod:
 
 
 def spatial_segment(scene: Scene, index: int) -> SpatialSegment:
-    """The segment after node `index` with all that the scene says of it, in space."""
+    """The segment after node `index` with all that the scene says of it, in space.
+
+    Full turns that both clamps make leave the rod as it was, so that they are not made.
+    """
     left, right = scene.nodes[index], scene.nodes[index + 1]
+    common = 2.0 * math.pi * math.trunc((left.roll + right.roll) / (4.0 * math.pi))
     return SpatialSegment(
         rod=_planar_rod(scene, index),
         section=section_of(scene.display),
         yaw=(left.yaw, right.yaw),
-        roll=(left.roll, right.roll),
+        roll=(left.roll - common, right.roll - common),
         weight=scene.display.weight,
         loads=tuple(sorted((load.at, *load.force, load.lateral) for load in scene.loads if load.segment == index)),
         lateral_curvature=scene.display.rod.lateral_curvature,

@@ -120,6 +120,19 @@ def test_a_segment_in_space_has_all_that_the_scene_says_of_it() -> None:
     assert spatial_segment(QUAD, 1).is_flat
 
 
+def test_full_turns_that_both_clamps_make_are_not_made() -> None:
+    rolled = {
+        (3600.0, 3600.0): (0.0, 0.0),
+        (0.0, 3600.0): (-1800.0, 1800.0),
+        (-800.0, -750.0): (-80.0, -30.0),
+        (360.0, 359.0): (360.0, 359.0),
+    }
+    for (left, right), expected in rolled.items():
+        nodes = (Node(0.0, 0.0, 0.0, deg(left)), Node(0.0, 0.0, 0.0, deg(right)))
+        scene = Scene("rolled", read_display("single"), nodes, (Segment(mm(600), "peak"),))
+        assert spatial_segment(scene, 0).roll == pytest.approx(tuple(map(deg, expected)), abs=1e-9)
+
+
 def test_the_models_agree_where_nothing_points_out_of_the_plane_and_stretch_is_small() -> None:
     scene = curveline.read_shape(SHAPES[0])
     (planar,), (extensible,), (spatial,) = (simulate(scene, model=name) for name in ("planar", "extensible", "spatial"))

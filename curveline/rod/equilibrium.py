@@ -29,7 +29,8 @@ class Outcome(Enum):
     CONVERGED = "converged to the tolerance"
     COARSE = "the tolerance was not reached with the most vertices allowed: ask for a larger tolerance"
     LOST = "the state exists only on a coarse rod: it lies at a fold; change length or angles a little"
-    UNWOUND = "the rod would pass through itself to lose turns of its twist: ask for fewer turns of roll"
+    UNREACHED = "no equilibrium in space was reached from the plane: ask for less roll, yaw or load out of the plane"
+    UNWOUND = "on its way the rod would pass through itself: ask for less roll, yaw or load out of the plane"
     UNSTABLE = "an equilibrium, but not a stable one: the rod leaves it"
     BUCKLES = "stable in its plane, but not in space: the spatial model shows where the rod buckles to"
 

@@ -23,7 +23,7 @@ MODELS = (AUTO, PLANAR, EXTENSIBLE, SPATIAL)
 BUCKLED = "buckled"
 MISSING = "lost"
 """Names of states, with a number each, that leave the plane, and of planar ones that have none in space."""
-GONE = (Outcome.LOST, Outcome.UNSTABLE, Outcome.UNWOUND)
+GONE = (Outcome.LOST, Outcome.UNREACHED, Outcome.UNSTABLE, Outcome.UNWOUND)
 
 
 class Ask(NamedTuple):

@@ -232,7 +232,7 @@ def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: floa
 def _outcome(climbed: Climbed, tolerance: float) -> Outcome:
     """How a refinement ended."""
     if climbed.ending is not Ending.SETTLED:
-        return Outcome.LOST
+        return Outcome.UNREACHED
     if climbed.passed:
         return Outcome.UNWOUND
     if not climbed.is_stable:
