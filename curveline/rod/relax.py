@@ -25,16 +25,18 @@ PENALTY = 1000.0
 NEUTRAL = 1e-6
 """Eigenvalues [EI / L^2] no further below zero are of motions that cost nothing, such as turning a round rod's arch."""
 CANCELLED = 2e-17
-"""Of stretching stiffness times edges, what rounding makes of the lowest eigenvalue."""
+"""Of the Hessian's entries, what rounding makes of the lowest eigenvalue."""
 LEAST_SHIFT = 0.05
 TURN = 0.5
 """Largest turn of an edge in a step [rad]."""
+SMOOTHING = 1000.0
+"""Shift at which half of the last vertex's gap is closed in a step."""
 SMALL = 0.02
 """Turn [rad] below which a step needs no line search."""
 SHORTENINGS = 14
 KRYLOV = 120
 """Most vectors for the lowest mode; some twenty are the rule."""
-CLOSE = 1e-9
+CLOSE = 1e-7
 """What is left over of the lowest mode, relative; its eigenvalue is exact to the square of that."""
 
 
@@ -83,8 +85,9 @@ def descend(rod: SpatialRod, shape: Shape, iterations: int = 200) -> Relaxed:
             return Relaxed(shape, Ending.BROKEN, iteration, residual)
         if shift == least and residual <= max(RESIDUAL, floor):
             return Relaxed(shape, Ending.SETTLED, iteration, residual)
-        right = _right_sides(system)
-        step = _joined(rod, shape, system, solve_factored(factor, right))
+        # While kinks make the rod unstable, they are smoothed first: a stiffened rod closes its gap by a new kink.
+        system = system._replace(gap=system.gap / (1.0 + shift / SMOOTHING))
+        step = _joined(rod, shape, system, solve_factored(factor, _right_sides(system)))
         shape, found = _searched(rod, shape, system, step)
         relief = 0.25 * shift if shift > LEAST_SHIFT else least
         shift = relief if found else 4.0 * max(shift, LEAST_SHIFT)
@@ -92,18 +95,22 @@ def descend(rod: SpatialRod, shape: Shape, iterations: int = 200) -> Relaxed:
 
 
 def newton(rod: SpatialRod, shape: Shape, iterations: int = 60) -> Relaxed:
-    """Find an equilibrium near `shape`, stable or not, by Newton steps that turn no edge by more than `TURN`."""
+    """Find an equilibrium near `shape`, stable or not, by Newton steps that turn no edge by more than `TURN`.
+
+    The Hessian is shifted by next to nothing, which keeps motions that cost nothing from running away.
+    """
+    weights, least = metric(rod), _neutral(rod)
     residual = np.inf
     for iteration in range(1, iterations + 1):
         system = _turning(rod, _system(rod, shape), shape)
         residual, floor = _residual(rod, system)
         if residual <= max(RESIDUAL, floor):
             return Relaxed(shape, Ending.SETTLED, iteration, residual)
-        solution = solve_indefinite(system.band[system.free], _right_sides(system)) if np.isfinite(residual) else None
+        shifted = system.band[system.free] + least * weights[system.free]
+        solution = solve_indefinite(shifted, _right_sides(system)) if np.isfinite(residual) else None
         if solution is None:
             return Relaxed(shape, Ending.BROKEN, iteration, residual)
-        step = _joined(rod, shape, system, solution)
-        shape = _bounded(rod, shape, step)[0]
+        shape = _bounded(rod, shape, _joined(rod, shape, system, solution))[0]
     return Relaxed(shape, Ending.EXHAUSTED, iterations, residual)
 
 
@@ -111,22 +118,32 @@ def lowest_mode(rod: SpatialRod, shape: Shape) -> tuple[float, Array]:
     """Smallest eigenvalue of the second variation at `shape` and its mode (4n+3,), of length 1 in the metric.
 
     The eigenvalue is measured by the metric of turns, spins and strains, in units of EI / L^2, so that in the plane and
-    for a stiff rod it is that of `planar.lowest_eigenvalue`. It is found by the Lanczos method on the inverse, shifted
-    until it is positive definite, with full orthogonalisation (Golub and Van Loan 2013, section 10.3).
+    for a stiff rod it is that of `planar.lowest_eigenvalue`.
+    """
+    values, modes = lowest_modes(rod, shape, 1)
+    return float(values[0]), modes[0]
+
+
+def lowest_modes(rod: SpatialRod, shape: Shape, count: int) -> tuple[Array, Array]:
+    """The `count` smallest eigenvalues of the second variation, rising, and their modes (count, 4n+3).
+
+    By the Lanczos method on the inverse, shifted until it is positive definite, with full orthogonalisation (Golub and
+    Van Loan 2013, section 10.3). Of an eigenvalue that occurs twice one mode is found.
     """
     system = _system(rod, shape)
     free, weights = system.free, metric(rod)[system.free]
-    mode = np.zeros(system.gradient.size)
+    modes = np.zeros((count, system.gradient.size))
     factor, shift = _factor(system, metric(rod), _neutral(rod))
     if factor is None:
-        return -np.inf, mode
+        return np.full(count, -np.inf), modes
     size = weights.shape[0]
     vector = np.random.default_rng(1).normal(size=size)
-    basis, images = np.empty((KRYLOV + 1, size)), np.empty((KRYLOV + 1, size))
+    basis, images = np.empty((KRYLOV, size)), np.empty((KRYLOV, size))
     diagonal, beside = np.empty(KRYLOV), np.empty(KRYLOV)
     image = times(weights, vector)
     length = np.sqrt(vector @ image)
-    for k in range(min(KRYLOV, size)):
+    most = min(KRYLOV, size)
+    for k in range(most):
         basis[k], images[k] = vector / length, image / length
         vector = solve_factored(factor, images[k])
         diagonal[k] = vector @ images[k]
@@ -134,12 +151,12 @@ def lowest_mode(rod: SpatialRod, shape: Shape) -> tuple[float, Array]:
             vector -= (images[: k + 1] @ vector) @ basis[: k + 1]
         image = times(weights, vector)
         beside[k] = length = np.sqrt(max(vector @ image, 0.0))
-        if k % 4 == 3 or k + 1 == min(KRYLOV, size):
-            values, mixes = eigh_tridiagonal(diagonal[: k + 1], beside[:k], select="i", select_range=(k, k))
-            if length * abs(mixes[-1, 0]) <= CLOSE * values[0]:
+        if k + 1 == most or (k >= count and k % 4 == 3):
+            values, mixes = eigh_tridiagonal(diagonal[: k + 1], beside[:k], select="i", select_range=(k + 1 - count, k))
+            if np.all(length * np.abs(mixes[-1]) <= CLOSE * values):
                 break
-    mode[free] = mixes[:, 0] @ basis[: k + 1]
-    return float(1.0 / values[0] - shift), mode
+    modes[:, free] = mixes.T[::-1] @ basis[: k + 1]
+    return 1.0 / values[::-1] - shift, modes
 
 
 def is_stable(rod: SpatialRod, shape: Shape) -> bool:
@@ -150,7 +167,8 @@ def is_stable(rod: SpatialRod, shape: Shape) -> bool:
 
 def _neutral(rod: SpatialRod) -> float:
     """How far below zero an eigenvalue may be to count as zero."""
-    return NEUTRAL + CANCELLED * float(rod.stiffness[3]) * rod.edges.size
+    n = rod.edges.size
+    return NEUTRAL + CANCELLED * n * float(rod.stiffness[3] + 10.0 * n**2 * np.max(rod.stiffness[:2]))
 
 
 def _system(rod: SpatialRod, shape: Shape) -> _System:
@@ -216,7 +234,8 @@ def _residual(rod: SpatialRod, system: _System) -> tuple[float, float]:
     n = rod.edges.size
     forces = np.zeros((n + 1, 4))
     forces[:, :3] = rod.forces
-    passed = _beyond(system.gradient + forces.reshape(-1)[:-1])
+    with np.errstate(invalid="ignore"):
+        passed = _beyond(system.gradient + forces.reshape(-1)[:-1])
     scale = max(float(np.max(np.abs(passed))), 1.0)
     left = float(np.max(np.abs(system.gradient[system.free])))
     if system.gap.size:
