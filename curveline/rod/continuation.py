@@ -9,7 +9,8 @@ import numpy as np
 from curveline.rod._jit import njit
 from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.ladder import vertex_table
-from curveline.rod.planar import Effort, descend, lowest_eigenvalue, newton
+from curveline.rod.modes import lowest_eigenvalue
+from curveline.rod.planar import Effort, descend, newton
 from curveline.rod.problem import Array, Pose, largest_change, make_problem, released, scale_rod, sharpest_turn
 from curveline.rod.states import SEARCH_EDGES
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from curveline.rod._jit import njit
 from curveline.rod.hermite import weights
-from curveline.rod.planar import Effort, lowest_eigenvalue, newton, thrust_on
+from curveline.rod.modes import lowest_eigenvalue
+from curveline.rod.planar import Effort, newton, thrust_on
 from curveline.rod.problem import halved, largest_change, make_problem, refine_angles, released
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)

@@ -118,7 +118,7 @@ def lowest_mode(rod: SpatialRod, shape: Shape) -> tuple[float, Array]:
     """Smallest eigenvalue of the second variation at `shape` and its mode (4n+3,), of length 1 in the metric.
 
     The eigenvalue is measured by the metric of turns, spins and strains, in units of EI / L^2, so that in the plane and
-    for a stiff rod it is that of `planar.lowest_eigenvalue`.
+    for a stiff rod it is that of `modes.lowest_eigenvalue`.
     """
     values, modes = lowest_modes(rod, shape, 1)
     return float(values[0]), modes[0]

@@ -11,7 +11,8 @@ import numpy as np
 
 from curveline.rod import spline
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
-from curveline.rod.planar import Effort, descend, lowest_eigenvalue, newton
+from curveline.rod.modes import lowest_eigenvalue
+from curveline.rod.planar import Effort, descend, newton
 from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mean_height, mesh, refine_angles, released
 from curveline.rod.sweep import (
     CERTIFY,

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.planar import Effort, descend, energy, modes_below, newton, second_variation
+from curveline.rod.modes import modes_below, second_variation
+from curveline.rod.planar import Effort, descend, energy, newton
 from curveline.rod.problem import Array, Problem, make_problem, released
 
 FALL = Effort(turn=0.5, close=1e-9, iterations=400)

@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from curveline.rod.elastica import clamped_arch
-from curveline.rod.planar import lowest_eigenvalue
+from curveline.rod.modes import lowest_eigenvalue
 from curveline.rod.problem import Problem
 from curveline.rod.states import find_states
 

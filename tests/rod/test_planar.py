@@ -9,7 +9,8 @@ import pytest
 import scipy.linalg
 
 from curveline.rod import planar
-from curveline.rod.planar import Effort, descend, energy, lowest_eigenvalue, modes_below, newton, second_variation
+from curveline.rod.modes import lowest_eigenvalue, modes_below, second_variation
+from curveline.rod.planar import Effort, descend, energy, newton
 from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mesh, released, sharpest_turn
 
 RELAX = Effort(turn=0.5, close=1e-9, iterations=300)

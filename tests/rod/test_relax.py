@@ -9,7 +9,8 @@ import pytest
 import scipy.linalg
 
 from curveline.rod.bands import times
-from curveline.rod.planar import Effort, lowest_eigenvalue
+from curveline.rod.modes import lowest_eigenvalue
+from curveline.rod.planar import Effort
 from curveline.rod.planar import newton as planar_newton
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released
 from curveline.rod.relax import RESIDUAL, Ending, descend, is_stable, lowest_mode, lowest_modes, newton
