@@ -162,7 +162,7 @@ def test_the_rod_is_the_same_from_its_other_end(seed: int) -> None:
 
 
 def books_energy(rod: SpatialRod, shape: Shape) -> float:
-    """Bergou et al. 2008, eq. 1 and 4.2, and 2010, section 3: curvature binormals, reference frames and their twist."""
+    """Bergou et al. 2008, eq. 1 and 2, and 2010, section 3: curvature binormals, reference frames and their twist."""
     n = rod.edges.size
     frames = [matrix(q) for q in (rod.frames[0], *shape.frames, rod.frames[1])]
     cells = np.concatenate([rod.edges[:1], 0.5 * (rod.edges[1:] + rod.edges[:-1]), rod.edges[-1:]])

@@ -1,8 +1,9 @@
 """Bending: the energy of the curvature binormal at a vertex, averaged over the material frames of both edges.
 
-Bergou et al. 2010, eq. 2 and section 3: kb = 2 t_e x t_f / (1 + t_e . t_f), its components about the directors averaged
-over both edges' frames. In the relative quaternion q = (w, x, y, z) from one frame to the other, which is a turn about
-an axis across the tangent followed by the twist, these components are 2 w x / (w^2 + z^2) and 2 w y / (w^2 + z^2).
+Bergou et al. 2008, eq. 1 and 2: kb = 2 t_e x t_f / (1 + t_e . t_f) and its components about the directors; these are
+averaged over both edges' frames (Bergou et al. 2010, section 3). In the relative quaternion q = (w, x, y, z) from one
+frame to the other, which is a turn about an axis across the tangent followed by the twist, these components are
+2 w x / (w^2 + z^2) and 2 w y / (w^2 + z^2).
 """
 
 from __future__ import annotations
