@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from curveline.rod._jit import njit
 from curveline.rod.equilibrium import ClampedRod, Equilibrium
 from curveline.rod.problem import Array, mesh
 from curveline.rod.relax import Ending, Relaxed, descend, is_stable, lowest_mode
@@ -66,7 +67,7 @@ class SpatialSegment:
     def clamp_frames(self) -> Array:
         """Frames (2, 4) of the clamps."""
         ends = (self.rod.start, self.rod.start + self.rod.turn)
-        return np.array([frame(*each) for each in zip(ends, self.yaw, self.roll, strict=True)])
+        return np.asarray(frames_of(np.array(ends), np.array(self.yaw), np.array(self.roll)))
 
     def clamp_tangents(self) -> Array:
         """Tangents (2, 3) of the clamps."""
@@ -102,17 +103,27 @@ class SpatialSegment:
 
 
 def frame(angle: float, yaw: float = 0.0, roll: float = 0.0) -> Array:
-    """Quaternion (4,) of a frame whose tangent has `angle` in the plane and `yaw` out of it, turned by `roll` about it.
+    """Quaternion (4,) of one frame: see `frames_of`."""
+    return np.asarray(frames_of(np.array([angle]), np.array([yaw]), np.array([roll]))[0])
+
+
+@njit
+def frames_of(angles, yaws, rolls):
+    """Quaternions (n, 4) of frames whose tangents have `angles` in the plane and `yaws` out of it, turned by `rolls`.
 
     In the plane m2 points to the viewer, along +z, and m1 across the rod to its left.
     """
-    # Columns y, z, x: the axes that the frame of a tangent along +x has.
-    out = np.array([0.5, 0.5, 0.5, 0.5])
-    for vector in ((0.0, angle, 0.0), (-yaw, 0.0, 0.0), (0.0, 0.0, roll)):
-        turn, product = np.empty(4), np.empty(4)
-        exponential(np.array(vector), turn)
-        multiply(out, turn, product)
-        out = product
+    out = np.empty((angles.size, 4))
+    turn, product, vector = np.empty(4), np.empty(4), np.empty(3)
+    for j in range(angles.size):
+        # Columns y, z, x: the axes that the frame of a tangent along +x has.
+        out[j] = 0.5
+        for axis, angle in ((1, angles[j]), (0, -yaws[j]), (2, rolls[j])):
+            vector[:] = 0.0
+            vector[axis] = angle
+            exponential(vector, turn)
+            multiply(out[j], turn, product)
+            out[j] = product
     return out
 
 
@@ -123,7 +134,7 @@ def lift(segment: SpatialSegment, state: Equilibrium, n: int = LIFT_EDGES) -> tu
     places = np.concatenate([[0.0], np.cumsum(state.edges)]) / state.rod.free_length
     angles = np.interp(middles, places, state.vertices_table[:, 2])
     roll = segment.roll[0] + (segment.roll[1] - segment.roll[0]) * middles
-    frames = np.array([frame(angle, 0.0, turn) for angle, turn in zip(angles, roll, strict=True)])
+    frames = frames_of(angles, np.zeros(angles.size), roll)
     return segment.spatial_rod(edges), Shape(_strains(segment, state, middles, angles), frames)
 
 
