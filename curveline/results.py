@@ -74,7 +74,8 @@ class Report:
         for number, segment in enumerate(self.segments, start=1):
             if segment.wanted is None:
                 there = ", ".join(state.name for state in segment.states if state.stable) or "none at all"
-                yield f"segment {number} has no {segment.wanted_name}; its stable states: {there}"
+                advice = f": {segment.advice}" if segment.advice else ""
+                yield f"segment {number} has no {segment.wanted_name}; its stable states: {there}{advice}"
             for state in segment.states:
                 # No display shows a loop or a crossing; it is listed whether or not it would stay in its plane.
                 is_loop = state.outcome is Outcome.BUCKLES and not state.is_untangled

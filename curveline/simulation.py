@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from curveline.errors import InvalidInput
+from curveline.rod.absence import why_none
 from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium
 from curveline.rod.fidelity import Bound
 from curveline.rod.models import AUTO as AUTO
@@ -25,7 +26,7 @@ class SegmentStates:
 
     `wanted_name` is the state the shape asks for; `terms` are in the model and `left_out` bounds the others, over all
     states. `origin` is the left pivot in the display's frame [m]. `model` is the one that was used; `reasons` say in
-    whole sentences what was modelled, what was left out, and why.
+    whole sentences what was modelled, what was left out, and why. `advice` says what to change where there is no state.
     """
 
     length: float  # [m]
@@ -36,6 +37,7 @@ class SegmentStates:
     states: tuple[Equilibrium, ...]
     model: str = PLANAR
     reasons: tuple[str, ...] = ()
+    advice: str = ""
 
     @property
     def wanted(self) -> Equilibrium | None:
@@ -123,7 +125,8 @@ def simulate(
 def _segment_states(scene: Scene, index: int, ask: Ask) -> SegmentStates:
     """The states of the segment between nodes `index` and `index` + 1."""
     segment = scene.segments[index]
-    found = model_states(spatial_segment(scene, index), ask)
+    described = spatial_segment(scene, index)
+    found = model_states(described, ask)
     states = tuple(
         replace(state, wanted=bool(state.name == segment.state and state.simple and state.stable))
         for state in found.states
@@ -138,4 +141,5 @@ def _segment_states(scene: Scene, index: int, ask: Ask) -> SegmentStates:
         states=states,
         model=found.model,
         reasons=found.reasons,
+        advice="" if states else why_none(described.rod),
     )

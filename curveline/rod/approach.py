@@ -14,7 +14,7 @@ from curveline.rod._jit import njit
 from curveline.rod.planar import Effort, descend
 from curveline.rod.problem import Array, ScaledRod, make_problem, released, sharpest_turn
 
-THIN = 0.02
+THIN = 0.03
 """Thickness of the layers, in units of the length, below which the edges are graded."""
 PER_LAYER = 8
 """Edges per thickness of a layer, and per doubling of the distance from where it begins."""
@@ -24,9 +24,10 @@ PER_DROP = 6.0
 MOST_INNER = 3000.0
 
 SLACK = 0.15
+LOOP_SLACK = 0.35
 LIGHT = 300.0
 LIGHT_LOAD = 100.0
-"""Excess length, weight and load of a rod whose states the sweeps find on a few edges."""
+"""Excess length (plain and per further turn), weight and load of a rod whose states are found on a few edges."""
 
 LARGEST_STEP = 0.25
 SMALLEST_STEP = 1e-3
@@ -90,11 +91,18 @@ def graded_mesh(rod):
 
 
 @njit
+def loop_edges(rod):
+    """Number of equal edges that are short enough for loops anywhere on the rod."""
+    return int(max(INNER_EDGES, min(PER_LAYER / layer(rod), MOST_INNER)))
+
+
+@njit
 def easier(rod, share):
     """The `rod` made slacker and lighter: itself for a `share` of 1, one that the sweeps can search for 0."""
     span = np.hypot(rod.chord[0], rod.chord[1])
     excess = 1.0 - span
-    slack = max(excess, SLACK) ** (1.0 - share) * excess**share
+    turns = np.floor(abs(rod.ends[1] - rod.ends[0]) / (2.0 * np.pi) + 0.1)
+    slack = max(excess, min(SLACK + turns * LOOP_SLACK, 0.8)) ** (1.0 - share) * excess**share
     weight = abs(rod.weight)
     if weight > LIGHT:
         weight = LIGHT ** (1.0 - share) * weight**share
@@ -105,7 +113,7 @@ def easier(rod, share):
     if heaviest > LIGHT_LOAD:
         factor = (LIGHT_LOAD / heaviest) ** (1.0 - share)
     chord = rod.chord * ((1.0 - slack) / span) if span > 0.0 else rod.chord
-    return ScaledRod(np.sign(rod.weight) * weight, rod.at, rod.forces * factor, chord, rod.ends)
+    return ScaledRod(np.sign(rod.weight) * weight, rod.at, rod.forces * factor, chord, rod.ends, rod.compliance)
 
 
 @njit

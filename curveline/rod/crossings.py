@@ -28,7 +28,7 @@ def _cross(ax, ay, bx, by, cx, cy, dx, dy):
 
 @njit
 def box_tree(table):
-    """Boxes (2p, 4) x low, x high, y low, y high; node k has the children 2k and 2k + 1, leaf p + i the edges from 8i."""
+    """Boxes (2p, 4): x low, x high, y low, y high. Node k's children: 2k, 2k + 1; leaf p + i: edges from 8i."""
     m = table.shape[0] - 1
     leaves = 1
     while leaves * LEAF < m:

@@ -23,6 +23,8 @@ from curveline.rod._jit import njit
 ALPHA = 10.0
 CHORD = 7.0
 SAMPLES = 16
+LEAST_CHORD = 1e-3
+"""Chord, in units of the length, that clamps in one place are taken to have."""
 
 
 class Guide(NamedTuple):
@@ -274,9 +276,12 @@ def guess(chord, ends, side, phi):
     if they ran out.
     """
     across = complex(chord[0], chord[1])
-    span = max(abs(across), 1e-3)
+    # The spline's middle point must not fall on a clamp.
+    if abs(across) < LEAST_CHORD:
+        across = complex(LEAST_CHORD, 0.0)
+    span = abs(across)
     unit = CHORD / span
-    guide = Guide(unit * chord[0], unit * chord[1], ends[0], ends[1], unit)
+    guide = Guide(unit * across.real, unit * across.imag, ends[0], ends[1], unit)
     points = np.empty((6, SAMPLES + 1), dtype=np.complex128)
     reach = 0.5 * np.sqrt(max(1.0 - span * span, 1e-6))
     p = unit * (0.5 * across + side * reach * 1j * across / span)

@@ -5,11 +5,13 @@ Energy descent from any set of guesses misses states whose basin is tiny near a 
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from curveline.rod import spline
+from curveline.rod.approach import THIN, approach, easier, graded_mesh, laid_out, layer, loop_edges
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.modes import lowest_eigenvalue
 from curveline.rod.planar import Effort, descend, newton
@@ -31,6 +33,8 @@ SEARCH_EDGES = (24, 96, 384)
 FOLD_EDGES = 384
 """Edges to look at the neighbourhood of a fold: it moves with the square of the edge, 0.1 % at about 100 edges."""
 TURNED_EDGES = 48
+SEEK_PARTS = 4
+"""Parts of an edge where a spline leads to no equilibrium of the coarse rod: that has its folds earlier."""
 
 STEEP = 1.45
 """Clamp angle [rad] from which on more guesses than the two splines are tried; the built-in displays stay below."""
@@ -57,20 +61,26 @@ def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     The rod is relaxed from both splines; every stable state, also those found on the way, is swept towards all others,
     since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. A
     spline may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
-    nothing new it is swept as well, from its own height. Returns pairs of edges and `Found`.
+    nothing new it is swept as well, from its own height; where Newton finds nothing either, it tries once more on finer
+    edges, since a state may exist on those alone. Returns pairs of edges and `Found`.
     """
     edges = mesh(rod.at, n)
     parts = max(2, FOLD_EDGES // n)
     fine_edges = np.repeat(edges / parts, parts)
+    seek_edges = np.repeat(edges / SEEK_PARTS, SEEK_PARTS)
     problem = make_problem(rod, edges)
     found, found_fine, near = nothing_found(edges.size), nothing_found(fine_edges.size), nowhere_near(edges.size)
+    sought = nothing_found(seek_edges.size)
     free = released(problem)
     for side in (1.0, -1.0):
         phi = np.empty(edges.size)
         spline.guess(rod.chord, rod.ends, side, phi)
         is_new = relax_from(free, phi.copy(), found)
-        seek_from(free, phi.copy(), found)
+        is_there = seek_from(free, phi.copy(), found)
         if not is_new:
+            if not is_there:
+                finer = released(make_problem(rod, seek_edges))
+                seek_from(finer, refine_angles(problem, phi, SEEK_PARTS), sought)
             held = np.zeros(3)
             if settle_at(problem, mean_height(problem, phi), phi, held, phi.copy()):
                 for direction in (1.0, -1.0):
@@ -86,7 +96,7 @@ def search(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
         shape = refine_angles(problem, near.shapes[place], parts)
         fine_problem = make_problem(rod, fine_edges)
         look_closer(fine_problem, near.heights[place], shape, near.forces[place].copy(), found_fine)
-    return [(edges, found), (fine_edges, found_fine)]
+    return [(edges, found), (seek_edges, sought), (fine_edges, found_fine)]
 
 
 def _ways(problem: Problem, found: Found, start: int) -> list[float]:
@@ -126,27 +136,53 @@ def search_wide(rod: ScaledRod, n: int) -> list[tuple[Array, Found]]:
     return [(edges, found)]
 
 
+def search_from_easier(rod: ScaledRod, winding: int) -> list[tuple[Array, Found]]:
+    """Stable states reached from those of a slacker and lighter rod, on edges graded towards clamps and loads.
+
+    The loops of further turns lie anywhere: for those all edges are short.
+    """
+    edges = mesh(rod.at, loop_edges(rod)) if winding else graded_mesh(rod)
+    easy = easier(rod, 0.0)
+    free, easy_free = released(make_problem(rod, edges)), released(make_problem(easy, edges))
+    begun, found = nothing_found(edges.size), nothing_found(edges.size)
+    for coarse, met in search_turned(easy, TURNED_EDGES) if winding else _search_harder(easy):
+        for i in range(int(met.filled[0])):
+            if met.unstable[i] == 0.0:
+                relax_from(easy_free, laid_out(edges, coarse, met.shapes[i]), begun)
+    for i in range(int(begun.filled[0])):
+        phi, force = begun.shapes[i], begun.multipliers[i]
+        if approach(rod, edges, phi, force):
+            keep(free, found, phi, force, 0)
+    return [(edges, found)]
+
+
 def relax_from(free: Problem, phi: Array, found: Found) -> bool:
     """Go downhill from the guess `phi (n,)` and keep the state it leads to; False if that is none or known."""
     force = np.zeros(2)
     return descend(free, phi, force, RELAX) > 0 and bool(keep(free, found, phi, force, 0))
 
 
-def seek_from(free: Problem, phi: Array, found: Found) -> None:
-    """Go to an equilibrium near the guess `phi (n,)`, stable or not, and keep it; Newton heeds no ways down."""
+def seek_from(free: Problem, phi: Array, found: Found) -> bool:
+    """Go to an equilibrium near the guess `phi (n,)`, stable or not, and keep it; Newton heeds no ways down.
+
+    Returns False if there is none.
+    """
     force = np.zeros(2)
     iterations, unstable = newton(free, phi, force, CERTIFY)
     if iterations > 0:
         keep(free, found, phi, force, unstable)
+    return bool(iterations > 0)
 
 
 def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (0,)) -> list[Equilibrium]:
     """Every stable state of `rod`, each refined to `tolerance` [m], named, the highest over the chord first.
 
     Complete for the states a planar display can show; of those with further turns of the tangent, `windings`, it lists
-    the ones it meets.
+    the ones it meets. Where the list is empty, `absence.why_none` says what to change.
     """
     states: list[Equilibrium] = []
+    if rod.free_length <= math.hypot(*rod.free_chord):
+        return states
     for winding in windings:
         turned = replace(rod, winding=winding)
         scaled = turned.scaled()
@@ -188,12 +224,21 @@ def _may_be_stable(scaled: ScaledRod, edges: Array, found: Found, i: int) -> boo
 
 
 def _raw(scaled: ScaledRod, winding: int) -> list[tuple[Array, Found]]:
-    """Edges and equilibria of the scaled rod, from the searches that its length and clamps call for.
+    """Edges and equilibria of the scaled rod, from the searches that its length, clamps and loads call for.
 
-    Where a rod shows no stable state, it is looked at again with finer edges: taut and heavy rods bend in short pieces.
+    Taut and heavy rods bend in layers too thin for the edges of a search; they are reached from an easier rod, as are
+    states that no search shows.
     """
-    if winding:
-        return search_turned(scaled, TURNED_EDGES)
+    if layer(scaled) < THIN and _is_stable(met := search_from_easier(scaled, winding)):
+        return met
+    met = search_turned(scaled, TURNED_EDGES) if winding else _search_harder(scaled)
+    if not _is_stable(met):
+        met += search_from_easier(scaled, winding)
+    return met
+
+
+def _search_harder(scaled: ScaledRod) -> list[tuple[Array, Found]]:
+    """Edges and equilibria from searches with ever finer edges, until one shows a stable state."""
     steep = float(np.max(np.abs(scaled.ends))) > STEEP
     long = LONG * float(np.hypot(*scaled.chord)) < 1.0
     met: list[tuple[Array, Found]] = []
@@ -201,9 +246,14 @@ def _raw(scaled: ScaledRod, winding: int) -> list[tuple[Array, Found]]:
         met = search(scaled, n)
         if steep or long or n > SEARCH_EDGES[0]:
             met += search_wide(scaled, max(n, TURNED_EDGES))
-        if any(np.any(found.unstable[: int(found.filled[0])] == 0.0) for _, found in met):
+        if _is_stable(met):
             break
     return met
+
+
+def _is_stable(met: list[tuple[Array, Found]]) -> bool:
+    """True if any of the equilibria is stable."""
+    return any(bool(np.any(found.unstable[: int(found.filled[0])] == 0.0)) for _, found in met)
 
 
 def _add(states: list[Equilibrium], state: Equilibrium) -> None:
