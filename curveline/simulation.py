@@ -141,5 +141,5 @@ def _segment_states(scene: Scene, index: int, ask: Ask) -> SegmentStates:
         states=states,
         model=found.model,
         reasons=found.reasons,
-        advice="" if states else why_none(described.rod),
+        advice="" if states else why_none(described.rod, ask.windings),
     )

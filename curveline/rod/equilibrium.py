@@ -19,6 +19,8 @@ EXTENSIBLE = "extensible"
 SPATIAL = "spatial"
 """Names of the models, each contained in the next."""
 
+NEUTRAL = 1e-6
+"""Lowest eigenvalue in EI/L^2 that rounding cannot tell from none: that of a loop which slides along a taut rod."""
 TAIL = 0.2
 """Length of the straight tails behind the clamps, as a fraction of the chord, that a curve must not cross."""
 
@@ -184,7 +186,7 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
     )
     table *= np.array([length, length, 1.0, 1.0 / length, 1.0, 1.0 / length])
     table[:, :2] += rod.free_start
-    stable = unstable == 0 and scalars[EIGENVALUE] > 0.0
+    stable = unstable == 0 and scalars[EIGENVALUE] > NEUTRAL
     force, moment = _clamp_wrench(rod, scalars)
     return Equilibrium(
         name="",

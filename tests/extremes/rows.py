@@ -93,7 +93,8 @@ ANGLES = [
     Row("a loop of one turn", clamped(0, 0, 3), "some", 1e-5, "", (1,)),
     Row("a loop of one turn the other way", clamped(10, -20, 2.5), "some", 1e-5, "", (-1,)),
     Row("two turns", clamped(0, 0, 6), "some", 1e-5, "", (2,)),
-    Row("a loop on a taut rod", clamped(0, 0, 1.01), "some", 1e-5, "", (1,)),
+    Row("a loop on a taut rod slides", clamped(0, 0, 1.01), "none", 1e-5, "lengthen", (1,)),
+    Row("a loop on a tauter rod slides", clamped(0, 0, 1.1), "none", 1e-5, "lengthen", (1,)),
 ]
 
 HEIGHTS = [

@@ -22,7 +22,7 @@ segments = [ {{ length_mm = {length}, state = "{state}" }} ]
 
 ANSWERED = {
     "away": {"start": 170, "end": -170, "length": 2500},
-    "taut": {"start": 30, "end": -30, "length": 500.5},
+    "taut": {"start": 30, "end": -30, "length": 503.0},
     "long": {"start": 10, "end": 0, "length": 3000, "height": 200},
     "folded": {"start": 41, "end": -41, "length": 700, "more": "loads = [{segment=1, at=0.5, force_N=[0.0, -90.0]}]"},
 }

@@ -50,7 +50,7 @@ def test_a_verified_equilibrium_or_a_sentence(row: Row) -> None:
         assert math.isclose(state.lowest_eigenvalue, true.lowest_eigenvalue, rel_tol=0.03, abs_tol=0.1)
     if row.expect == "none":
         assert states == []
-        assert row.change in why_none(row.rod)
+        assert row.change in why_none(row.rod, row.windings)
     elif row.expect == "coarse":
         assert all(row.change in state.outcome.value for state in states)
         assert names(states) == ["peak", "valley"]

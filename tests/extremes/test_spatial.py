@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
-from curveline.rod.relax import Ending, Relaxed, descend, is_stable, lowest_mode, newton
+from curveline.rod.relax import Ending, Relaxed, descend, lowest_mode, newton
 from curveline.rod.section import Section
 from curveline.rod.space import SpatialSegment, frame, lift
 from curveline.rod.spatial import Shape, SpatialRod, energy, moved, positions
@@ -65,10 +65,15 @@ def sound(rod: SpatialRod, relaxed: Relaxed) -> None:
     assert np.all(np.isfinite(relaxed.shape.frames))
     assert np.all(np.isfinite(relaxed.shape.strain))
     if relaxed.ending is Ending.SETTLED:
-        assert is_stable(rod, relaxed.shape)
+        assert lowest_mode(rod, relaxed.shape)[0] > -1e-6
         np.testing.assert_allclose(positions(rod, relaxed.shape)[-1], rod.chord, atol=1e-8)
     else:
         assert "scene" in relaxed.ending.value
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled() -> None:
+    in_space(SpatialSegment(ARCH, ROUND, roll=(0.0, 0.1)))
 
 
 def timed(rod: SpatialRod, shape: Shape) -> Relaxed:
@@ -85,8 +90,8 @@ def test_twist_up_to_and_past_its_instability(make, critical: float, share: floa
     here = newton(rod, start)
     assert here.ending is Ending.SETTLED
     value, mode = lowest_mode(rod, here.shape)
-    assert (value > 0.0) == stable
-    assert is_stable(rod, here.shape) == stable
+    # A ring of a round section may spin about its clamp's tangent for nothing: rounding decides on that mode's sign.
+    assert (value > -1e-6) == stable
     # Pushed along its weakest mode, a stable rod comes back and an unstable one finds a lower, stable state.
     _, turn = moved(rod, here.shape, mode, 1.0)
     pushed, _ = moved(rod, here.shape, mode, 0.02 / turn)
@@ -164,7 +169,9 @@ def test_stretch_to_bend_ratios_in_the_plane(ratio: float) -> None:
 @pytest.mark.parametrize("n", [3, 10, 100, 1000, 10_000])
 def test_few_and_many_vertices(n: int) -> None:
     segment = SpatialSegment(ARCH, STRIP)
-    state = find_states(ARCH, 1e-6)[0]
+    stretching = replace(ARCH, stretching=STRIP.stretching_stiffness)
+    edges = np.full(48, 1.0 / 48)
+    state = refine(stretching, edges, *find_states(ARCH, 1e-6)[0].start_on(edges), 1e-7)
     rod, shape = lift(segment, state, n)
     relaxed = timed(rod, shape)
     sound(rod, relaxed)

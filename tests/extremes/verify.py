@@ -26,7 +26,7 @@ from curveline.rod.equilibrium import Equilibrium
 
 Array = NDArray[np.float64]
 
-GROWTH = 2.5
+GROWTH = 4.0
 """Most that a piece may let errors grow, as an exponent."""
 LONGEST = 1.0 / 16.0
 MOST_PIECES = 3000
@@ -196,7 +196,7 @@ def shoot(scaled: Scaled) -> tuple[Exact, float]:
         assert np.max(np.abs(change)) < 3.0, "there is no exact equilibrium near this state"
         start = start + change
         force = force + moved
-        if np.max(np.abs(change)) < 1e-9:
+        if np.max(np.abs(change)) < 1e-7:
             break
     else:
         raise AssertionError("there is no exact equilibrium near this state")
@@ -229,7 +229,7 @@ def closed_form(scaled: Scaled) -> tuple[Exact, float] | None:
             / (lost + math.sqrt(max(lost * lost - square * (1.0 - span) * (1.0 + span), 0.0)))
         )
         line = direction - math.atan2(won * d, 1.0 - lost * d)
-    if d > 0.02:
+    if d > 0.01:
         return None
     begin = np.concatenate([[0.0], 0.5 * d * 2.0 ** np.arange(0.0, max(1.0, math.log2(0.5 / d)), 0.25), [0.5]])
     begin = np.concatenate([begin, 1.0 - begin[-2::-1]])

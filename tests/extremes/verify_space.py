@@ -65,9 +65,10 @@ def integrate(segment: SpatialSegment, wrench: Array, places: Array) -> tuple[Ar
     found = np.empty((places.size, 18))
     for number, (begin, end) in enumerate(pairwise(borders)):
         inside = (places >= begin) & (places <= end)
-        run = solve_ivp(slope, (begin, end), y, "DOP853", np.append(places[inside], end), rtol=1e-11, atol=1e-12)
+        ticks = np.unique(np.append(places[inside], end))
+        run = solve_ivp(slope, (begin, end), y, "DOP853", ticks, rtol=1e-11, atol=1e-12)
         assert run.success
-        found[inside] = run.y.T[:-1]
+        found[inside] = run.y.T[np.searchsorted(ticks, places[inside])]
         y = run.y[:, -1].copy()
         if number < len(at_loads):
             y[12:15] -= np.array(segment.loads[number][1:])
