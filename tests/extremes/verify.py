@@ -26,11 +26,11 @@ from curveline.rod.equilibrium import Equilibrium
 
 Array = NDArray[np.float64]
 
-GROWTH = 4.0
+GROWTH = 2.5
 """Most that a piece may let errors grow, as an exponent."""
 LONGEST = 1.0 / 16.0
 MOST_PIECES = 3000
-SAMPLES = 9
+SAMPLES = 17
 MOST_ELEMENTS = 260
 
 
