@@ -73,7 +73,8 @@ def sound(rod: SpatialRod, relaxed: Relaxed) -> None:
 
 @pytest.fixture(scope="module", autouse=True)
 def compiled() -> None:
-    in_space(SpatialSegment(ARCH, ROUND, roll=(0.0, 0.1)))
+    for state in find_states(ARCH, 1e-5):
+        refine_in_space(SpatialSegment(ARCH, ROUND, roll=(0.0, 0.1)), state, 1e-5)
 
 
 def timed(rod: SpatialRod, shape: Shape) -> Relaxed:

@@ -21,6 +21,16 @@ HANG = 2.0
 COUNTS = [4, 5, 10, 100, 1_000, 10_000, 100_000]
 
 
+@pytest.fixture(scope="module", autouse=True)
+def compiled() -> None:
+    edges = np.asarray(mesh(np.empty(0), 10))
+    problem = released(make_problem(ROD.scaled(), edges))
+    phi, multipliers = find_states(ROD, 1e-3)[0].start_on(edges)
+    newton(problem, phi, multipliers, EXACT)
+    lowest_eigenvalue(problem, phi, multipliers, 1e-3)
+    vertex_table(problem, phi, multipliers)
+
+
 def test_steps_do_not_grow_with_the_vertices_and_errors_fall_with_their_square() -> None:
     truth = find_states(ROD, 1e-10)[0]
     steps, errors = [], []
