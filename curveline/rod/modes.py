@@ -7,6 +7,9 @@ import numpy as np
 from curveline.rod._jit import njit
 from curveline.rod.planar import TINY, count_positive
 
+LARGEST = 1e290
+"""Product of two values of the characteristic polynomial from which on one of them may have overflown."""
+
 
 @njit
 def second_variation(problem, phi, multipliers):
@@ -117,7 +120,7 @@ def lowest_eigenvalue(problem, phi, multipliers, precision):
     while high - low > precision * max(abs(high), abs(low), 1e-3):
         least = 0.4 * precision * max(abs(high), abs(low), 1e-3)
         guess = 0.5 * (low + high)
-        if inside == 1 and at_low * at_high < 0.0:
+        if inside == 1 and -LARGEST < at_low * at_high < 0.0:
             # Not nearer to either end than the precision, so that the last step takes the zero between two ends.
             guess = low + (high - low) * at_low / (at_low - at_high)
             guess = min(max(guess, low + least), high - least)

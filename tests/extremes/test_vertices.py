@@ -11,7 +11,8 @@ import pytest
 from curveline.rod.crossings import clearance, crosses_itself, crosses_tails
 from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.ladder import vertex_table
-from curveline.rod.planar import Effort, lowest_eigenvalue, newton
+from curveline.rod.modes import lowest_eigenvalue
+from curveline.rod.planar import Effort, newton
 from curveline.rod.problem import make_problem, mesh, released
 from curveline.rod.states import find_states
 
