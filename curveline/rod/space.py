@@ -10,13 +10,15 @@ import numpy as np
 from curveline.rod._jit import njit
 from curveline.rod.equilibrium import ClampedRod, Equilibrium
 from curveline.rod.problem import Array, mesh
-from curveline.rod.relax import Ending, Relaxed, descend, is_stable, lowest_mode
+from curveline.rod.relax import Ending, Relaxed, descend, is_stable, lowest_mode, newton
 from curveline.rod.rotations import exponential, multiply
 from curveline.rod.section import Section
 from curveline.rod.spatial import Shape, SpatialRod, moved
 
 LIFT_EDGES = 24
 """Edges with which a lifted state is first relaxed."""
+RESTING_EDGES = (LIFT_EDGES, 48, 96, 192)
+"""Edges with which a state is tried before it is said to leave its plane."""
 NUDGE = 0.05
 """Largest turn [rad] with which a state is pushed off a plane in which it is unstable."""
 SMALLEST_PART = 1.0 / 256.0
@@ -159,8 +161,8 @@ def relax_in_space(segment: SpatialSegment, state: Equilibrium) -> tuple[Spatial
     First what lies in the plane is relaxed; where that is unstable, it is pushed off towards the viewer. Parts that
     turn the rod by much are halved, as long as that helps, so that the branch is kept where there is one.
     """
-    rod, shape = lift(segment.part(0.0), state)
-    if not is_stable(rod, shape):
+    rod, shape, is_pushed = _rested(segment.part(0.0), state)
+    if is_pushed:
         _, mode = lowest_mode(rod, shape)
         _, turn = moved(rod, shape, mode, 1.0)
         sideways = float(np.sum(mode[2::4]))
@@ -176,7 +178,9 @@ def relax_in_space(segment: SpatialSegment, state: Equilibrium) -> tuple[Spatial
         now = min(1.0, share + step)
         nearer = segment.part(now).spatial_rod(rod.edges)
         trial = descend(nearer, relaxed.shape)
-        if step > SMALLEST_PART and (trial.ending is not Ending.SETTLED or _turn(trial, relaxed) > LARGEST_TURN):
+        if step > SMALLEST_PART and (
+            trial.ending is not Ending.SETTLED or _turn(trial.shape, relaxed.shape) > LARGEST_TURN
+        ):
             step *= 0.5
             continue
         rod, relaxed, share = nearer, trial._replace(iterations=relaxed.iterations + trial.iterations), now
@@ -184,7 +188,24 @@ def relax_in_space(segment: SpatialSegment, state: Equilibrium) -> tuple[Spatial
     return rod, relaxed
 
 
-def _turn(after: Relaxed, before: Relaxed) -> float:
+def _rested(segment: SpatialSegment, state: Equilibrium) -> tuple[SpatialRod, Shape, bool]:
+    """A flat segment's equilibrium near a planar state, on the fewest edges that hold it; True if none do.
+
+    Near a bifurcation a lifted shape does not tell whether it is stable, and coarse edges leave the plane too early.
+    """
+    rests: list[tuple[SpatialRod, Shape]] = []
+    for n in RESTING_EDGES:
+        rod, shape = lift(segment, state, n)
+        found = newton(rod, shape)
+        if found.ending is Ending.SETTLED and _turn(found.shape, shape) < LARGEST_TURN:
+            shape = found.shape
+        if is_stable(rod, shape):
+            return rod, shape, False
+        rests.append((rod, shape))
+    return *rests[0], True
+
+
+def _turn(after: Shape, before: Shape) -> float:
     """Largest angle [rad] by which an edge's frame turned."""
-    alike = np.abs(np.sum(after.shape.frames * before.shape.frames, axis=1))
+    alike = np.abs(np.sum(after.frames * before.frames, axis=1))
     return float(2.0 * np.max(np.arccos(np.minimum(alike, 1.0)))) if np.all(np.isfinite(alike)) else math.inf

@@ -128,6 +128,7 @@ def test_the_bound_holds_for_twist_and_bending_sideways() -> None:
     kept = float(np.mean([each.truth <= each.bound for each in stay]))
     print(f"\ntwist: {len(stay)} states stay, {kept:.2%} within the errors of their curves; {unsolved} not solved")
     share, median = summary("twist", leave, ", of those that leave their plane")
+    assert unsolved == 0
     assert len(stay) + len(leave) >= 190
     assert min(len(stay), len(leave)) > 30
     assert kept >= 0.99
