@@ -12,7 +12,7 @@ import numpy as np
 
 from curveline.rod._jit import njit
 from curveline.rod.planar import Effort, descend
-from curveline.rod.problem import Array, ScaledRod, make_problem, released, sharpest_turn
+from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released, sharpest_turn
 
 THIN = 0.03
 """Thickness of the layers, in units of the length, below which the edges are graded."""
@@ -32,6 +32,8 @@ LIGHT_LOAD = 100.0
 LARGEST_STEP = 0.25
 SMALLEST_STEP = 1e-3
 STEPS = 120
+SOFTENING = 10.0
+"""Powers of ten over which a rod is allowed to stretch, one after the other."""
 DESCEND = Effort(turn=0.5, close=1e-7, iterations=80)
 
 
@@ -142,6 +144,26 @@ def approach(rod, edges, phi, multipliers):
             if step < SMALLEST_STEP:
                 return False
     return False
+
+
+@njit
+def soften(rod, edges, phi, multipliers):
+    """Follow a stable state of an inextensible rod, as `approach` does, while it is allowed to stretch more and more.
+
+    The forces in a taut rod fall by as many powers of ten as its compliance rises, so that no single step would do.
+    """
+    for power in np.arange(-SOFTENING, 0.5, 0.5):
+        compliance = rod.compliance * 10.0**power
+        softer = ScaledRod(rod.weight, rod.at, rod.forces, rod.chord, rod.ends, compliance)
+        free = released(make_problem(softer, edges))
+        if descend(free, phi, multipliers, DESCEND) < 0:
+            return False
+    return True
+
+
+def fitting_mesh(rod: ScaledRod, n: int) -> Array:
+    """About `n` equal edges (m,) of a rod of unit length, or graded ones if it bends in layers."""
+    return np.asarray(graded_mesh(rod) if layer(rod) < THIN else mesh(rod.at, n))
 
 
 def laid_out(edges: Array, coarse: Array, phi: Array) -> Array:

@@ -13,10 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curveline.rod.approach import fitting_mesh
 from curveline.rod.contact import nearest_parts
 from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium
 from curveline.rod.lateral import PRECISION, lateral_pair
-from curveline.rod.problem import Array, ScaledRod, mesh
+from curveline.rod.problem import Array, ScaledRod
 from curveline.rod.relax import Ending
 from curveline.rod.response import middle_angles, response
 from curveline.rod.section import Section
@@ -80,7 +81,7 @@ class Probe(NamedTuple):
         """Largest distance between the curve of the state and that of an `other` rod's, near it, on few edges [m]."""
         edges, angles = self.edges, self.angles
         if edges.size > MOST_EDGES:
-            edges = np.asarray(mesh(self.rod.at, MOST_EDGES))
+            edges = fitting_mesh(self.rod, MOST_EDGES)
             angles, _ = self.state.start_on(edges)
         found = response(self.rod, other, edges, angles.copy(), self.multipliers.copy())
         return float(found) * self.state.rod.free_length

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curveline.rod.approach import soften
 from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, Outcome, refine
 from curveline.rod.fidelity import Bound, Judged, judge, probe, space_bound, spatial_left_out
 from curveline.rod.space import SpatialSegment
@@ -118,7 +119,9 @@ def _stretched(
     for state in found:
         rod = replace(state.rod, stretching=segment.section.stretching_stiffness)
         start = probe(state)
-        stretched = refine(rod, start.edges, start.angles, start.multipliers, tolerance)
+        stretched = refine(rod, start.edges, start.angles.copy(), start.multipliers.copy(), tolerance)
+        if stretched.outcome in GONE and soften(rod.scaled(), start.edges, start.angles, start.multipliers):
+            stretched = refine(rod, start.edges, start.angles, start.multipliers, tolerance)
         if stretched.outcome in GONE:
             why.append(f"{state.name} is gone when the rod may stretch: {stretched.outcome.value}")
         elif any(_same(stretched, other) for other in states):

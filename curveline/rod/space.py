@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curveline.rod._jit import njit
+from curveline.rod.approach import fitting_mesh
 from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.problem import Array, mesh
+from curveline.rod.problem import Array
 from curveline.rod.relax import Ending, Relaxed, descend, is_stable, lowest_mode, newton
 from curveline.rod.rotations import exponential, multiply
 from curveline.rod.section import Section
@@ -62,9 +63,14 @@ class SpatialSegment:
         )
 
     def edges(self, n: int) -> Array:
-        """About `n` edges (m,) of the free rod, in units of its length, with a vertex under each load."""
+        """Edges (m,) of the free rod in units of its length, with a vertex under each load.
+
+        About `n` equal ones, or where the rod bends in layers as many as those take.
+        """
         at = np.array([load[0] for load in self.loads])
-        return np.asarray(mesh((at * self.rod.length - 0.5 * self.rod.clamp) / self.rod.free_length, n))
+        places = (at * self.rod.length - 0.5 * self.rod.clamp) / self.rod.free_length
+        forces = np.array([load[1:3] for load in self.loads]).reshape(-1, 2) * self.rod.free_length**2
+        return fitting_mesh(self.rod.scaled()._replace(at=places, forces=forces / self.rod.stiffness), n)
 
     def clamp_frames(self) -> Array:
         """Frames (2, 4) of the clamps."""
