@@ -19,7 +19,7 @@ from curveline.rod.rotations import between, exponential, logarithm, matrix_of, 
 from curveline.rod.space import SpatialSegment, relax_in_space, stays_in_plane
 from curveline.rod.space_curve import SpaceCurve
 from curveline.rod.spatial import Shape, SpatialRod, assemble, cell_of, energy, moments, positions, relative
-from curveline.rod.terms import loads
+from curveline.rod.terms import bend, loads
 
 COLUMNS = 9
 """Of a table of vertices: position, its slope and its second derivative by the unstretched arc length."""
@@ -38,7 +38,8 @@ SLIPPED = 1.0
 class Level(NamedTuple):
     """A rod in equilibrium at one resolution: vertices `table (n+1, 9)` and the numbers that are extrapolated with it.
 
-    `forces (2, 3)` and `moments (2, 3)` of the clamps on the rod, `energy` of strain and `potential` of the loads.
+    `forces (2, 3)` and `moments (2, 3)` of the clamps on the rod, `energy` of strain and `potential` of the loads, the
+    `sharpest` bend away from the natural curvature.
     """
 
     table: Array
@@ -46,6 +47,7 @@ class Level(NamedTuple):
     moments: Array
     energy: Array
     potential: Array
+    sharpest: Array
     eigenvalue: Array
 
 
@@ -95,9 +97,22 @@ def vertex_table(rod, shape):
         for axis in range(3):
             table[i, 3 + axis] = (1.0 + strain) * matrix[axis, 2]
             # A turn about m1 bends the rod against m2, a turn about m2 along m1.
-            bend = scale * (q[2] * matrix[axis, 0] - q[1] * matrix[axis, 1])
-            table[i, 6 + axis] = (1.0 + strain) * bend + rate * matrix[axis, 2]
+            sideways = scale * (q[2] * matrix[axis, 0] - q[1] * matrix[axis, 1])
+            table[i, 6 + axis] = (1.0 + strain) * sideways + rate * matrix[axis, 2]
     return table
+
+
+@njit
+def sharpest_bend(rod, shape):
+    """Largest curvature away from the natural one, of all vertices."""
+    sharpest = 0.0
+    single, q = np.empty(4), np.empty(4)
+    for i in range(rod.edges.size + 1):
+        cell, _ = cell_of(rod, i)
+        relative(rod, shape, i, single, q)
+        first, second = bend.turns(q)
+        sharpest = max(sharpest, np.hypot(first / cell - rod.natural[0], second / cell - rod.natural[1]))
+    return sharpest
 
 
 @njit
@@ -176,6 +191,7 @@ def _level(rod: SpatialRod, shape: Shape, eigenvalue: float) -> Level:
         moments(rod, shape),
         np.array(energy(rod, shape) - potential),
         np.array(potential),
+        np.array(sharpest_bend(rod, shape)),
         np.array(eigenvalue),
     )
 
@@ -220,7 +236,7 @@ def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: floa
         mean_height=mean_height_over(rod, table, space.edges),
         clamp_force=force,
         clamp_moment=moment,
-        max_curvature=float(np.max(np.linalg.norm(space.table[:, 6:], axis=1))),
+        max_curvature=float(level.sharpest) / length,
         vertices_table=table,
         edges=space.edges,
         model=SPATIAL,

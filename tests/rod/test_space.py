@@ -134,6 +134,17 @@ def test_what_points_away_from_the_viewer_is_the_mirror_image() -> None:
     np.testing.assert_allclose(here.depth(101), -there.depth(101), atol=1e-9)
 
 
+def test_curvature_counts_from_the_natural_one() -> None:
+    coiled = replace(ROD, natural_curvature=-2.0)
+    flat_state, state = planar(coiled, tolerance=1e-7), in_space(flat(coiled), tolerance=1e-7)
+    assert planar(ROD).max_curvature != pytest.approx(flat_state.max_curvature, rel=0.1)
+    # The largest at a vertex: the two states have vertices at different places.
+    assert state.max_curvature == pytest.approx(flat_state.max_curvature, rel=5e-3)
+    # A rod curved towards the viewer, bent straight in that direction everywhere, is bent away from its own curvature.
+    sideways = in_space(replace(FLAT, lateral_curvature=0.01), tolerance=1e-7)
+    assert sideways.max_curvature == pytest.approx(in_space(FLAT, tolerance=1e-7).max_curvature, rel=1e-3)
+
+
 def test_full_turns_of_a_clamp_are_counted() -> None:
     # A nearly straight rod as stiff sideways as upwards twists evenly: the moment is GJ times the turn per length.
     stiff = replace(SECTION, lateral_stiffness=STIFFNESS, twisting_stiffness=1e-4)
