@@ -38,16 +38,16 @@ SLIPPED = 1.0
 class Level(NamedTuple):
     """A rod in equilibrium at one resolution: vertices `table (n+1, 9)` and the numbers that are extrapolated with it.
 
-    `forces (2, 3)` and `moments (2, 3)` of the clamps on the rod, `energy` of strain and `potential` of the loads, the
-    `sharpest` bend away from the natural curvature.
+    `bends (n+1,)` are the curvatures away from the natural one, `forces (2, 3)` and `moments (2, 3)` those of the
+    clamps on the rod, then `energy` of strain and `potential` of the loads.
     """
 
     table: Array
+    bends: Array
     forces: Array
     moments: Array
     energy: Array
     potential: Array
-    sharpest: Array
     eigenvalue: Array
 
 
@@ -103,16 +103,16 @@ def vertex_table(rod, shape):
 
 
 @njit
-def sharpest_bend(rod, shape):
-    """Largest curvature away from the natural one, of all vertices."""
-    sharpest = 0.0
+def vertex_bends(rod, shape):
+    """Curvatures away from the natural one at the vertices, (n+1,)."""
+    out = np.empty(rod.edges.size + 1)
     single, q = np.empty(4), np.empty(4)
     for i in range(rod.edges.size + 1):
         cell, _ = cell_of(rod, i)
         relative(rod, shape, i, single, q)
         first, second = bend.turns(q)
-        sharpest = max(sharpest, np.hypot(first / cell - rod.natural[0], second / cell - rod.natural[1]))
-    return sharpest
+        out[i] = np.hypot(first / cell - rod.natural[0], second / cell - rod.natural[1])
+    return out
 
 
 @njit
@@ -187,19 +187,18 @@ def _level(rod: SpatialRod, shape: Shape, eigenvalue: float) -> Level:
     potential = loads.energy(positions(rod, shape), rod.forces)
     return Level(
         vertex_table(rod, shape),
+        vertex_bends(rod, shape),
         np.array([gradient[:3], gradient[-3:]]),
         moments(rod, shape),
         np.array(energy(rod, shape) - potential),
         np.array(potential),
-        np.array(sharpest_bend(rod, shape)),
         np.array(eigenvalue),
     )
 
 
 def _extrapolated(coarse: Level, fine: Level) -> Level:
     """Richardson: the limit for vanishing edges of values with an error in the square of the edge length."""
-    table = fine.table[::2]
-    pairs = zip(coarse, fine._replace(table=table), strict=True)
+    pairs = zip(coarse, fine._replace(table=fine.table[::2], bends=fine.bends[::2]), strict=True)
     return Level(*(rough + (sharp - rough) * (4.0 / 3.0) for rough, sharp in pairs))
 
 
@@ -236,7 +235,7 @@ def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: floa
         mean_height=mean_height_over(rod, table, space.edges),
         clamp_force=force,
         clamp_moment=moment,
-        max_curvature=float(level.sharpest) / length,
+        max_curvature=float(np.max(level.bends)) / length,
         vertices_table=table,
         edges=space.edges,
         model=SPATIAL,
