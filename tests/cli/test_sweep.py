@@ -237,13 +237,24 @@ def test_how_many_processes(
     assert batch.jobs_for(wanted, scenes) == jobs
 
 
+def heed_interrupts() -> None:
+    """Undo what a shell does to a job in the background: it makes it, and all that it starts, deaf to Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @contextmanager
 def sweeping(folder: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
     """A sweep that takes a while, on two processes, in a group of its own, from its first document on."""
     command = [sys.executable, "-m", "curveline", "simulate", str(PEAK), "--json", "--jobs", "2", *options]
     command += ["--sweep", "nodes.1.angle_deg=-60:60:60", "--sweep", "nodes.2.angle_deg=-60:60:40"]
     with subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=heed_interrupts,
     ) as process:
         assert process.stdout is not None
         assert json.loads(process.stdout.readline())["point"] == 1
