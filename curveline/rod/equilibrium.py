@@ -186,7 +186,7 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
     )
     table *= np.array([length, length, 1.0, 1.0 / length, 1.0, 1.0 / length])
     table[:, :2] += rod.free_start
-    stable = unstable == 0 and scalars[EIGENVALUE] > NEUTRAL
+    stable = bool(unstable == 0 and scalars[EIGENVALUE] > NEUTRAL)
     force, moment = _clamp_wrench(rod, scalars)
     return Equilibrium(
         name="",
@@ -194,7 +194,7 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
         stable=stable,
         wanted=False,
         energy=_energy(rod, scalars),
-        error=estimate * length,
+        error=float(estimate * length),
         vertices=finest + 1,
         iterations=iterations,
         lowest_eigenvalue=float(scalars[EIGENVALUE]),

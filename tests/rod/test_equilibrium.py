@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -157,6 +158,13 @@ def test_forces_and_moments_balance_under_point_loads(loads: tuple[tuple[float, 
             -weight * free[:, 0].mean(),
         ]
         assert sum(moments) == pytest.approx(0.0, abs=2e-5 * max(abs(value) for value in moments))
+
+
+def test_the_numbers_of_a_state_are_plain_ones() -> None:
+    plain = {key: value for key, value in vars(peak(ROD)).items() if isinstance(value, bool | int | float | np.generic)}
+    assert {"stable", "error", "energy", "vertices", "mean_height", "clearance"} <= set(plain)
+    assert {key: type(value) for key, value in plain.items() if isinstance(value, np.generic)} == {}
+    assert json.loads(json.dumps(plain)) == plain
 
 
 def test_two_loads_at_one_place_act_like_their_sum() -> None:
