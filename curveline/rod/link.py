@@ -33,7 +33,10 @@ def turns(rod: SpatialRod, shape: Shape) -> float:
 
 
 def twist(rod: SpatialRod, shape: Shape) -> float:
-    """How often the material frame turns about the curve, from clamp to clamp."""
+    """How often the material frame turns about the curve, from frame to frame, the clamps' among them.
+
+    `twisting.total_twist` is what the rod resists; at a clamp where it bends, the two differ by the cube of the edge.
+    """
     single, whole = np.empty(4), np.empty(4)
     angle = 0.0
     for vertex in range(rod.edges.size + 1):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod._jit import njit
+from curveline.rod.contact import nearest_parts
 from curveline.rod.crossings import APART, crosses_itself, crosses_tails
 from curveline.rod.equilibrium import SPATIAL, Equilibrium, Outcome, mean_height_over, tail_of
 from curveline.rod.ladder import ROUNDING
@@ -29,8 +30,6 @@ HONESTY = 0.3
 it, or a seventh where the stiffnesses of bending differ: the half vertices at the clamps then leave a cubic error."""
 SUSPECT = 0.4
 """Where halving the edges leaves more than this of a change, the extrapolation is not to be trusted."""
-
-
 SLIPPED = 1.0
 """Turns that a state may differ by from those asked for: clamps out of the plane make up half a one, a passage two."""
 
@@ -141,9 +140,9 @@ def refined(rod, shape):
 def climb(segment: SpatialSegment, state: Equilibrium, tolerance: float) -> Climbed:
     """Relax a planar `state` in space and refine it until its error is below `tolerance`, in units of the length."""
     rod, relaxed = relax_in_space(segment, state)
-    here = _level(rod, relaxed.shape, math.nan)
+    here = _level(rod, relaxed.shape)
     best, places, error = here, rod.edges, math.inf
-    iterations, stable = relaxed.iterations, True
+    iterations = relaxed.iterations
     change, lowest = math.inf, math.nan
     rungs = 1
     while relaxed.ending is Ending.SETTLED and 2 * rod.edges.size <= MOST_EDGES and error > tolerance:
@@ -153,7 +152,7 @@ def climb(segment: SpatialSegment, state: Equilibrium, tolerance: float) -> Clim
         relaxed = descend(finer, refined(rod, relaxed.shape))
         rod = finer
         iterations += relaxed.iterations
-        before, coarse, here = best, here, _level(rod, relaxed.shape, math.nan)
+        before, coarse, here = best, here, _level(rod, relaxed.shape)
         best = _extrapolated(coarse, here)
         best = best._replace(eigenvalue=np.array(lowest + (lowest - lowest_before) / 3.0 if rungs > 1 else lowest))
         rungs += 1
@@ -163,12 +162,11 @@ def climb(segment: SpatialSegment, state: Equilibrium, tolerance: float) -> Clim
             if change > SUSPECT * change_before:
                 error = max(error, change)
     settled = relaxed.ending is Ending.SETTLED
-    stable = settled and is_stable(rod, relaxed.shape)
     return Climbed(
         level=best,
         edges=places,
         error=error if settled else math.inf,
-        is_stable=stable,
+        is_stable=settled and is_stable(rod, relaxed.shape),
         vertices=rod.edges.size + 1,
         iterations=iterations,
         ending=relaxed.ending,
@@ -181,8 +179,8 @@ def _lost_turns(segment: SpatialSegment, rod: SpatialRod, shape: Shape) -> float
     return abs(turns(rod, shape) - (segment.roll[1] - segment.roll[0]) / (2.0 * math.pi))
 
 
-def _level(rod: SpatialRod, shape: Shape, eigenvalue: float) -> Level:
-    """What a level contributes to the extrapolation."""
+def _level(rod: SpatialRod, shape: Shape) -> Level:
+    """What a level contributes to the extrapolation; its eigenvalue, which costs most, is left open."""
     gradient, _ = assemble(rod, shape)
     potential = loads.energy(positions(rod, shape), rod.forces)
     return Level(
@@ -192,7 +190,7 @@ def _level(rod: SpatialRod, shape: Shape, eigenvalue: float) -> Level:
         moments(rod, shape),
         np.array(energy(rod, shape) - potential),
         np.array(potential),
-        np.array(eigenvalue),
+        np.array(math.nan),
     )
 
 
@@ -289,7 +287,4 @@ def _clearance(space: SpaceCurve) -> float:
     """Smallest distance in space between vertices that are not neighbours [m]."""
     places = space.table[:, :3]
     apart = max(2, int(APART * (len(places) - 1)))
-    nearest = math.inf
-    for i in range(len(places) - apart):
-        nearest = min(nearest, float(np.min(np.linalg.norm(places[i + apart :] - places[i], axis=1))))
-    return nearest
+    return float(nearest_parts(places, apart, np.linalg.norm(places[-1] - places[0])))
