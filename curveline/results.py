@@ -151,13 +151,13 @@ def to_csv(reports: Sequence[Report]) -> bytes:
 
 
 def _draw_svg(reports: Sequence[Report]) -> bytes:
-    from curveline.figures import draw
+    from curveline.figures.shapes import draw
 
     return draw(reports, "svg")
 
 
 def _draw_png(reports: Sequence[Report]) -> bytes:
-    from curveline.figures import draw
+    from curveline.figures.shapes import draw
 
     return draw(reports, "png")
 
@@ -188,7 +188,7 @@ def check_output(path: AnyPath, *, force: bool = False) -> None:
     """Refuse, before anything is computed, what `write` would refuse; InvalidInput or MissingExtra."""
     encoder = encoder_of(path)
     if encoder in (_draw_svg, _draw_png):
-        from curveline.figures import require_matplotlib
+        from curveline.figures.common import require_matplotlib
 
         require_matplotlib()
     if os.path.exists(path) and not force:

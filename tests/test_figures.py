@@ -14,9 +14,10 @@ import pytest
 from matplotlib.image import imread
 
 import curveline
-from curveline import figures
 from curveline.errors import MissingExtra
-from curveline.results import Report, Settings
+from curveline.figures import shapes
+from curveline.figures.common import COLOURS, GREY, OTHER, PIXELS_PER_INCH, STYLES, THIN, WIDTH
+from curveline.results import Report, Settings, curve_mm
 
 SHAPES = Path(__file__).parent.parent / "shapes"
 
@@ -35,7 +36,7 @@ def reports() -> list[Report]:
 
 
 def svg_of(reports: list[Report]) -> str:
-    return figures.draw(reports, "svg").decode()
+    return shapes.draw(reports, "svg").decode()
 
 
 def test_svg_is_the_same_every_time_and_holds_no_date(reports: list[Report]) -> None:
@@ -52,48 +53,48 @@ def test_settings_of_the_user_do_not_show(reports: list[Report]) -> None:
 
 
 def test_png_is_the_same_every_time(reports: list[Report]) -> None:
-    data = figures.draw(reports[:1], "png")
-    assert data == figures.draw(reports[:1], "png")
+    data = shapes.draw(reports[:1], "png")
+    assert data == shapes.draw(reports[:1], "png")
     image = imread(io.BytesIO(data))
-    assert image.shape[1] == round(figures.WIDTH * figures.PIXELS_PER_INCH)
+    assert image.shape[1] == round(WIDTH * PIXELS_PER_INCH)
     assert image.min() < 0.3
     assert image.max() == 1.0
 
 
 def test_the_wanted_curve_is_true_to_aspect_and_thick(reports: list[Report]) -> None:
-    image = imread(io.BytesIO(figures.draw(reports[:1], "png")))[:, :, :3]
+    image = imread(io.BytesIO(shapes.draw(reports[:1], "png")))[:, :, :3]
     blue = np.array([0x00, 0x72, 0xB2]) / 255
     rows, columns = np.nonzero(np.abs(image - blue).max(axis=2) < 0.02)
     keep = rows < image.shape[0] - 80  # the legend lies below
     height, width = np.ptp(rows[keep]), np.ptp(columns[keep])
-    curve = figures.curve_mm(reports[0], 0, reports[0].segments[0].states[0])
+    curve = curve_mm(reports[0], 0, reports[0].segments[0].states[0])
     assert height / width == pytest.approx(np.ptp(curve[:, 1]) / np.ptp(curve[:, 0]), rel=0.03)
 
 
 def test_peak_and_valley_differ_in_colour_and_style(reports: list[Report]) -> None:
     text = svg_of(reports[:1])
-    for colour in figures.COLOURS.values():
+    for colour in COLOURS.values():
         assert colour.lower() in text
     assert "stroke-dasharray" in text
-    assert len(set(figures.COLOURS.values())) == len({str(style) for style in figures.STYLES.values()}) == 2
+    assert len(set(COLOURS.values())) == len({str(style) for style in STYLES.values()}) == 2
 
 
 def test_states_that_cannot_be_shown_are_grey_and_thin(reports: list[Report]) -> None:
-    assert f"stroke: {figures.GREY}; stroke-width: 0.6" not in svg_of(reports[:1])
+    assert f"stroke: {GREY}; stroke-width: 0.6" not in svg_of(reports[:1])
     text = svg_of([report_on("level-up-peak", (0, 1, -1))])
-    assert re.search(rf"stroke-dasharray: [^;]*; stroke-dashoffset: 0; stroke: {figures.GREY}; stroke-width: 0.6", text)
+    assert re.search(rf"stroke-dasharray: [^;]*; stroke-dashoffset: 0; stroke: {GREY}; stroke-width: 0.6", text)
 
 
 def test_several_shapes_make_a_grid(reports: list[Report]) -> None:
-    one = imread(io.BytesIO(figures.draw(reports[:1], "png")))
-    four = imread(io.BytesIO(figures.draw(reports, "png")))
-    assert four.shape[1] == round(3 * figures.SMALL_WIDTH * figures.PIXELS_PER_INCH) > one.shape[1]
+    one = imread(io.BytesIO(shapes.draw(reports[:1], "png")))
+    four = imread(io.BytesIO(shapes.draw(reports, "png")))
+    assert four.shape[1] == round(3 * shapes.SMALL_WIDTH * PIXELS_PER_INCH) > one.shape[1]
     assert svg_of(reports).count('id="axes_') >= 4
 
 
 def test_a_shape_that_leaves_the_plane_is_also_seen_from_above(reports: list[Report]) -> None:
     pushed = report_on("space/pushed")
-    alone, image = svg_of([pushed]), imread(io.BytesIO(figures.draw([pushed], "png")))[:, :, :3]
+    alone, image = svg_of([pushed]), imread(io.BytesIO(shapes.draw([pushed], "png")))[:, :, :3]
     assert alone.count('id="axes_') == 2 * svg_of(reports[:1]).count('id="axes_')
     assert alone == svg_of([pushed])
     assert svg_of([*reports, pushed]).count('id="axes_') >= 10
@@ -110,10 +111,10 @@ def test_a_shape_that_leaves_the_plane_is_also_seen_from_above(reports: list[Rep
 def test_a_state_that_leaves_the_plane_is_drawn_under_its_name(reports: list[Report]) -> None:
     segment = reports[0].segments[0]
     buckled = replace(segment.states[0], name="buckled-1", leaves_plane=True, stable=False, wanted=False)
-    assert figures._style(buckled) == {
-        "label": "buckled-1", "color": figures.OTHER, "linestyle": "-.", "linewidth": figures.THIN,
+    assert shapes._style(buckled) == {
+        "label": "buckled-1", "color": OTHER, "linestyle": "-.", "linewidth": THIN,
     }  # fmt: skip
-    assert figures._style(replace(buckled, winding=1))["label"] == figures.UNSHOWN
+    assert shapes._style(replace(buckled, winding=1))["label"] == shapes.UNSHOWN
 
 
 def test_a_name_with_signs_is_text(reports: list[Report]) -> None:
@@ -124,7 +125,7 @@ def test_a_name_with_signs_is_text(reports: list[Report]) -> None:
 def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch, reports: list[Report]) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(MissingExtra) as caught:
-        figures.draw(reports, "svg")
+        shapes.draw(reports, "svg")
     assert "curveline[plot]" in caught.value.hint
 
 

@@ -10,7 +10,8 @@ import pytest
 from matplotlib.image import imread
 from PIL import Image
 
-from curveline import figures
+from curveline.figures import falls
+from curveline.figures.common import PIXELS_PER_INCH, WIDTH
 from curveline.rod.dynamics import Fall, Fate, Medium, Pace, at_rest, fall, kicked, medium_of, time_unit
 from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.relax import descend
@@ -54,35 +55,35 @@ def test_samples_are_at_equal_times_and_between_their_steps(film: Fall) -> None:
 
 
 def test_a_strobe_picture_shows_every_flash_and_how_it_ended(film: Fall) -> None:
-    text = figures.draw_fall(film, SEGMENT, "svg").decode()
-    assert text == figures.draw_fall(film, SEGMENT, "svg").decode()
+    text = falls.draw_fall(film, SEGMENT, "svg").decode()
+    assert text == falls.draw_fall(film, SEGMENT, "svg").decode()
     shades = {part.split(";")[0].split('"')[0] for part in text.split("stroke-opacity: ")[1:]}
-    assert len(shades) >= figures.FLASHES - 1
-    image = imread(io.BytesIO(figures.draw_fall(film, SEGMENT, "png")))
-    assert image.shape[1] == round(figures.WIDTH * figures.PIXELS_PER_INCH)
+    assert len(shades) >= falls.FLASHES - 1
+    image = imread(io.BytesIO(falls.draw_fall(film, SEGMENT, "png")))
+    assert image.shape[1] == round(WIDTH * PIXELS_PER_INCH)
     assert film.fate is Fate.LANDED
 
 
 def test_curves_run_from_pivot_to_pivot_in_mm() -> None:
     still = at_rest(SEGMENT.spatial_rod(np.full(16, 1.0 / 16)), flat_shape(np.zeros(16)))
     far = fall(SEGMENT.spatial_rod(np.full(16, 1.0 / 16)), still, Medium(), Pace(until=1e-4))
-    x, y = figures._seen(far.places[0], SEGMENT).T
+    x, y = falls._seen(far.places[0], SEGMENT).T
     assert (x[0], y[0], x[-1], y[-1]) == (0.0, 0.0, 500.0, 0.0)
     assert x[1] == pytest.approx(10.0 * np.cos(0.9))
     assert y[1] == pytest.approx(10.0 * np.sin(0.9))
 
 
 def test_a_film_has_its_frames_and_runs_slowly(film: Fall) -> None:
-    data = figures.animate_fall(film, SEGMENT)
+    data = falls.animate_fall(film, SEGMENT)
     with Image.open(io.BytesIO(data)) as image:
         frames = []
         for index in range(image.n_frames):
             image.seek(index)
             frames.append(np.asarray(image.convert("L"), dtype=float))
-            assert image.info["duration"] == figures.FRAME_MS
+            assert image.info["duration"] == falls.FRAME_MS
         assert image.info["loop"] == 0
     seconds = film.times[-1] * time_unit(SEGMENT)
-    assert len(frames) * figures.FRAME_MS / 1000.0 == pytest.approx(figures.SLOWER * seconds, abs=0.05)
+    assert len(frames) * falls.FRAME_MS / 1000.0 == pytest.approx(falls.SLOWER * seconds, abs=0.05)
     heights = [float(np.mean(np.nonzero(frame[30:-60, 120:-40] < 80)[0])) for frame in (frames[0], frames[-1])]
     # Rows count downwards: the rod is higher at the end.
     assert heights[1] < heights[0] - 30.0

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from curveline.bench.trade import Point
-from curveline.figures import SETTINGS, bytes_of, defaults, require_matplotlib
+from curveline.figures.common import bytes_of, new_figure
 from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL
 
 if TYPE_CHECKING:
@@ -21,18 +21,9 @@ LEGEND_ROOM = 0.8  # [inch]
 
 def draw(points: Sequence[Point], kind: str) -> bytes:
     """A figure of the points that were measured, as "svg" or "png"; MissingExtra without matplotlib."""
-    require_matplotlib()
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
     measured = [point for point in points if point.error_mm and point.seconds]
     sets = list(dict.fromkeys(point.scenes for point in measured)) or [""]
-    with matplotlib.rc_context({**defaults(), **SETTINGS}):
-        size = (PANEL[0] * len(sets), PANEL[1] + LEGEND_ROOM)
-        figure = Figure(figsize=size, layout="constrained")
-        (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
+    with new_figure(PANEL[0] * len(sets), PANEL[1] + LEGEND_ROOM, kind) as figure:
         panels = figure.subplots(1, len(sets), squeeze=False, sharex=True, sharey=True).flatten()
         for panel, name in zip(panels, sets, strict=True):
             _draw_set(panel, [point for point in measured if point.scenes == name])

@@ -67,7 +67,7 @@ def encoder_of(path: AnyPath, *, force: bool = False) -> Callable[[Sequence[Row]
         known = ", ".join(ENCODERS)
         raise InvalidInput(f"{name}: cannot tell the format from the suffix {suffix!r}", f"name a file in {known}")
     if suffix != ".json":
-        from curveline.figures import require_matplotlib
+        from curveline.figures.common import require_matplotlib
 
         require_matplotlib()
     if os.path.exists(name) and not force:

@@ -2,62 +2,46 @@
 
 from __future__ import annotations
 
-import io
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from curveline.errors import MissingExtra
 from curveline.explanation import deepest
+from curveline.figures.common import (
+    COLOURS,
+    GREY,
+    HEAD_ROOM,
+    MARGIN,
+    OTHER,
+    STYLES,
+    THICK,
+    THIN,
+    WIDTH,
+    X_LABEL,
+    Y_LABEL,
+    bytes_of,
+    clamp_shown,
+    draw_node,
+    dress,
+    new_figure,
+)
 from curveline.results import Array, Report, curve_mm, depth_mm
-from curveline.rod.dynamics import time_unit
 from curveline.rod.equilibrium import Equilibrium
-from curveline.scene import PEAK, VALLEY, Node
-from curveline.units import to_mm, to_ms
+from curveline.scene import Node
+from curveline.units import to_mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from curveline.rod.dynamics import Fall
-    from curveline.rod.space import SpatialSegment
-
-# Blue and vermilion of Okabe and Ito's palette, which people with any colour vision tell apart.
-COLOURS = {PEAK: "#0072B2", VALLEY: "#D55E00"}
-STYLES = {PEAK: "-", VALLEY: (0, (5, 2))}
-OTHER = "#009E73"
-GREY = "#999999"
-DARK = "#333333"
-X_LABEL = "x [mm]"
 UNSHOWN = "not for a planar display"
-THIN, THICK = 1.2, 2.6
 ACROSS = 3
 """Segments side by side in a row of a grid."""
-WIDTH = 6.4  # [inch] of a panel that has a row for itself
-SMALL_WIDTH = 3.6  # [inch] of one among others
-HEAD_ROOM = 0.75  # [inch] of a panel's height for its title and labels
+SMALL_WIDTH = 3.6  # [inch] of a panel among others
 LEGEND_ROOM = 0.4  # [inch] below all panels
-PIXELS_PER_INCH = 150
-MARGIN = 0.06
-"""Room around a curve, as a part of the display's width."""
-FLASHES = 16
-"""Curves in a strobe picture."""
-SLOWER = 5.0
-FRAME_MS = 40
-FILM_INCHES = 4.8
-FILM_PIXELS_PER_INCH = 100
-SETTINGS: Any = {
-    "text.parse_math": False,
-    "svg.hashsalt": "curveline",
-    "svg.fonttype": "path",
-    "font.family": "DejaVu Sans",
-    "font.size": 9.0,
-}
-METADATA: dict[str, dict[str, Any]] = {"svg": {"Date": None, "Creator": "curveline"}, "png": {"Software": "curveline"}}
 
 
 @dataclass(frozen=True)
@@ -77,7 +61,7 @@ def _from_above(report: Report, index: int, state: Equilibrium) -> Array:
 
 
 FRONT = View(
-    label="y [mm]",
+    label=Y_LABEL,
     title="",
     of=curve_mm,
     height=lambda node: node.height,
@@ -93,113 +77,24 @@ ABOVE = View(
 """The viewer of the front stands below what is seen from above, so that z, which points to the viewer, points down."""
 
 
-def require_matplotlib() -> None:
-    """MissingExtra unless figures can be drawn."""
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        raise MissingExtra(
-            "drawing figures needs matplotlib, which is not installed", hint="pip install 'curveline[plot]'"
-        ) from None
-
-
 def draw(reports: Sequence[Report], kind: str) -> bytes:
     """A figure of one shape, or a grid of several, as "svg" or "png".
 
     Shapes are seen from the front and, if the rod of any of them leaves the plane, below that from above.
     """
-    require_matplotlib()
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
     across = min(max(1, ACROSS // max(len(report.segments) for report in reports)), len(reports))
     down = math.ceil(len(reports) / across)
     width = WIDTH if across == 1 else SMALL_WIDTH
     views = [FRONT, *([ABOVE] if any(map(_is_deep, reports)) else [])]
     heights = [width * max(_steepness(report, view) for report in reports) + HEAD_ROOM for view in views]
     alike = len({report.scene.display.digest for report in reports}) == 1
-    with matplotlib.rc_context({**defaults(), **SETTINGS}):
-        figure = Figure(figsize=(width * across, sum(heights) * down + LEGEND_ROOM), layout="constrained")
-        (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
+    with new_figure(width * across, sum(heights) * down + LEGEND_ROOM, kind) as figure:
         rows = figure.subplots(len(views) * down, across, squeeze=False, height_ratios=heights * down)
         for offset, view in enumerate(views):
             panels = list(rows[offset :: len(views)].flatten())
             _draw_view(panels, reports, view, alike=alike)
         _draw_legend(figure)
         return bytes_of(figure, kind)
-
-
-def draw_fall(film: Fall, segment: SpatialSegment, kind: str) -> bytes:
-    """A strobe picture, "svg" or "png", of a motion as seen from the front: flashes at equal times, the last darkest.
-
-    `segment` says how long the rod is and how heavy, hence how fast.
-    """
-    require_matplotlib()
-    times, curves = film.sampled(FLASHES)
-    with _panel_of(curves, segment, kind) as (figure, panel):
-        for number, curve in enumerate(curves):
-            last = number == FLASHES - 1
-            panel.plot(
-                *_seen(curve, segment).T,
-                color=DARK,
-                linewidth=THICK if last else THIN,
-                alpha=(number + 2) / (FLASHES + 1),
-            )
-        flash_ms = to_ms((times[1] - times[0]) * time_unit(segment))
-        panel.set_title(f"{FLASHES} flashes, one every {flash_ms:.3g} ms: {film.fate.value}", wrap=True)
-        return bytes_of(figure, kind)
-
-
-def animate_fall(film: Fall, segment: SpatialSegment) -> bytes:
-    """A motion as seen from the front, a GIF that runs `SLOWER` times slower than the rod, over and over."""
-    require_matplotlib()
-    from PIL import Image
-
-    seconds = (film.times[-1] - film.times[0]) * time_unit(segment)
-    _, curves = film.sampled(max(2, round(to_ms(seconds) * SLOWER / FRAME_MS)))
-    images = []
-    with _panel_of(curves, segment, "gif") as (figure, panel):
-        panel.set_title(f"{SLOWER:g} times slower than the rod")
-        (line,) = panel.plot([], [], color=DARK, linewidth=THICK)
-        for curve in curves:
-            line.set_data(*_seen(curve, segment).T)
-            stream = io.BytesIO()
-            figure.savefig(stream, format="png", dpi=FILM_PIXELS_PER_INCH, metadata=METADATA["png"])
-            images.append(Image.open(stream).convert("P", palette=Image.Palette.ADAPTIVE, colors=16))
-    out = io.BytesIO()
-    images[0].save(out, "GIF", save_all=True, append_images=images[1:], duration=FRAME_MS, loop=0)
-    return out.getvalue()
-
-
-@contextmanager
-def _panel_of(curves: Array, segment: SpatialSegment, kind: str) -> Iterator[tuple[Figure, Axes]]:
-    """An empty panel that all `curves (k, n+1, 3)` of a segment fit into."""
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
-    seen = np.concatenate([_seen(curve, segment) for curve in curves])
-    (left, low), (right, high) = np.min(seen, axis=0), np.max(seen, axis=0)
-    room = MARGIN * (right - left)
-    width = FILM_INCHES if kind == "gif" else WIDTH
-    height = width * min(1.5, (high - low + 2.0 * room) / (right - left + 2.0 * room)) + HEAD_ROOM
-    with matplotlib.rc_context({**defaults(), **SETTINGS}):
-        figure = Figure(figsize=(width, height), layout="constrained")
-        (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
-        panel = figure.subplots()
-        panel.set(xlim=(left - room, right + room), ylim=(low - room, high + room), aspect="equal")
-        _dress(panel, FRONT.label)
-        yield figure, panel
-
-
-def _seen(curve: Array, segment: SpatialSegment) -> Array:
-    """Points (n+3, 2) [mm], from pivot to pivot, of a `curve (n+1, 3)` over the free length."""
-    rod = segment.rod
-    free = np.array(rod.free_start) + rod.free_length * curve[:, :2]
-    return to_mm(1.0) * np.vstack([[0.0, 0.0], free, rod.chord])
 
 
 def _draw_view(panels: Sequence[Axes], reports: Sequence[Report], view: View, *, alike: bool) -> None:
@@ -240,20 +135,6 @@ def _steepness(report: Report, view: View) -> float:
     return min(1.0, (max(heights) - min(heights)) / to_mm(len(report.segments) * report.scene.display.span))
 
 
-def defaults() -> dict[Any, Any]:
-    """matplotlib's own settings, so that those of the user or the machine do not show; the backend is never used."""
-    from matplotlib import rcParamsDefault
-
-    return {name: value for name, value in rcParamsDefault.items() if name not in ("backend", "backend_fallback")}
-
-
-def bytes_of(figure: Figure, kind: str) -> bytes:
-    """A figure as "svg" or "png", without a date."""
-    stream = io.BytesIO()
-    figure.savefig(stream, format=kind, dpi=PIXELS_PER_INCH, metadata=METADATA[kind])
-    return stream.getvalue()
-
-
 def _draw_shape(panel: Axes, report: Report, view: View) -> None:
     """All states of a shape and the nodes that hold it."""
     for index, segment in enumerate(report.segments):
@@ -267,16 +148,7 @@ def _draw_shape(panel: Axes, report: Report, view: View) -> None:
     panel.set_aspect("equal")
     panel.margins(MARGIN)
     panel.set_title(f"{report.scene.name}{view.title}")
-    _dress(panel, view.label)
-
-
-def _dress(panel: Axes, label: str) -> None:
-    """Labels, a light grid, no box."""
-    panel.set_xlabel(X_LABEL)
-    panel.set_ylabel(label)
-    panel.grid(visible=True, linewidth=0.4, color="#dddddd")
-    panel.set_axisbelow(True)
-    panel.spines[["top", "right"]].set_visible(False)
+    dress(panel, view.label)
 
 
 def _style(state: Equilibrium) -> dict[str, Any]:
@@ -305,14 +177,5 @@ def _draw_legend(figure: Figure) -> None:
 def _draw_nodes(panel: Axes, report: Report, view: View) -> None:
     """Every node as its pivot and the stretch of rod that its bearing holds straight."""
     display = report.scene.display
-    # Display files allow point clamps; their direction must show all the same.
-    half = to_mm(max(display.clamp, 0.03 * display.span)) / 2.0
     for index, node in enumerate(report.scene.nodes):
-        x, y = to_mm(index * display.span), to_mm(view.height(node))
-        across, up = (half * part for part in view.tangent(node))
-        panel.plot(
-            [x - across, x + across], [y - up, y + up], color=DARK, linewidth=6.0, alpha=0.35, solid_capstyle="butt"
-        )
-        panel.plot(
-            [x], [y], marker="o", markersize=4.5, color=DARK, markerfacecolor="white", linestyle="none", zorder=5
-        )
+        draw_node(panel, (index * display.span, view.height(node)), view.tangent(node), clamp_shown(display))
