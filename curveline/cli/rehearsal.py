@@ -9,29 +9,32 @@ from typing import Any
 from curveline import __version__
 from curveline.cli import show
 from curveline.cli.broken import BrokenRun
-from curveline.cli.send import plan_shape
+from curveline.cli.goal import Goal, plan_goal
+from curveline.cli.shown import Shown, remembered_states
 from curveline.cli.steps import describe
-from curveline.plan import DriveTable, Plan, drive_table
-from curveline.radio.frames import Counts
+from curveline.plan import Plan, drive_table
 from curveline.radio.link import FrameRecord, describe_plan_frames
 from curveline.radio.mockspec import parse_spec
+from curveline.radio.motion import axes_of
+from curveline.radio.preflight import check_targets
 from curveline.radio.store import Store
-from curveline.scene import Scene
 
 HEAD = ("step", "action", "node", "address", "release", "extrude", "bias", "translate", "ms")
 
 
-def rehearse(wanted: Plan | Scene | BrokenRun, spec: str | None, runs: Path, *, as_json: bool) -> None:
-    """Print what a send would stage, decoded as the nodes would decode it."""
-    if isinstance(wanted, Scene):
-        start = _remembered(spec, drive_table(wanted.display), runs)
-        show.note(f"planned from {'home' if start is None else 'where the mock display stands'}")
-        plan, begin = plan_shape(wanted, start), 0
+def rehearse(
+    wanted: Plan | Goal | BrokenRun, spec: str | None, runs: Path, *, touched: bool = False, as_json: bool = False
+) -> None:
+    """Print what a send would stage, decoded as the nodes would decode it; InvalidInput if no node would take it."""
+    begin = 0
+    if isinstance(wanted, Goal):
+        plan = _planned(wanted, spec, runs, touched=touched)
     elif isinstance(wanted, BrokenRun):
         plan, begin = wanted.plan, wanted.point.barrier
         show.note(wanted.summary())
     else:
-        plan, begin = wanted, 0
+        plan = wanted
+    check_targets(plan, axes_of(plan.drive))
     frames = [frame for frame in describe_plan_frames(plan) if frame.step > begin]
     if as_json:
         show.emit(_document(plan, frames))
@@ -40,12 +43,17 @@ def rehearse(wanted: Plan | Scene | BrokenRun, spec: str | None, runs: Path, *, 
     show.note("dry run: nothing was sent")
 
 
-def _remembered(spec: str | None, drive: DriveTable, runs: Path) -> tuple[Counts, ...] | None:
-    """Where the mock display stands, read without opening it; None for any other radio, which is left alone."""
+def _planned(goal: Goal, spec: str | None, runs: Path, *, touched: bool) -> Plan:
+    """A plan from where the mock display stands, read without opening it; from home for any radio, left alone here."""
+    drive = drive_table(goal.display)
     name, _, settings = (spec or "").partition(":")
     if name != "mock" or parse_spec(settings).fresh:
-        return None
-    return tuple(node.counts for node in Store(runs, drive).load().nodes)
+        show.note("planned from home")
+        return plan_goal(goal, None)
+    state = Store(runs, drive).load()
+    shown = Shown() if touched else remembered_states(state.known_rod)
+    show.note(f"planned from where the mock display stands; {shown.line()}")
+    return plan_goal(goal, tuple(node.counts for node in state.nodes), shown.states)
 
 
 def _lines(frames: Sequence[FrameRecord]) -> list[str]:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from curveline.cli import nodes, show
+from curveline.cli.goal import Goal, home_of, plan_goal, read_goal
 from curveline.cli.nodes import RadioOption, RunsOption
 from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, InvalidInput, LinkError
 
@@ -20,8 +22,6 @@ if TYPE_CHECKING:
     from curveline.cli.run import Ending
     from curveline.plan import DriveTable, Plan
     from curveline.radio import Radio
-    from curveline.radio.frames import Counts
-    from curveline.scene import Scene
 
 NOWHERE = ("boot", "unhomed", "homing", "position-lost")
 """States of a node in which its position means nothing."""
@@ -29,12 +29,23 @@ NOWHERE = ("boot", "unhomed", "homing", "position-lost")
 
 def send(
     what: Annotated[
-        str | None, typer.Argument(metavar="PLAN|SHAPE", help="Plan (.json), or shape (.toml) to plan and send.")
+        list[str] | None,
+        typer.Argument(metavar="PLAN|SHAPE...", help="Plan (.json), or shapes (.toml) to plan and send in a row."),
+    ] = None,
+    home: Annotated[
+        bool, typer.Option("--home", help="Bring a display home: level, upright, the rod straight.")
+    ] = False,
+    display: Annotated[
+        str | None,
+        typer.Option("--display", metavar="NAME|FILE", help="The display to bring home; single if not given."),
     ] = None,
     resume: Annotated[
         str | None,
         typer.Option("--resume", metavar="RUN", help="Go on with a run: its folder, its name, or `last`."),
     ] = None,
+    touched: Annotated[
+        bool, typer.Option("--touched", help="Somebody touched the rod: which curve it is in is not known.")
+    ] = False,
     radio: RadioOption = None,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before moving.")] = False,
     takeover: Annotated[
@@ -46,27 +57,34 @@ def send(
     json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
     runs: RunsOption = None,
 ) -> None:
-    """Take a display through a plan, or to a shape, or go on with a run that was broken off.
+    """Take a display through a plan, to a shape or several in a row, or home, or go on with a run that was broken off.
 
-    A shape is planned from where the display stands. Ctrl-C pauses once all nodes have done their step; again, it holds
-    at once; again, it is an emergency stop.
+    Shapes are planned from where the display stands and what it shows. Ctrl-C pauses once all nodes have done their
+    step; again, it holds at once; again, it is an emergency stop.
     """
     folder = nodes.runs_folder(runs)
-    if (what is None) is (resume is None):
-        raise InvalidInput("name a plan, a shape, or a run to --resume, and only one of them")
-    wanted = _broken_off(resume, folder) if resume is not None else _read(str(what))
+    wanted = _wanted(what or [], resume, _home(display, asked=home), folder)
+    if touched and not isinstance(wanted, Goal):
+        raise InvalidInput(
+            "--touched is for shapes and for --home: this plan is made already", "send the shape instead"
+        )
     if dry_run:
         from curveline.cli.rehearsal import rehearse
 
-        rehearse(wanted, radio, folder, as_json=json)
+        rehearse(wanted, radio, folder, touched=touched, as_json=json)
         return
-    spec = nodes.require_radio(radio)
-    if not yes and not (sys.stdin.isatty() and sys.stderr.isatty()):
+    way = _Way(nodes.require_radio(radio), folder, asks=not yes, takeover=takeover, touched=touched)
+    if way.asks and not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise InvalidInput("sending moves the display, and there is no terminal to ask on", hint="add --yes to agree")
-    ending = _send(wanted, _Way(spec, folder, asks=not yes, takeover=takeover))
+    ending = _send(wanted, way)
     if ending is None:
         raise typer.Exit(EXIT_NO)
-    if json:
+    _conclude(ending, way.spec, as_json=json)
+
+
+def _conclude(ending: Ending, spec: str, *, as_json: bool) -> NoReturn:
+    """Say how the run ended, and leave with the exit code for it."""
+    if as_json:
         show.emit(ending.document(spec))
     else:
         show.result("\n".join(ending.lines()))
@@ -87,20 +105,40 @@ class _Way:
     runs: Path
     asks: bool
     takeover: bool
+    touched: bool
 
 
-def _read(path: str) -> Plan | Scene:
-    """The plan or the shape in a file; its suffix says which."""
-    suffix = os.path.splitext(path)[1].lower()
-    if suffix == ".json":
+def _wanted(what: Sequence[str], resume: str | None, home: str | None, runs: Path) -> Plan | Goal | BrokenRun:
+    """What is to be sent; InvalidInput unless it is one thing, and can be read."""
+    if bool(what) + (resume is not None) + (home is not None) != 1:
+        raise InvalidInput("name a plan, shapes, --home, or a run to --resume, and only one of them")
+    if resume is not None:
+        return _broken_off(resume, runs)
+    return home_of(home) if home is not None else _read(what)
+
+
+def _home(display: str | None, *, asked: bool) -> str | None:
+    """The display that is to be brought home, if that was asked for."""
+    if display is not None and not asked:
+        raise InvalidInput("--display is for --home", "a plan or a shape names its own display")
+    return (display or "single") if asked else None
+
+
+def _read(paths: Sequence[str]) -> Plan | Goal:
+    """The plan in a file, or the shapes in some; the suffix says which."""
+    suffixes = {path: os.path.splitext(path)[1].lower() for path in paths}
+    for path, suffix in suffixes.items():
+        if suffix not in (".json", ".toml"):
+            raise InvalidInput(f"{path}: neither a plan (.json) nor a shape (.toml)", "the suffix says what a file is")
+        if suffix == ".json" and len(paths) > 1:
+            raise InvalidInput(
+                f"{path}: a plan is sent by itself", "`curveline plan SHAPE...` makes one plan of several shapes"
+            )
+    if ".json" in suffixes.values():
         from curveline.plan import read_plan
 
-        return read_plan(path)
-    if suffix == ".toml":
-        from curveline.shapefile import read_shape
-
-        return read_shape(path)
-    raise InvalidInput(f"{path}: neither a plan (.json) nor a shape (.toml)", hint="the suffix says what a file is")
+        return read_plan(paths[0])
+    return read_goal(paths)
 
 
 def _broken_off(name: str, runs: Path) -> BrokenRun:
@@ -110,12 +148,12 @@ def _broken_off(name: str, runs: Path) -> BrokenRun:
     return find_broken_run(name, runs)
 
 
-def _send(wanted: Plan | Scene | BrokenRun, way: _Way) -> Ending | None:
+def _send(wanted: Plan | Goal | BrokenRun, way: _Way) -> Ending | None:
     """Plan from where the display stands, ask, and send; None if the answer was no."""
     from curveline.cli.broken import BrokenRun
     from curveline.cli.run import conduct, go_on
     from curveline.cli.steps import summary
-    from curveline.plan import Plan, drive_table
+    from curveline.plan import drive_table
     from curveline.radio import open_radio
     from curveline.radio.actions import Policy
     from curveline.radio.link import Control
@@ -125,9 +163,9 @@ def _send(wanted: Plan | Scene | BrokenRun, way: _Way) -> Ending | None:
         with wanted.opened() as journal, closing(open_radio(way.spec, wanted.plan.drive, way.runs)) as radio:
             show.note(wanted.summary())
             return go_on(wanted, radio, journal, control) if _agrees(way) else None
-    drive = wanted.drive if isinstance(wanted, Plan) else drive_table(wanted.display)
+    drive = drive_table(wanted.display) if isinstance(wanted, Goal) else wanted.drive
     with closing(open_radio(way.spec, drive, way.runs)) as radio:
-        plan = wanted if isinstance(wanted, Plan) else _plan_from_here(wanted, radio, drive)
+        plan = _plan_from_here(wanted, radio, drive, way) if isinstance(wanted, Goal) else wanted
         show.note(f"{plan.name}: {summary(plan)}")
         return conduct(plan, radio, way.runs, control) if _agrees(way) else None
 
@@ -143,23 +181,20 @@ def _agrees(way: _Way) -> bool:
     return agreed
 
 
-def _plan_from_here(scene: Scene, radio: Radio, drive: DriveTable) -> Plan:
-    """A plan to `scene` from where the nodes say that they stand; LinkError if one of them cannot say."""
+def _plan_from_here(goal: Goal, radio: Radio, drive: DriveTable, way: _Way) -> Plan:
+    """A plan from where the nodes say that they stand; LinkError if one of them cannot say."""
+    from curveline.cli.shown import Shown, shown_states
     from curveline.radio.link import read_status
 
+    statuses = read_status(radio, drive)
     counts = []
-    for status in read_status(radio, drive):
+    for status in statuses:
         if status.counts is None or status.state in NOWHERE:
             said = "does not answer" if status.counts is None else f"does not know where it stands: {status.state}"
             hint = "see `curveline status`" if status.counts is None else "home the node, then send again"
             raise LinkError(f"node {status.node} {said}", hint, status.node)
         counts.append(status.counts)
-    return plan_shape(scene, tuple(counts))
-
-
-def plan_shape(scene: Scene, start: tuple[Counts, ...] | None) -> Plan:
-    """A plan to `scene` from encoder counts, or from home."""
-    from curveline.planning import make_plan
-
-    show.announce_compilation()
-    return make_plan(scene, start)
+    shown = Shown() if way.touched else shown_states(radio, drive, statuses, way.runs)
+    if shown.states or any(any(each) for each in counts):
+        show.note(shown.line())
+    return plan_goal(goal, tuple(counts), shown.states)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import secrets
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from functools import partial
 
 from curveline.errors import LinkError
 from curveline.plan import AXES, DriveTable, Plan
 from curveline.radio import Radio, RadioGone
 from curveline.radio.actions import Finished, Phase, Policy, Poll, Sleep, Write
+from curveline.radio.asking import fresh_nonce, insist
 from curveline.radio.conductor import Conductor
 from curveline.radio.frames import (
-    ATTEMPT_MASK,
     FLAG_QUERY,
     Counts,
     Drive,
@@ -36,10 +36,6 @@ from curveline.radio.resume import RADIO, resume_point
 from curveline.radio.scan import explain
 
 SILENT = "silent"
-NONCE_BITS = 64
-QUERIES = 40
-"""Questions to a node before it counts as silent: at half of all packets lost one in 10^20 is missed."""
-QUERY_GAP_US = 2000
 
 
 class Request(IntEnum):
@@ -154,7 +150,7 @@ def send_plan(
 ) -> RunReport:
     """Take the nodes through `plan`; LinkError, with node and hint, once all that can be held are held."""
     control = control or Control()
-    conductor = Conductor(plan, radio.site, _fresh_nonce(), control.policy)
+    conductor = Conductor(plan, radio.site, fresh_nonce(), control.policy)
     return _Run(conductor, radio, journal, observer).conduct(control)
 
 
@@ -164,7 +160,7 @@ def resume_plan(
     """Go on with `plan` where its record leaves it; InvalidInput if the record forbids it, else as `send_plan`."""
     control = control or Control()
     point = resume_point(plan, journal.records)
-    conductor = Conductor(plan, radio.site, _fresh_nonce(), control.policy, point)
+    conductor = Conductor(plan, radio.site, fresh_nonce(), control.policy, point)
     return _Run(conductor, radio, journal, observer).conduct(control)
 
 
@@ -246,7 +242,7 @@ class _Run:
             except RadioGone as still:
                 gone = still
             else:
-                successor = self._conductor.successor(self._now_ms() - begin_ms, _fresh_nonce())
+                successor = self._conductor.successor(self._now_ms() - begin_ms, fresh_nonce())
                 self._conductor = self._report.conductor = successor or self._conductor
                 control.tell("the radio is back")
                 return successor is not None
@@ -333,25 +329,17 @@ class _Reporter:
         return min(1.0, max(0.0, (peer.status.position[axis] - origin[axis]) / way)) if way else 0.0
 
 
-def _fresh_nonce() -> int:
-    return secrets.randbits(NONCE_BITS) & ~ATTEMPT_MASK
-
-
 def _query(radio: Radio, number: int, address: str) -> NodeStatus:
-    """Ask one node how it is; its answer arrives with the question after."""
-    nonce = _fresh_nonce()
+    """Ask one node how it is."""
+    nonce = fresh_nonce()
     peer = Peer(number, address, radio.site.node_key(number), nonce)
     question = Hello(number, nonce, 0, 0, 0, FLAG_QUERY)
-    for _ in range(QUERIES):
-        (answer,) = radio.exchange([(address, peer.hello(question))])
-        peer.tally.count(answer.payload, answer.retries)
-        if answer.payload is None:
-            radio.sleep_until(radio.now_us() + QUERY_GAP_US)
-            continue
-        status = decode_status(answer.payload, peer.node_key, nonce)
-        if isinstance(status, Status) and status.node == number:
-            return _node_status(status, address, peer.tally)
-    return NodeStatus(number, address, SILENT, link=peer.tally)
+    status = insist(radio, peer, question, partial(decode_status, key=peer.node_key, nonce=nonce))
+    return (
+        NodeStatus(number, address, SILENT, link=peer.tally)
+        if status is None
+        else _node_status(status, address, peer.tally)
+    )
 
 
 def _peer_status(peer: Peer) -> NodeStatus:

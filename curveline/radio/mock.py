@@ -72,7 +72,7 @@ class MockRadio:
 
     def __init__(self, spec: MockSpec, drive: DriveTable, state: MockState, store: Store | None = None) -> None:
         self.site = hardware_site(drive) if spec.keys else mock_site(drive)
-        self.rod = state.rod
+        self._rod, self._rod_at = state.rod, state.rod_at
         self._random = Random(spec.seed)
         self._air = Air(spec.weather, drive.data_rate, self._random)
         self._realtime = spec.realtime
@@ -93,6 +93,15 @@ class MockRadio:
     def nodes(self) -> list[Node]:
         """The nodes as they are now: one that restarts is another one."""
         return [station.node for station in self._stations]
+
+    @property
+    def rod(self) -> list[str]:
+        """States that the segments were last seen in, empty if that was never."""
+        return self._rod
+
+    @rod.setter
+    def rod(self, states: list[str]) -> None:
+        self._rod, self._rod_at = states, list(self.positions())
 
     # Radio
 
@@ -166,8 +175,16 @@ class MockRadio:
             now_ms = self._now_ms()
             for node in self.nodes:
                 node.advance(now_ms)
-            pairs = zip(self.nodes, self._positions_at(now_ms), strict=True)
-            self._store.save(MockState([Standing(counts, node.memory) for node, counts in pairs], self.rod))
+            self._store.save(self._state_at(now_ms))
+
+    @property
+    def known_rod(self) -> tuple[str, ...]:
+        """As `rod`, but nothing if a node has moved since then."""
+        return self._state_at(self._now_ms()).known_rod
+
+    def _state_at(self, now_ms: int) -> MockState:
+        pairs = zip(self.nodes, self._positions_at(now_ms), strict=True)
+        return MockState([Standing(counts, node.memory) for node, counts in pairs], self._rod, self._rod_at)
 
     def _positions_at(self, now_ms: int) -> tuple[Counts, ...]:
         return tuple(station.plant.positions(now_ms) for station in self._stations)

@@ -32,8 +32,9 @@ def loads_of(plan: Plan) -> tuple[tuple[tuple[int, Counts, int], ...], ...]:
 
 
 def run_tag(plan: Plan) -> int:
-    """64 bits that stand for what a plan makes the nodes do."""
-    content = [plan.drive.digest, [target.counts for target in plan.start], loads_of(plan)]
+    """64 bits that stand for what a plan makes the nodes do, and for the curves that it says the rod is in then."""
+    states = [plan.wanted, [step.states for step in plan.steps]]
+    content = [plan.drive.digest, [target.counts for target in plan.start], loads_of(plan), states]
     return int.from_bytes(blake2s(json.dumps(content).encode(), digest_size=8).digest(), "little")
 
 

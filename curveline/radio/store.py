@@ -41,10 +41,19 @@ class Standing:
 
 @dataclass
 class MockState:
-    """The whole mock display; `rod` names the state each segment was last seen in, empty when unknown."""
+    """The whole mock display; `rod` names the state each segment was last seen in, empty when unknown.
+
+    `rod_at` is where the nodes were when it was seen.
+    """
 
     nodes: list[Standing]
     rod: list[str] = field(default_factory=list)
+    rod_at: list[Counts] = field(default_factory=list)
+
+    @property
+    def known_rod(self) -> tuple[str, ...]:
+        """The states of the rod, none if a node has moved since it was seen."""
+        return tuple(self.rod) if self.rod_at == [node.counts for node in self.nodes] else ()
 
 
 def state_at_home(count: int) -> MockState:
@@ -113,6 +122,7 @@ class Store:
             "counts_per_unit": [axis.counts_per_unit for axis in self._drive.axes],
             "nodes": [{"counts": node.counts, **asdict(node.memory)} for node in state.nodes],
             "rod": state.rod,
+            "rod_at": state.rod_at,
         }
         partial = self.path.with_suffix(".part")
         try:
@@ -150,7 +160,10 @@ def _checked(content: Any, drive: DriveTable) -> MockState:
         raise ValueError(f"it does not have {drive.node_count} nodes")
     if not isinstance(rod, list) or not all(isinstance(name, str) for name in rod):
         raise ValueError("the states of its rod are not names")
-    return MockState([_standing(node) for node in nodes], rod)
+    rod_at = content.get("rod_at", [])
+    if not isinstance(rod_at, list):
+        raise ValueError("where its rod was seen is not a list")
+    return MockState([_standing(node) for node in nodes], rod, [_counts(each) for each in rod_at])
 
 
 def _standing(content: Mapping[str, Any]) -> Standing:

@@ -1,0 +1,55 @@
+"""What a display is to show: shapes one after the other, or nothing, which is home; and the plan that leads there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from curveline.cli import show
+from curveline.errors import InvalidInput
+from curveline.scene import Display, Scene
+
+if TYPE_CHECKING:
+    from curveline.plan import Plan
+    from curveline.radio.frames import Counts
+
+
+@dataclass(frozen=True)
+class Goal:
+    """The shapes of one display in the order in which it is to show them; home if there are none."""
+
+    display: Display
+    scenes: tuple[Scene, ...] = ()
+
+
+def read_goal(paths: Sequence[str]) -> Goal:
+    """The shapes in some files, at least one; InvalidInput if they are of different displays."""
+    from curveline.shapefile import read_shape
+
+    scenes = tuple(read_shape(path) for path in paths)
+    for path, scene in zip(paths, scenes, strict=True):
+        if scene.display.digest != scenes[0].display.digest:
+            raise InvalidInput(
+                f"{path} is a shape of display {scene.display.name}, {paths[0]} one of {scenes[0].display.name}",
+                "a tour is of one display; send the shapes of each display by themselves",
+            )
+    return Goal(scenes[0].display, scenes)
+
+
+def home_of(display: str) -> Goal:
+    """Home of a built-in display, or of one in a file."""
+    from curveline.shapefile import read_display
+
+    return Goal(read_display(display))
+
+
+def plan_goal(goal: Goal, start: tuple[Counts, ...] | None, shows: tuple[str, ...] = ()) -> Plan:
+    """A plan from encoder counts, home if None, where the segments are in the states `shows`, "" where not known."""
+    from curveline.planning import make_plan
+
+    if len(goal.scenes) != 1:
+        what = "a tour" if goal.scenes else "the way home"
+        raise InvalidInput(f"{what} cannot be planned in this version", "send shapes one by one")
+    show.announce_compilation()
+    return make_plan(goal.scenes[0], start)

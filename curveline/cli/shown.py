@@ -1,0 +1,121 @@
+"""Which curves a display shows before a plan begins: what a mock display remembers, or what the nodes' last run led to.
+
+A run is believed because all nodes say that it is the last one they moved in, that all of them have finished the same
+step of it, and stand where that step ends. What another host, a restart or a person with a motor switch does to them
+ends that; only a hand on the rod itself goes unnoticed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from heapq import nlargest
+from os import scandir
+from pathlib import Path
+
+from curveline.cli.broken import PLAN_NAME
+from curveline.cli.nodes import mock_of
+from curveline.errors import InvalidInput
+from curveline.files import read_file
+from curveline.plan import MAX_BYTES, DriveTable, Plan, from_json
+from curveline.radio import Radio
+from curveline.radio.asking import was_last_run
+from curveline.radio.link import NodeStatus
+from curveline.radio.preflight import START_TOLERANCE, run_tag
+
+RUN_NAME = re.compile(r"[0-9]{8}-[0-9]{6}-")
+"""How the folder of a run begins: with the time at which it began."""
+RUNS_SEEN = 50
+BYTES_READ = 16_000_000
+RUNS_ASKED = 4
+"""How many runs, the newest first, are looked at and, if the nodes stand where they led, asked about."""
+LOST = "lost"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """The state of every segment, "" where it is not known, and how it is known; no states if nothing is."""
+
+    states: tuple[str, ...] = ()
+    source: str = ""
+
+    def line(self) -> str:
+        """What a plan takes for granted, as text."""
+        if not any(self.states):
+            return "which curve the display shows is not known"
+        return f"the display shows: {', '.join(name or 'not known' for name in self.states)} ({self.source})"
+
+
+def shown_states(radio: Radio, drive: DriveTable, nodes: Sequence[NodeStatus], runs: Path) -> Shown:
+    """What the display shows where its nodes stand now; LinkError if the radio fails."""
+    mock = mock_of(radio)
+    remembered = remembered_states(mock.known_rod) if mock is not None else Shown()
+    return remembered if remembered.states else _last_run(radio, drive, nodes, runs)
+
+
+def remembered_states(rod: Sequence[str]) -> Shown:
+    """What a mock display remembers of its rod."""
+    return Shown(tuple("" if name == LOST else name for name in rod), "the mock display remembers")
+
+
+def _last_run(radio: Radio, drive: DriveTable, nodes: Sequence[NodeStatus], runs: Path) -> Shown:
+    """What the run on record led to that all nodes name as their last."""
+    asked: set[int] = set()
+    done = {count for node in nodes for count in (node.started, node.finished)}
+    step = done.pop()
+    if done or not step:
+        return Shown()
+    for name, plan in _plans(runs, drive):
+        if len(plan.steps) < step or not _stand_at(plan, step, nodes) or (tag := run_tag(plan)) in asked:
+            continue
+        if was_last_run(radio, drive, tag):
+            return Shown(_states_after(plan, step), f"run {name}")
+        asked.add(tag)
+        if len(asked) == RUNS_ASKED:
+            break
+    return Shown()
+
+
+def _plans(runs: Path, drive: DriveTable) -> Iterator[tuple[str, Plan]]:
+    """Names and plans of this display's runs, the newest first; what is no run, or is damaged, is passed over."""
+    left = BYTES_READ
+    for name in _newest(runs):
+        path = runs / name / PLAN_NAME
+        try:
+            data = read_file(path, MAX_BYTES)
+            left -= len(data)
+            if left < 0:
+                return
+            # Most runs are of other plans: what does not even name the display's file is not worth decoding.
+            if drive.digest.encode() in data:
+                plan = from_json(data.decode("utf-8"), str(path))
+                if plan.drive == drive:
+                    yield name, plan
+        except (InvalidInput, UnicodeDecodeError):
+            continue
+
+
+def _newest(runs: Path) -> list[str]:
+    try:
+        with scandir(runs) as entries:
+            return nlargest(RUNS_SEEN, (entry.name for entry in entries if RUN_NAME.match(entry.name)))
+    except OSError:
+        return []
+
+
+def _stand_at(plan: Plan, step: int, nodes: Sequence[NodeStatus]) -> bool:
+    """Whether all nodes stand where a step of the plan ends."""
+    ends = plan.steps[step - 1].targets
+    return all(
+        node.counts is not None
+        and max(abs(a - b) for a, b in zip(node.counts, end.counts, strict=True)) <= START_TOLERANCE
+        for node, end in zip(nodes, ends, strict=True)
+    )
+
+
+def _states_after(plan: Plan, step: int) -> tuple[str, ...]:
+    """The states that the plan proves after a step; "" where it leaves several possible."""
+    if step == len(plan.steps):
+        return plan.wanted
+    return tuple("" if "|" in name or name == "none" else name for name in plan.steps[step - 1].states)

@@ -1,0 +1,307 @@
+"""What a display shows: remembered by a mock, or led to by the run that all nodes name as their last."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from curveline.cli import goal, shown
+from curveline.cli.shown import Shown, shown_states
+from curveline.plan import Plan, to_json, write_plan
+from curveline.radio import open_radio
+from curveline.radio.journal import Journal, new_run
+from curveline.radio.link import Control, Request, read_status, send_plan
+
+from .conftest import SHAPES, Run, small_plan
+
+PLAN = replace(small_plan(steps=3), wanted=("peak",))
+
+
+def carry_out(plan: Plan, runs: Path, spec: str = "mock", control: Control | None = None) -> Path:
+    """Send a plan as `send` does on a radio that knows nothing of the rod; the folder of the run."""
+    folder = new_run(runs, plan.name)
+    write_plan(plan, folder / "plan.json")
+    with closing(open_radio(spec, plan.drive, runs)) as radio, closing(Journal(folder)) as journal:
+        send_plan(plan, radio, journal, control=control)
+    return folder
+
+
+def known(runs: Path, spec: str = "mock", plan: Plan = PLAN) -> Shown:
+    with closing(open_radio(spec, plan.drive, runs)) as radio:
+        return shown_states(radio, plan.drive, read_status(radio, plan.drive), runs)
+
+
+def back(plan: Plan) -> Plan:
+    """From where a plan ends to where it starts, by way of its steps."""
+    steps = [replace(step, targets=before) for step, before in zip(plan.steps, targets_before(plan), strict=True)][::-1]
+    numbered = tuple(replace(step, number=number) for number, step in enumerate(steps, start=1))
+    return replace(plan, start=plan.steps[-1].targets, steps=numbered, wanted=("valley",))
+
+
+def targets_before(plan: Plan) -> list:
+    return [plan.start, *(step.targets for step in plan.steps[:-1])]
+
+
+# A mock remembers
+
+
+def test_a_mock_remembers_what_its_rod_did(run: Run, tmp_path: Path) -> None:
+    write_plan(PLAN, tmp_path / "plan.json")
+    assert known(tmp_path / "runs") == Shown()
+    assert run("send", tmp_path / "plan.json", "--radio", "mock", "--yes").code == 1
+    # The plan promised a peak, the model knows better.
+    assert known(tmp_path / "runs") == Shown(("valley",), "the mock display remembers")
+
+
+def test_a_lost_rod_is_not_known(tmp_path: Path) -> None:
+    with closing(open_radio("mock", PLAN.drive, tmp_path)) as radio:
+        radio.rod = ["lost"]
+        assert not any(shown_states(radio, PLAN.drive, read_status(radio, PLAN.drive), tmp_path).states)
+
+
+def test_a_mock_forgets_its_rod_when_its_nodes_move_unwatched(tmp_path: Path) -> None:
+    with closing(open_radio("mock", PLAN.drive, tmp_path)) as radio:
+        radio.rod = ["peak"]
+        assert radio.known_rod == ("peak",)
+    assert known(tmp_path).states == ("peak",)
+    shutil.rmtree(carry_out(PLAN, tmp_path))
+    assert known(tmp_path) == Shown()
+    with closing(open_radio("mock", PLAN.drive, tmp_path)) as radio:
+        assert (radio.rod, radio.known_rod) == (["peak"], ())
+
+
+# A run is believed
+
+
+def test_a_run_that_was_done_says_what_the_display_shows(tmp_path: Path) -> None:
+    folder = carry_out(PLAN, tmp_path)
+    assert known(tmp_path) == Shown(("peak",), f"run {folder.name}")
+    assert known(tmp_path).line() == f"the display shows: peak (run {folder.name})"
+    assert known(tmp_path, "mock:loss=0.3,seed=3").states == ("peak",)
+    assert known(tmp_path, "mock:fresh") == Shown(), "another display stands at home"
+
+
+def test_of_several_runs_the_last_one_counts(tmp_path: Path) -> None:
+    carry_out(PLAN, tmp_path)
+    carry_out(back(PLAN), tmp_path)
+    assert known(tmp_path).states == ("valley",)
+    again = carry_out(replace(PLAN, wanted=("middle-1",)), tmp_path)
+    # The nodes have done the same moves twice, but the promises of the two plans differ, and so do their tags.
+    assert known(tmp_path) == Shown(("middle-1",), f"run {again.name}")
+    shutil.rmtree(again)
+    assert known(tmp_path) == Shown()
+
+
+@pytest.mark.parametrize(("states", "expected"), [("peak", "peak"), ("peak|valley", ""), ("none", "")])
+def test_a_run_that_paused_at_a_barrier_shows_the_state_of_its_step(
+    tmp_path: Path, states: str, expected: str
+) -> None:
+    steps = tuple(replace(step, states=(states,)) for step in PLAN.steps)
+    plan = replace(PLAN, steps=steps, wanted=("valley",))
+    control = Control()
+
+    def watch(news: object) -> None:
+        if news.status.started == 2:
+            control.ask(Request.PAUSE)
+
+    folder = new_run(tmp_path, plan.name)
+    write_plan(plan, folder / "plan.json")
+    with closing(open_radio("mock", plan.drive, tmp_path)) as radio, closing(Journal(folder)) as journal:
+        assert send_plan(plan, radio, journal, watch, control).steps_done == 2
+    assert known(tmp_path) == Shown((expected,), f"run {folder.name}")
+    assert ("not known" in known(tmp_path).line()) is not expected
+
+
+def test_a_run_that_was_held_in_the_midst_of_a_step_shows_nothing(tmp_path: Path) -> None:
+    control = Control()
+
+    def watch(news: object) -> None:
+        if news.status.started == 2:
+            control.ask(Request.HOLD)
+
+    folder = new_run(tmp_path, PLAN.name)
+    write_plan(PLAN, folder / "plan.json")
+    with closing(open_radio("mock", PLAN.drive, tmp_path)) as radio, closing(Journal(folder)) as journal:
+        assert send_plan(PLAN, radio, journal, watch, control).steps_done == 1
+    assert known(tmp_path) == Shown()
+
+
+# A run is not believed
+
+
+def test_nodes_that_another_host_has_driven_are_not_believed(tmp_path: Path) -> None:
+    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
+    carry_out(PLAN, ours)
+    theirs.mkdir()
+    state = "mock-single.json"
+    shutil.copy(ours / state, theirs)
+    # The other host takes the display away and brings it back to the very same place, in as many steps.
+    carry_out(back(PLAN), theirs)
+    carry_out(replace(PLAN, wanted=("valley",)), theirs)
+    shutil.copy(theirs / state, ours)
+    assert known(ours) == Shown()
+    assert known(theirs).states == ("valley",)
+
+
+@pytest.mark.parametrize("node", [0, 1])
+def test_a_node_that_has_restarted_is_not_believed(tmp_path: Path, node: int) -> None:
+    carry_out(PLAN, tmp_path)
+    path = tmp_path / "mock-single.json"
+    content = json.loads(path.read_text())
+    content["nodes"][node].update(boot=2, run_tag=0, started=0, finished=0, staged=0)
+    path.write_text(json.dumps(content))
+    assert known(tmp_path) == Shown()
+
+
+@pytest.mark.parametrize(("off", "states"), [(20, ("peak",)), (40, ())])
+def test_nodes_that_stand_elsewhere_are_not_believed(tmp_path: Path, off: int, states: tuple[str, ...]) -> None:
+    carry_out(PLAN, tmp_path)
+    path = tmp_path / "mock-single.json"
+    content = json.loads(path.read_text())
+    content["nodes"][1]["counts"][1] += off
+    path.write_text(json.dumps(content))
+    assert known(tmp_path).states == states
+
+
+def test_a_plan_that_was_edited_in_its_run_is_not_the_one_that_was_sent(tmp_path: Path) -> None:
+    folder = carry_out(PLAN, tmp_path)
+    write_plan(replace(PLAN, wanted=("valley",)), folder / "plan.json", force=True)
+    assert known(tmp_path) == Shown()
+
+
+def test_a_display_whose_file_has_changed_is_another_one(tmp_path: Path) -> None:
+    carry_out(PLAN, tmp_path)
+    changed = replace(PLAN, drive=replace(PLAN.drive, digest="0" * 64))
+    assert known(tmp_path, plan=changed) == Shown()
+
+
+# Folders full of other things
+
+
+def rubbish(runs: Path, count: int) -> None:
+    """Runs that are none, or not fit to be read, each newer than any real one."""
+    stamps = (f"99991231-{number:06d}-rubbish" for number in range(count))
+    text = to_json(PLAN)
+    for number, stamp in enumerate(stamps):
+        folder = runs / stamp
+        if number % 9 == 0:
+            folder.write_text("a file where a folder was expected")
+            continue
+        folder.mkdir()
+        plan = folder / "plan.json"
+        kinds = {
+            1: lambda plan=plan: None,
+            2: lambda plan=plan: plan.write_text(text[: len(text) // 2]),
+            3: lambda plan=plan: plan.write_bytes(b"\xff\xfe" + PLAN.drive.digest.encode()),
+            4: lambda plan=plan: plan.write_text("[" * 100_000 + PLAN.drive.digest),
+            5: lambda plan=plan: plan.mkdir(),
+            6: lambda plan=plan: os.mkfifo(plan),
+            7: lambda plan=plan: plan.symlink_to(plan),
+            8: lambda plan=plan: plan.write_text(to_json(replace(PLAN, drive=replace(PLAN.drive, display="other")))),
+        }
+        kinds[number % 9]()
+        (folder / "journal").write_bytes(b"\0" * 10)
+
+
+def test_damaged_and_foreign_folders_are_passed_over(tmp_path: Path) -> None:
+    folder = carry_out(PLAN, tmp_path)
+    rubbish(tmp_path, 36)
+    (tmp_path / "zebra").mkdir()
+    (tmp_path / "notes.txt").write_text("mine")
+    assert known(tmp_path) == Shown(("peak",), f"run {folder.name}")
+
+
+def test_only_so_many_runs_are_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    carry_out(PLAN, tmp_path)
+    opened: list[object] = []
+    plain = shown.read_file
+    monkeypatch.setattr(shown, "read_file", lambda path, limit: opened.append(path) or plain(path, limit))
+    rubbish(tmp_path, 400)
+    assert known(tmp_path) == Shown()
+    assert len(opened) == shown.RUNS_SEEN
+
+
+def test_only_so_much_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = carry_out(PLAN, tmp_path)
+    size = (folder / "plan.json").stat().st_size
+    (tmp_path / "99991231-000000-big").mkdir()
+    (tmp_path / "99991231-000000-big" / "plan.json").write_bytes(b" " * size)
+    for limit, states in ((2 * size, ("peak",)), (2 * size - 1, ())):
+        monkeypatch.setattr(shown, "BYTES_READ", limit)
+        assert known(tmp_path).states == states
+
+
+def test_only_so_many_runs_are_asked_about(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = carry_out(PLAN, tmp_path)
+    asked: list[int] = []
+    plain = shown.was_last_run
+    monkeypatch.setattr(shown, "was_last_run", lambda radio, drive, tag: asked.append(tag) or plain(radio, drive, tag))
+    for number in range(20):
+        other = tmp_path / f"99991231-{number:06d}-other"
+        other.mkdir()
+        write_plan(replace(PLAN, wanted=(f"state-{min(number, 9)}",)), other / "plan.json")
+    assert known(tmp_path) == Shown()
+    assert len(asked) == len(set(asked)) == shown.RUNS_ASKED
+    for number in range(17):
+        shutil.rmtree(tmp_path / f"99991231-{number:06d}-other")
+    assert known(tmp_path) == Shown(("peak",), f"run {folder.name}")
+
+
+# What it is good for
+
+
+@pytest.fixture
+def planned_with(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, ...]]:
+    """What plans were told of the states that the display shows."""
+    told: list[tuple[str, ...]] = []
+    plain = goal.plan_goal
+
+    def spy(wanted: object, start: object, shows: tuple[str, ...] = ()) -> Plan:
+        told.append(shows)
+        return plain(wanted, start, shows)
+
+    for module in ("send", "rehearsal"):
+        monkeypatch.setattr(f"curveline.cli.{module}.plan_goal", spy)
+    return told
+
+
+def test_a_shape_is_planned_from_what_the_display_shows(run: Run, planned_with: list[tuple[str, ...]]) -> None:
+    first, second = SHAPES / "level-up-peak.toml", SHAPES / "level-up-valley.toml"
+    result = run("send", first, "--radio", "mock", "--yes")
+    assert result.code == 0
+    assert "the display shows" not in result.err
+    dry = run("send", second, "--radio", "mock", "--dry-run")
+    assert "the display shows: peak (the mock display remembers)\n" in dry.err
+    dry = run("send", second, "--radio", "mock", "--dry-run", "--touched")
+    assert "which curve the display shows is not known\n" in dry.err
+    touched = run("send", second, "--radio", "mock", "--yes", "--touched")
+    assert "which curve the display shows is not known\n" in touched.err
+    assert touched.code == 0
+    known = run("send", first, "--radio", "mock", "--yes")
+    assert "the display shows: valley (the mock display remembers)\n" in known.err
+    assert planned_with == [(), ("peak",), (), (), ("valley",)]
+
+
+def test_usage(run: Run, plan_file: Path) -> None:
+    shape = SHAPES / "level-up-peak.toml"
+    wrong = (
+        (plan_file, "--touched"),
+        (plan_file, plan_file),
+        (shape, plan_file),
+        (shape, "--home"),
+        (shape, "--display", "single"),
+        ("--home", "--resume", "last"),
+        (),
+    )
+    for arguments in wrong:
+        for more in ((), ("--dry-run",)):
+            code, out, err = run("send", *arguments, "--radio", "mock", "--yes", *more)
+            assert (code, out) == (2, ""), arguments
+            assert "error" in err or "Usage" in out + err
+            assert "Traceback" not in err
