@@ -99,9 +99,7 @@ def test_of_several_runs_the_last_one_counts(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("states", "expected"), [("peak", "peak"), ("peak|valley", ""), ("none", "")])
-def test_a_run_that_paused_at_a_barrier_shows_the_state_of_its_step(
-    tmp_path: Path, states: str, expected: str
-) -> None:
+def test_a_run_that_paused_at_a_barrier_shows_the_state_of_its_step(tmp_path: Path, states: str, expected: str) -> None:
     steps = tuple(replace(step, states=(states,)) for step in PLAN.steps)
     plan = replace(PLAN, steps=steps, wanted=("valley",))
     control = Control()
