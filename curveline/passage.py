@@ -11,6 +11,7 @@ from curveline.rod.continuation import coarse_start, follow
 from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.problem import Array
 from curveline.rod.states import find_states
+from curveline.rod.way import straight
 from curveline.scene import Display, Node
 from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
 from curveline.units import to_deg, to_mm, to_nmm
@@ -76,11 +77,11 @@ def pass_along(display: Display, before: Waypoint, after: Waypoint, start: tuple
     """Follow the state `start` (angles and multipliers) on the straight path from one waypoint to the next."""
     begin = clamped_rod(display, before.nodes, before.length)
     end = clamped_rod(display, after.nodes, after.length)
-    branch = follow(begin.pose, end.pose, begin.bearing, *start)
+    branch = follow(straight(begin.pose, end.pose), begin.bearing, *start)
     if branch.samples.shape[0] == 0:
         return Passage(0.0, 0.0, Strain(), branch.phi, branch.multipliers)
-    most = branch.samples.max(axis=0)
-    strain = Strain(*(float(value) for value in most[2:6]))
+    most = abs(branch.samples).max(axis=0)
+    strain = Strain(float(most[2]), *(float(max(most[k], most[k + 3])) for k in (3, 4, 5)))
     return Passage(branch.reached, float(branch.samples[:, 1].min()), strain, branch.phi, branch.multipliers)
 
 

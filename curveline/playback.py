@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from curveline.plan import DriveTable, drive_table
-from curveline.rod.continuation import FOLLOW_EDGES, coarse_start, follow, land
+from curveline.rod.continuation import FOLLOW_EDGES, coarse_start, land, sway, travel
 from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.problem import Array
 from curveline.rod.states import find_states
+from curveline.rod.way import straight
 from curveline.scene import Display, Node
 from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
 from curveline.units import deg, mm
@@ -106,9 +107,9 @@ class _Actor:
         if self.angles is None or _is_straight(rod):
             self._buckle()
             return
-        branch = follow(before.pose, rod.pose, rod.bearing, self.angles, self.forces)
-        self.angles, self.forces = branch.phi, branch.multipliers
-        if branch.reached < 1.0:
+        way = straight(before.pose, rod.pose)
+        reached, self.angles, self.forces = travel(way, rod.bearing, self.angles, self.forces)
+        if reached < 1.0:
             self._snap(seconds)
 
     def name(self) -> str:
@@ -120,10 +121,19 @@ class _Actor:
     def _snap(self, seconds: float) -> None:
         """Fall from a state that is no longer stable to wherever the rod goes."""
         before = self.label
-        landed, angles, forces = land(self.rod.pose, self.rod.bearing, self.angles, self.forces)
-        self.angles, self.forces = (angles, forces) if landed else (None, np.zeros(2))
+        landed = self.angles is not None and self._land(self.angles, self.forces)
+        if not landed:
+            self.angles, self.forces = None, np.zeros(2)
         self.label = self.name()
         self.snaps.append(Snap(seconds, self.segment, before, self.label))
+
+    def _land(self, angles: Array, forces: Array) -> bool:
+        """Take the state into which the rod falls from `angles (n,)` where the nodes stand now; False if none."""
+        here = straight(self.rod.pose, self.rod.pose)
+        landed, angles, forces = land(here, 0.0, self.rod.bearing, angles, forces, sway(angles.size))
+        if landed:
+            self.angles, self.forces = angles, forces
+        return bool(landed)
 
     def _buckle(self) -> None:
         """Let a straight rod sag under its weight into the excess length, and settle, once there is rod to spare."""
@@ -134,9 +144,7 @@ class _Actor:
         chord = math.atan2(self.rod.chord[1], self.rod.chord[0])
         excess = self.rod.free_length / math.hypot(*self.rod.free_chord) - 1.0
         sagging = chord - 2.0 * math.sqrt(excess) * np.sin(2.0 * math.pi * places)
-        landed, angles, forces = land(self.rod.pose, self.rod.bearing, sagging, np.zeros(2))
-        if landed:
-            self.angles, self.forces = angles, forces
+        if self._land(sagging, np.zeros(2)):
             self.label = self.name()
 
 

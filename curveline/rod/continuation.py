@@ -1,7 +1,18 @@
-"""Follow a stable equilibrium while the nodes move: where it stays, how near it comes to losing stability."""
+"""Follow a stable equilibrium along a way: where it stays, how near it comes to losing stability, where it falls.
+
+Natural continuation: the fraction of the way grows and Newton takes the state along. `follow` records every pose,
+`travel` only arrives, for those who ask a thousand times; both end where the state ceases to be stable, at a fold or
+a bifurcation, and `land` lets the rod fall from there.
+
+    way = straight(begin.pose, end.pose)                    # or loading(pose, at, before, after), or Way(...)
+    branch = follow(way, begin.bearing, *start_along(way, state))
+    if branch.reached < 1.0:
+        landed, phi, multipliers = land(way, 1.0, begin.bearing, branch.phi, branch.multipliers, sway(branch.phi.size))
+"""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +22,9 @@ from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.ladder import vertex_table
 from curveline.rod.modes import lowest_eigenvalue
 from curveline.rod.planar import Effort, descend, newton
-from curveline.rod.problem import Array, Pose, largest_change, make_problem, released, scale_rod, sharpest_turn
+from curveline.rod.problem import Array, cut, largest_change, mesh, sharpest_turn
 from curveline.rod.states import SEARCH_EDGES
+from curveline.rod.way import Way, counts_along, is_still, loads_at, pose_at, problem_at, rod_at
 
 FOLLOW_EDGES = 2 * SEARCH_EDGES[0]
 LARGEST_STEP = 1.0 / 24.0
@@ -20,6 +32,16 @@ SMALLEST_STEP = 1e-7
 LARGEST_MOVE = 0.25
 """An edge that turns by more than this [rad] in one step belongs to another branch."""
 
+SHALLOW = math.pi**2
+"""An eigenvalue below this [EI/L^2], a quarter of a straight clamped rod's, that fell by more than half in one step may
+have been lower on the way: look closer."""
+CLOSEST_LOOK = LARGEST_STEP / 64.0
+
+TRAVEL_MOVE = 0.05
+"""The most that an edge turns [rad] in a step of `travel`, which takes the whole way at once where it can."""
+TRAVEL_STEP = 1e-6
+
+COLUMNS = 9
 NUDGE = 0.01
 
 TRACK = Effort(turn=0.2, close=1e-7, iterations=12)
@@ -27,10 +49,11 @@ LAND = Effort(turn=0.3, close=1e-7, iterations=400)
 
 
 class Branch(NamedTuple):
-    """A followed state, the fraction of the path it `reached`, and its angles and multipliers there.
+    """A followed state, the fraction of the way it `reached`, and its angles and multipliers there.
 
-    `samples (m, 6)` hold per pose: fraction of the path, lowest eigenvalue, largest curvature away from the natural one
-    [1/m], then the largest axial force, vertical force [N] and moment about its pivot [N m] that a node holds.
+    `samples (m, 9)` hold per pose: fraction of the way, lowest eigenvalue, largest curvature away from the natural one
+    [1/m], then what the left node must do to the rod, with its sign: along the tangent, towards the right node [N],
+    upwards [N], moment about its pivot, counter-clockwise [N m]; then the same three for the right node.
     """
 
     samples: Array
@@ -40,71 +63,82 @@ class Branch(NamedTuple):
 
 
 @njit
-def between(begin, end, fraction):
-    """The pose on the straight path between two poses."""
-    return Pose(
-        begin.x + fraction * (end.x - begin.x),
-        begin.y + fraction * (end.y - begin.y),
-        begin.start + fraction * (end.start - begin.start),
-        begin.end + fraction * (end.end - begin.end),
-        begin.length + fraction * (end.length - begin.length),
-    )
+def node_loads(way, fraction, bearing, free, phi, multipliers):
+    """Largest curvature away from the natural one [1/m], then what the nodes must do to the rod: see `Branch`.
 
-
-@njit
-def node_loads(pose, bearing, free, phi, multipliers):
-    """Largest curvature away from the natural one [1/m], then what a node must hold: see `Branch`."""
-    length = pose.length - bearing.clamp
-    table = vertex_table(free, phi, multipliers)
-    force = bearing.stiffness / length**2
-    end_x, end_y = -multipliers[0] * force, -multipliers[1] * force
-    start_x, start_y = -end_x, bearing.weight * length - end_y
-    axial = max(
-        abs(start_x * np.cos(pose.start) + start_y * np.sin(pose.start)),
-        abs(end_x * np.cos(pose.end) + end_y * np.sin(pose.end)),
-    )
-    half = 0.5 * bearing.clamp
-    across_start = start_y * np.cos(pose.start) - start_x * np.sin(pose.start)
-    across_end = end_y * np.cos(pose.end) - end_x * np.sin(pose.end)
-    bend_start = bearing.stiffness * (table[0, 3] / length - bearing.natural)
-    bend_end = bearing.stiffness * (table[phi.size, 3] / length - bearing.natural)
-    moment = max(abs(half * across_start - bend_start), abs(bend_end - half * across_end))
-    sharpest = 0.0
-    for i in range(phi.size + 1):
-        sharpest = max(sharpest, abs(table[i, 3] / length - bearing.natural))
-    return sharpest, axial, max(abs(start_y), abs(end_y)), moment
-
-
-@njit
-def follow(begin, end, bearing, phi, multipliers):
-    """Follow the stable state `phi (n,)`, `multipliers (2,)` from pose `begin` straight to pose `end`.
-
-    Natural continuation: the fraction of the path grows by steps that are halved where Newton fails, jumps or finds an
-    unstable equilibrium, down to `SMALLEST_STEP`, which is then the accuracy to which a fold or bifurcation is located.
+    All six are slopes of the energy, by what the motors move. That is why the push along the tangent is not the force
+    in the rod outside the bearing: straightening the rod as it enters pushes it out again, by EI kappa^2 / 2 (Bigoni
+    et al. 2015, Mech. Mater. 80: Eshelby-like forces). Of a rod that stretches it leaves out the energy of stretching.
     """
-    n = phi.size
-    loads = np.zeros((0, 3))
-    edges = np.full(n, 1.0 / n)
-    samples = np.empty((4000, 6))
+    pose = pose_at(way, fraction)
+    loads = loads_at(way, fraction)
+    length = pose.length - bearing.clamp
+    half = 0.5 * bearing.clamp
+    table = vertex_table(free, phi, multipliers)
+    unit = bearing.stiffness / length**2
+    end_x, end_y = -multipliers[0] * unit, -multipliers[1] * unit
+    start_x, start_y = -end_x, bearing.weight * length - end_y
+    for i in range(loads.shape[0]):
+        start_x -= loads[i, 1]
+        start_y -= loads[i, 2]
+    out = np.zeros(7)
+    for i in range(phi.size + 1):
+        out[0] = max(out[0], abs(table[i, 3] / length - bearing.natural))
+    for side in range(2):
+        x, y = (start_x, start_y) if side == 0 else (end_x, end_y)
+        angle = pose.start if side == 0 else pose.end
+        # Seen from the node, the rod leaves the left one along its tangent and the right one against it.
+        sign = 1.0 if side == 0 else -1.0
+        bend = table[0 if side == 0 else phi.size, 3] / length
+        out[1 + 3 * side] = x * np.cos(angle) + y * np.sin(angle) - sign * 0.5 * bearing.stiffness * bend**2
+        out[2 + 3 * side] = y
+        across = y * np.cos(angle) - x * np.sin(angle)
+        out[3 + 3 * side] = sign * (half * across - bearing.stiffness * (bend - bearing.natural))
+    return out
+
+
+@njit
+def try_step(free, phi, multipliers, most):
+    """The stable state of `free` that Newton reaches from another one; False where there is none.
+
+    One that fails, is unstable or turns an edge by more than `most` is none. Returns it with its angles, multipliers.
+    """
+    trial = phi.copy()
+    force = multipliers.copy()
+    iterations, unstable = newton(free, trial, force, TRACK)
+    found = iterations > 0 and unstable == 0 and largest_change(trial, phi) < most
+    return found, trial, force
+
+
+@njit
+def follow(way, bearing, phi, multipliers):
+    """Follow the stable state `phi (n,)`, `multipliers (2,)` from the begin of a `Way` to its end, or until it is lost.
+
+    Natural continuation: the fraction of the way grows by steps that are halved where Newton fails, jumps or finds an
+    unstable equilibrium, down to `SMALLEST_STEP`, which is then the accuracy to which a fold or bifurcation is located.
+    They are halved, too, where the lowest eigenvalue falls fast, so that a dip is not stepped over.
+    """
+    counts = counts_along(way, bearing, phi.size)
+    samples = np.empty((4000, COLUMNS))
     count = 0
     reached = 0.0
     step = 0.0
-    while count < samples.shape[0]:
+    while count < samples.shape[0] and counts.sum() == phi.size:
         fraction = min(1.0, reached + step)
-        pose = between(begin, end, fraction)
-        free = released(make_problem(scale_rod(pose, bearing, loads), edges))
-        trial = phi.copy()
-        force = multipliers.copy()
-        iterations, unstable = newton(free, trial, force, TRACK)
-        if iterations > 0 and unstable == 0 and largest_change(trial, phi) < LARGEST_MOVE:
+        free = problem_at(way, bearing, fraction, counts)
+        found, trial, force = try_step(free, phi, multipliers, LARGEST_MOVE)
+        lowest = lowest_eigenvalue(free, trial, force, 1e-4) if found else 0.0
+        if found and count > 0 and step > CLOSEST_LOOK:
+            found = lowest > SHALLOW or lowest > 0.5 * samples[count - 1, 1]
+        if found:
             phi = trial
             multipliers = force
             reached = fraction
             samples[count, 0] = fraction
-            samples[count, 1] = lowest_eigenvalue(free, phi, multipliers, 1e-4)
-            samples[count, 2:] = node_loads(pose, bearing, free, phi, multipliers)
+            samples[count, 1] = lowest
+            samples[count, 2:] = node_loads(way, fraction, bearing, free, phi, multipliers)
             count += 1
-            if begin == end:
+            if is_still(way):
                 reached = 1.0
             if reached == 1.0:
                 break
@@ -117,21 +151,63 @@ def follow(begin, end, bearing, phi, multipliers):
 
 
 @njit
-def land(pose, bearing, phi, multipliers):
-    """Where the rod falls from a state `phi (n,)` that is gone at `pose`: downhill, nudged off any symmetry.
+def travel(way, bearing, phi, multipliers):
+    """As `follow`, but without records: the fraction reached, angles (n,) and multipliers (2,) there.
 
-    Energy descent stands in for damped dynamics here. Returns True and the state there, or False if none was reached.
+    Steps are as long as the rod moves little in them, so that a short way is one step; a loss of stability is located
+    to `TRAVEL_STEP`. Stability is that of the inertia which Newton finds, at no cost, at the end of each step alone.
     """
-    n = phi.size
-    free = released(make_problem(scale_rod(pose, bearing, np.zeros((0, 3))), np.full(n, 1.0 / n)))
+    counts = counts_along(way, bearing, phi.size)
+    reached = 0.0
+    step = 1.0
+    while reached < 1.0 and step >= TRAVEL_STEP and counts.sum() == phi.size:
+        fraction = min(1.0, reached + step)
+        free = problem_at(way, bearing, fraction, counts)
+        found, trial, force = try_step(free, phi, multipliers, TRAVEL_MOVE)
+        if found:
+            phi = trial
+            multipliers = force
+            reached = fraction
+            step *= 1.5
+        else:
+            step *= 0.5
+    return reached, phi, multipliers
+
+
+@njit
+def land(way, fraction, bearing, phi, multipliers, nudge):
+    """Where the rod falls at a fraction of the way from a state `phi (n,)` that is gone there, nudged by `nudge (n,)`.
+
+    The nudge [rad], a mode or `sway`, takes it off any symmetry; then it goes downhill. Energy descent stands in for
+    damped dynamics here. Returns True and the state there, or False if none was reached.
+    """
+    counts = counts_along(way, bearing, phi.size)
     angles = phi.copy()
     force = multipliers.copy()
-    for j in range(n):
-        angles[j] += NUDGE * np.sin(2.0 * np.pi * (j + 0.5) / n)
+    if counts.sum() != phi.size:
+        return False, angles, force
+    free = problem_at(way, bearing, fraction, counts)
+    for j in range(phi.size):
+        angles[j] += nudge[j]
     iterations = descend(free, angles, force, LAND)
     return iterations > 0 and sharpest_turn(free, angles) < 1.0, angles, force
 
 
+@njit
+def sway(n):
+    """A small nudge (n,) [rad] to land with, neither symmetric nor antisymmetric: an S of n edges."""
+    out = np.empty(n)
+    for j in range(n):
+        out[j] = NUDGE * np.sin(2.0 * np.pi * (j + 0.5) / n + 0.4)
+    return out
+
+
 def coarse_start(state: Equilibrium, n: int = FOLLOW_EDGES) -> tuple[Array, Array]:
-    """Angles (n,) and multipliers (2,) from which Newton finds `state` again on n equal edges."""
-    return state.start_on(np.full(n, 1.0 / n))
+    """Angles (n,) and multipliers (2,) from which Newton finds `state` again on n edges with vertices at its loads."""
+    return state.start_on(mesh(state.rod.scaled().at, n))
+
+
+def start_along(way: Way, state: Equilibrium, n: int = FOLLOW_EDGES) -> tuple[Array, Array]:
+    """As `coarse_start`, with vertices where the way has loads."""
+    bearing = state.rod.bearing
+    return state.start_on(cut(rod_at(way, bearing, 0.0).at, counts_along(way, bearing, n)))

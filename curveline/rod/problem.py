@@ -135,21 +135,42 @@ def make_problem(rod, edges):
 
 
 @njit
-def mesh(at, n):
-    """Edges of a rod of unit length, about n of them, with a vertex at each of the sorted fractions `at (m,)`."""
+def shares(at, n):
+    """How many of n edges lie between neighbouring sorted fractions `at (m,)` of the length: counts (m+1,).
+
+    They are n in all, unless n is less than two for each piece that is longer than nothing.
+    """
     m = at.size
-    counts = np.empty(m + 1, dtype=np.int64)
-    pieces = np.empty(m + 1)
+    marks = np.zeros(m + 2, dtype=np.int64)
+    least = np.zeros(m + 1, dtype=np.int64)
     for i in range(m + 1):
-        pieces[i] = (at[i] if i < m else 1.0) - (at[i - 1] if i > 0 else 0.0)
-        counts[i] = max(2, round(n * pieces[i])) if pieces[i] > 1e-9 else 0
+        least[i] = 2 if (at[i] if i < m else 1.0) - (at[i - 1] if i > 0 else 0.0) > 1e-9 else 0
+        marks[i + 1] = max(marks[i] + least[i], round(n * at[i]) if i < m else n)
+    for i in range(m, 0, -1):
+        marks[i] = min(marks[i], marks[i + 1] - least[i])
+    for i in range(m + 1):
+        marks[i + 1] = max(marks[i + 1], marks[i] + least[i])
+    return marks[1:] - marks[:-1]
+
+
+@njit
+def cut(at, counts):
+    """Edges of a rod of length 1, `counts (m+1,)` of equal ones between vertices at the sorted fractions `at (m,)`."""
+    m = at.size
     edges = np.empty(counts.sum())
     j = 0
     for i in range(m + 1):
+        piece = (at[i] if i < m else 1.0) - (at[i - 1] if i > 0 else 0.0)
         for _ in range(counts[i]):
-            edges[j] = pieces[i] / counts[i]
+            edges[j] = piece / counts[i]
             j += 1
     return edges
+
+
+@njit
+def mesh(at, n):
+    """Edges of a rod of length 1, n where that is enough, with a vertex at each of the sorted fractions `at (m,)`."""
+    return cut(at, shares(at, n))
 
 
 @njit

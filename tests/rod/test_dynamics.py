@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.continuation import between, coarse_start, follow, land
+from curveline.rod.continuation import coarse_start, follow, land, sway
 from curveline.rod.dynamics import (
     Fate,
     Medium,
@@ -38,6 +38,8 @@ from curveline.rod.section import Section
 from curveline.rod.space import SpatialSegment, frame
 from curveline.rod.spatial import Shape, SpatialRod, cell_of, moved, positions
 from curveline.rod.states import find_states
+from curveline.rod.way import between
+from curveline.rod.way import straight as direct
 
 from .motions import angles_of, arch, flat_rod, flat_shape, fold_scene, last_stable, weighted
 from .rods import STIFFNESS, WEIGHT, random_rods
@@ -342,7 +344,7 @@ def lost_states(seed: int, count: int) -> list[tuple[ClampedRod, Array, Array]]:
     rods = random_rods(seed, 200)
     for begin, end in zip(rods[::2], rods[1::2], strict=True):
         for state in find_states(begin, 1e-5):
-            branch = follow(begin.pose, end.pose, begin.bearing, *coarse_start(state, 24))
+            branch = follow(direct(begin.pose, end.pose), begin.bearing, *coarse_start(state, 24))
             if 0.05 < branch.reached < 0.97:
                 pose = between(begin.pose, end.pose, branch.reached + 0.02)
                 past = replace(begin, chord=(pose.x, pose.y), start=pose.start, end=pose.end, length=pose.length)
@@ -359,7 +361,7 @@ def test_in_displays_too_the_rod_falls_where_energy_descent_says() -> None:
         film = fall(spatial, kicked(spatial, flat_shape(phi), 1e-3, number), medium_of(segment), Pace())
         assert film.fate is Fate.LANDED
         assert film.settled is not None
-        landed, angles, _ = land(rod.pose, rod.bearing, phi, multipliers)
+        landed, angles, _ = land(direct(rod.pose, rod.pose), 0.0, rod.bearing, phi, multipliers, sway(24))
         assert landed
         np.testing.assert_allclose(angles_of(film.settled), angles, atol=0.01)
         nearest = min(

@@ -13,6 +13,7 @@ from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.planar import Effort, descend, newton
 from curveline.rod.problem import Array, Problem, make_problem, mesh, released, sharpest_turn
 from curveline.rod.states import find_states, named
+from curveline.rod.way import straight
 
 from .rods import distance, random_rods, simple
 
@@ -106,7 +107,7 @@ def to_the_fold(rod: ClampedRod) -> tuple[ClampedRod, ClampedRod, float] | None:
     state = simple(find_states(rod, 1e-5))[-1]
     sign = -1.0 if state.mean_height > 0.0 else 1.0
     end = replace(rod, start=rod.start + sign * 1.4, end=rod.end - sign * 1.0)
-    reached = follow(rod.pose, end.pose, rod.bearing, *coarse_start(state, 192)).reached
+    reached = follow(straight(rod.pose, end.pose), rod.bearing, *coarse_start(state, 192)).reached
     return (rod, end, float(reached)) if 0.01 < reached < 1.0 else None
 
 
@@ -128,7 +129,7 @@ def test_states_about_to_vanish_at_a_fold_are_found(back: float) -> None:
         begin, end, reached = fold
         near = between(begin, end, reached * (1.0 - back))
         followed = follow(
-            begin.pose, near.pose, begin.bearing, *coarse_start(simple(find_states(begin, 1e-5))[-1], 192)
+            straight(begin.pose, near.pose), begin.bearing, *coarse_start(simple(find_states(begin, 1e-5))[-1], 192)
         )
         assert followed.reached == 1.0
         truth = refine(near, np.full(192, 1.0 / 192), followed.phi, followed.multipliers, 1e-6)
@@ -149,7 +150,7 @@ def test_past_the_fold_the_state_is_gone() -> None:
         begin, end, reached = fold
         state = simple(find_states(begin, 1e-5))[-1]
         last = between(begin, end, 0.999 * reached)
-        followed = follow(begin.pose, last.pose, begin.bearing, *coarse_start(state, 192))
+        followed = follow(straight(begin.pose, last.pose), begin.bearing, *coarse_start(state, 192))
         lost = refine(last, np.full(192, 1.0 / 192), followed.phi, followed.multipliers, 1e-6)
         after = find_states(between(begin, end, min(1.0, 1.01 * reached)), 1e-5)
         assert after
