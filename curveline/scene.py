@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 from curveline.units import STANDARD_GRAVITY
 
@@ -51,7 +52,7 @@ class Rod:
         """EA [N]."""
         return self.youngs_modulus * self.width * self.thickness
 
-    @property
+    @cached_property
     def twisting_stiffness(self) -> float:
         """GJ [N m^2] of the rectangle (Timoshenko and Goodier 1970, section 109: Saint-Venant's series)."""
         low, high = sorted((self.thickness, self.width))

@@ -128,7 +128,7 @@ def _segment_states(scene: Scene, index: int, ask: Ask) -> SegmentStates:
     described = spatial_segment(scene, index)
     found = model_states(described, ask)
     states = tuple(
-        replace(state, wanted=bool(state.name == segment.state and state.simple and state.stable))
+        replace(state, wanted=True) if state.name == segment.state and state.simple and state.stable else state
         for state in found.states
     )
     origin = (index * scene.display.span, scene.nodes[index].height)

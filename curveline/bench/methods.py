@@ -15,11 +15,12 @@ from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod, E
 from curveline.rod.ladder import POLISH, vertex_table
 from curveline.rod.planar import descend, newton
 from curveline.rod.problem import Array, make_problem, mesh, released
+from curveline.rod.search import RELAX
 from curveline.rod.space import SpatialSegment
 from curveline.rod.spatial import Shape
 from curveline.rod.spatial import positions as spatial_positions
 from curveline.rod.spatial_ladder import refine_in_space
-from curveline.rod.states import RELAX, SEARCH_EDGES
+from curveline.rod.states import SEARCH_EDGES
 from curveline.simulation import simulate, spatial_segment
 from curveline.units import mm
 

@@ -20,6 +20,7 @@ from curveline.bench.clock import best
 from curveline.bench.methods import Method, Solved, one_level, one_spatial_level
 from curveline.bench.peers import PEERS
 from curveline.bench.peers.collocation import solve as collocate
+from curveline.bench.row import row
 from curveline.bench.trade import distance, fitted_exponent, is_installed
 from curveline.measured import Row
 from curveline.rod import relax
@@ -28,8 +29,9 @@ from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, ClampedRod, refine
 from curveline.rod.ladder import climb
 from curveline.rod.planar import descend
 from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mesh, released
+from curveline.rod.search import RELAX
 from curveline.rod.space import lift
-from curveline.rod.states import RELAX, SEARCH_EDGES, find_states
+from curveline.rod.states import SEARCH_EDGES, find_states
 from curveline.scene import Scene
 from curveline.shapefile import read_shape
 from curveline.simulation import simulate, spatial_segment
@@ -52,6 +54,7 @@ BOUNDARY_CONDITIONS = (
 
 PLANAR_SIZES = (100, 316, 1_000, 3_162, 10_000, 31_623, 100_000)
 SPATIAL_SIZES = (100, 316, 1_000, 3_162, 10_000)
+SEGMENTS = (4, 16, 64)
 
 
 def quick(shapes: Sequence[str]) -> Iterator[Row]:
@@ -61,6 +64,7 @@ def quick(shapes: Sequence[str]) -> Iterator[Row]:
     yield from spatial_against_peers()
     yield from linear_cost()
     yield from all_states(scenes)
+    yield from many_segments()
     yield from search.rows()
     yield from commands.rows([scene.path for scene in scenes])
 
@@ -208,3 +212,12 @@ def all_states(scenes: Sequence[Scene]) -> Iterator[Row]:
     times = [best(partial(simulate, scene, model=PLANAR), 0.05) for scene in scenes]
     yield Row("simulate a segment", 1e3 * float(np.median(times)), "ms", "< 1", f"median of {len(scenes)} shapes")
     yield Row("simulate, slowest shape", 1e3 * max(times), "ms", "< 1", "all its stable states")
+
+
+def many_segments() -> Iterator[Row]:
+    """Displays of many segments, no two alike: every state of each, and how the time grows with their number."""
+    spent = [best(partial(simulate, row(count)), 0.2) for count in SEGMENTS]
+    name = f"simulate {SEGMENTS[-1]} segments"
+    yield Row(name, 1e3 * spent[-1], "ms", "< 50", "no two alike")
+    how = f"{SEGMENTS[0]} to {SEGMENTS[-1]} segments"
+    yield Row("its power of the segments", fitted_exponent(SEGMENTS, spent), "", "< 1.1", how)

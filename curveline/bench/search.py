@@ -13,7 +13,8 @@ from curveline.measured import Row
 from curveline.rod.equilibrium import ClampedRod, refine
 from curveline.rod.planar import descend
 from curveline.rod.problem import make_problem, mesh, released, sharpest_turn
-from curveline.rod.states import RELAX, find_states
+from curveline.rod.search import RELAX
+from curveline.rod.states import find_states
 from curveline.units import deg, mm
 
 SCENES = 144

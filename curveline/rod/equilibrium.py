@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
+from curveline.rod._jit import njit
 from curveline.rod.crossings import clearance, crosses_itself, crosses_tails
 from curveline.rod.ladder import EIGENVALUE, climb, interpolate
 from curveline.rod.problem import Array, Bearing, Pose, ScaledRod, scale_rod
@@ -95,7 +97,11 @@ class ClampedRod:
         return self.end - self.start + 2.0 * math.pi * self.winding
 
     def scaled(self) -> ScaledRod:
-        """The free rod in units of its length and EI."""
+        """The free rod in units of its length and EI; its arrays are not to be written to."""
+        return self._scaled
+
+    @cached_property
+    def _scaled(self) -> ScaledRod:
         loads = np.array(self.loads, dtype=float).reshape(-1, 3)
         turned = self.pose._replace(end=self.pose.end + 2.0 * math.pi * self.winding)
         rod: ScaledRod = scale_rod(turned, self.bearing, loads)
@@ -181,12 +187,13 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
     Never raises for numerical reasons: see `Outcome`.
     """
     length = rod.free_length
-    table, scalars, places, estimate, unstable, iterations, finest = climb(
+    table, levelled, places, estimate, unstable, iterations, finest = climb(
         rod.scaled(), edges, phi, multipliers, tolerance / length, MOST_EDGES
     )
+    scalars: list[float] = levelled.tolist()
     table *= np.array([length, length, 1.0, 1.0 / length, 1.0, 1.0 / length])
     table[:, :2] += rod.free_start
-    stable = bool(unstable == 0 and scalars[EIGENVALUE] > NEUTRAL)
+    stable = unstable == 0 and scalars[EIGENVALUE] > NEUTRAL
     force, moment = _clamp_wrench(rod, scalars)
     return Equilibrium(
         name="",
@@ -197,7 +204,7 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
         error=float(estimate * length),
         vertices=finest + 1,
         iterations=iterations,
-        lowest_eigenvalue=float(scalars[EIGENVALUE]),
+        lowest_eigenvalue=scalars[EIGENVALUE],
         winding=rod.winding,
         crosses_itself=bool(crosses_itself(table)),
         wraps_clamp=bool(crosses_tails(table, tail_of(rod))),
@@ -205,7 +212,7 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
         mean_height=mean_height_over(rod, table, places * length),
         clamp_force=force,
         clamp_moment=moment,
-        max_curvature=float(np.max(np.abs(table[:, 3] - rod.natural_curvature))),
+        max_curvature=_sharpest(table, rod.natural_curvature),
         vertices_table=table,
         edges=places * length,
         rod=rod,
@@ -227,27 +234,50 @@ def _outcome(unstable: int, *, stable: bool, reached: bool) -> Outcome:
     return Outcome.CONVERGED if reached else Outcome.COARSE
 
 
-def _clamp_wrench(rod: ClampedRod, scalars: Array) -> tuple[Array, Array]:
+def _clamp_wrench(rod: ClampedRod, scalars: list[float]) -> tuple[Array, Array]:
     """Forces (2, 2) [N] and moments (2,) [N m] of the clamps on the rod; the multipliers are the end's, reversed."""
-    length = rod.free_length
-    at_end = -scalars[:2] * rod.stiffness / length**2
-    applied = np.array([sum(load[1] for load in rod.loads), sum(load[2] for load in rod.loads) - rod.weight * length])
-    curvature = scalars[2:4] / length - rod.natural_curvature
-    moment = rod.stiffness * curvature * np.array([-1.0, 1.0])
-    return np.array([-applied - at_end, at_end]), moment
+    length, natural = rod.free_length, rod.natural_curvature
+    unit = rod.stiffness / length**2
+    across, up = -scalars[0] * unit, -scalars[1] * unit
+    push, lift = math.fsum(load[1] for load in rod.loads), math.fsum(load[2] for load in rod.loads)
+    moments = [-rod.stiffness * (scalars[2] / length - natural), rod.stiffness * (scalars[3] / length - natural)]
+    return np.array([[-push - across, rod.weight * length - lift - up], [across, up]]), np.array(moments)
 
 
-def _energy(rod: ClampedRod, scalars: Array) -> float:
+def _energy(rod: ClampedRod, scalars: list[float]) -> float:
     """Bending energy about the natural curvature plus the potential of weight and loads [J]."""
     length = rod.free_length
     natural = rod.natural_curvature
     energy = (scalars[4] + scalars[5]) * rod.stiffness / length
     energy += rod.stiffness * natural * (0.5 * natural * length - rod.turn)
-    return float(energy)
+    return energy
 
 
 def mean_height_over(rod: ClampedRod, table: Array, edges: Array) -> float:
     """Mean distance of the free rod from the chord between the pivots, positive to its left [m]."""
     span = max(math.hypot(*rod.chord), 1e-300)
-    offset = (rod.chord[0] * table[:, 1] - rod.chord[1] * table[:, 0]) / span
-    return float(np.sum(0.5 * (offset[1:] + offset[:-1]) * edges) / rod.free_length)
+    return float(area_under(table, edges, rod.chord)) / span / rod.free_length
+
+
+@njit
+def area_under(table, edges, chord):
+    """Integral over the arc length of the distance from the line along `chord`, times the chord's length [m^3].
+
+    `table (m+1, 6)` holds the vertices between which the `edges (m,)` lie; by the trapezoidal rule.
+    """
+    total = 0.0
+    before = chord[0] * table[0, 1] - chord[1] * table[0, 0]
+    for j in range(edges.size):
+        after = chord[0] * table[j + 1, 1] - chord[1] * table[j + 1, 0]
+        total += 0.5 * (before + after) * edges[j]
+        before = after
+    return total
+
+
+@njit
+def _sharpest(table, natural):
+    """Largest curvature in a table of vertices, away from the natural one."""
+    sharpest = 0.0
+    for j in range(table.shape[0]):
+        sharpest = max(sharpest, abs(table[j, 3] - natural))
+    return sharpest

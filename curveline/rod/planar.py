@@ -213,37 +213,48 @@ def thrust_on(problem, phi, multipliers, j):
 @njit
 def energy(problem, phi, multipliers):
     """Energy of bending and stretching plus load potential at `phi (n,)`; the `multipliers (k,)` set the strains."""
+    return energy_and_gaps(problem, phi, multipliers, np.empty(multipliers.size))
+
+
+@njit
+def energy_and_gaps(problem, phi, multipliers, gaps):
+    """The `energy`; `gaps (k,)` is overwritten by how far each constraint is from its target."""
     total = 0.0
     before = problem.ends[0]
     n = phi.size
+    k = multipliers.size
+    for a in range(k):
+        gaps[a] = -problem.targets[a]
     for j in range(n):
+        # Sines and cosines are most of the cost: one of each for everything.
+        cosine, sine = np.cos(phi[j]), np.sin(phi[j])
         turn = phi[j] - before
-        potential = problem.loads[0, j] * np.cos(phi[j]) + problem.loads[1, j] * np.sin(phi[j])
+        potential = problem.loads[0, j] * cosine + problem.loads[1, j] * sine
         total += 0.5 * turn * turn * problem.stiffness[j] + potential
+        stretch = 1.0
         if problem.compliance[j] > 0.0:
-            thrust = thrust_on(problem, phi, multipliers, j)
+            thrust = potential
+            for a in range(k):
+                thrust += multipliers[a] * (problem.rows[a, 0, j] * cosine + problem.rows[a, 1, j] * sine)
             total += problem.compliance[j] * thrust * (0.5 * thrust - potential)
+            stretch -= problem.compliance[j] * thrust
+        for a in range(k):
+            gaps[a] += (problem.rows[a, 0, j] * cosine + problem.rows[a, 1, j] * sine) * stretch
         before = phi[j]
     turn = problem.ends[1] - before
     return total + 0.5 * turn * turn * problem.stiffness[n]
 
 
 @njit
-def merit(problem, phi, multipliers):
-    """Augmented Lagrangian at `phi (n,)`: what a descent step must lower.
+def merit(problem, phi, multipliers, gaps):
+    """Augmented Lagrangian at `phi (n,)`: what a descent step must lower; `gaps (k,)` is overwritten.
 
     An exact penalty would refuse steps along a weak instability: they leave the constraints by as much, to second
     order, as they lower the energy (the Maratos effect).
     """
-    total = energy(problem, phi, multipliers)
+    total = energy_and_gaps(problem, phi, multipliers, gaps)
     for a in range(multipliers.size):
-        gap = -problem.targets[a]
-        for j in range(phi.size):
-            reach = problem.rows[a, 0, j] * np.cos(phi[j]) + problem.rows[a, 1, j] * np.sin(phi[j])
-            if problem.compliance[j] > 0.0:
-                reach *= 1.0 - problem.compliance[j] * thrust_on(problem, phi, multipliers, j)
-            gap += reach
-        total += multipliers[a] * gap + 0.5 * PENALTY * gap * gap
+        total += multipliers[a] * gaps[a] + 0.5 * PENALTY * gaps[a] * gaps[a]
     return total
 
 
@@ -282,11 +293,11 @@ def descend(problem, phi, multipliers, effort):
         if turn > 0.05 or shift > 0.0:
             for a in range(k):
                 target[a] = multipliers[a] + change[a]
-            start = merit(problem, phi, target)
+            start = merit(problem, phi, target, residual)
             for _ in range(12):
                 for j in range(n):
                     trial[j] = phi[j] + scale * step[j]
-                if merit(problem, trial, target) < start:
+                if merit(problem, trial, target, residual) < start:
                     break
                 scale *= 0.5
         for j in range(n):

@@ -25,6 +25,8 @@ STRIDE = 0.025
 """Step of the mean height in a sweep, in units of the length."""
 FAR = 300.0
 """Slope of the energy at which a sweep ends; in the scenes searched by brute force no state lay beyond."""
+BEYOND = 1.001
+"""A mean height this often the largest that any curve has is not tried: to fail there costs as much as a sweep."""
 NEAR = 12.0
 """Extreme of the energy's slope below which a pair of states may hide between samples or from the coarse rod."""
 SHARPEST = 1.0
@@ -58,12 +60,14 @@ class Near(NamedTuple):
     filled: Array
 
 
-def nowhere_near(n: int) -> Near:
+@njit
+def nowhere_near(n):
     """An empty `Near` for rods of n edges."""
     return Near(np.empty((NEAR_PLACES, 3)), np.empty((NEAR_PLACES, n)), np.empty((NEAR_PLACES, 3)), np.zeros(1))
 
 
-def nothing_found(n: int) -> Found:
+@njit
+def nothing_found(n):
     """An empty `Found` for rods of n edges."""
     return Found(np.empty((CAPACITY, n)), np.empty((CAPACITY, 2)), np.empty(CAPACITY), np.zeros(1))
 
@@ -169,6 +173,28 @@ def predict(now, before, out):
 
 
 @njit
+def highest_mean(chord):
+    """Largest mean height over its chord of any curve of length 1, clamped or not, whose ends are `chord` apart.
+
+    That of a catenary turned upside down, whose centre of mass no other curve's exceeds: (coth u - u / sinh(u)^2) / 4,
+    where u / sinh u is the chord. Newton on the logarithm of that, which is convex, comes from above.
+    """
+    if chord >= 1.0:
+        return 0.0
+    goal = -np.log(max(chord, 1e-12))
+    u = np.sqrt(6.0 * np.expm1(goal))
+    for _ in range(60):
+        rest = np.exp(-2.0 * u)
+        slope = (1.0 + rest) / (1.0 - rest) - 1.0 / u
+        change = (u + np.log1p(-rest) - np.log(2.0 * u) - goal) / slope
+        u -= change
+        if abs(change) < 1e-9 * u:
+            break
+    rest = np.exp(-2.0 * u)
+    return 0.25 * ((1.0 + rest) / (1.0 - rest) - 4.0 * u * rest / (1.0 - rest) ** 2)
+
+
+@njit
 def sweep_heights(problem, start, direction, found, near):
     """Follow the constrained minimum `start`, angles (n,) and multipliers (3,), while the mean height rises or falls.
 
@@ -184,8 +210,11 @@ def sweep_heights(problem, start, direction, found, near):
     guess = phi.copy()
     forces = multipliers.copy()
     slopes = np.array([0.0, held[2]])
+    highest = BEYOND * highest_mean(np.hypot(problem.targets[0], problem.targets[1]))
     for count in range(60):
         height += direction * STRIDE
+        if abs(height) > highest and problem.compliance[0] == 0.0:
+            return
         predict(phi, before, guess)
         predict(multipliers, before_forces, forces)
         copy_into(before, phi)

@@ -57,6 +57,17 @@ def lagrangian(problem: Problem, phi: Array, multipliers: Array) -> float:
     return float(energy(problem, phi, multipliers) + multipliers @ gaps(problem, phi, multipliers))
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_descent_weighs_the_energy_and_how_far_the_constraints_are_missed(seed: int) -> None:
+    problem, phi, multipliers = random_problem(seed)
+    missed = gaps(problem, phi, multipliers)
+    found = np.empty(multipliers.size)
+    total = planar.merit(problem, phi, multipliers, found)
+    assert found == pytest.approx(missed, rel=1e-11, abs=1e-11)
+    penalty = 0.5 * planar.PENALTY * missed @ missed
+    assert total == pytest.approx(lagrangian(problem, phi, multipliers) + penalty, rel=1e-11)
+
+
 def swept(problem: Problem, phi: Array, multipliers: Array, shift: float = 0.0) -> tuple[Array, Array, Array, Array]:
     """Gradient (n,), diagonal of the Hessian (n,), constraint rows (k, n), gaps (k,): the sweep undone."""
     n, k = phi.size, multipliers.size

@@ -1,0 +1,124 @@
+"""Kernels that search a segment for its equilibria on few edges: from splines, by Newton, and by sweeps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from curveline.rod import spline
+from curveline.rod._jit import njit
+from curveline.rod.modes import lowest_eigenvalue
+from curveline.rod.planar import Effort, descend, newton
+from curveline.rod.problem import make_problem, mean_height, mesh, refine_angles, released
+from curveline.rod.sweep import CERTIFY, keep, look_closer, nothing_found, nowhere_near, settle_at, sweep_heights
+
+FOLD_EDGES = 384
+"""Edges to look at the neighbourhood of a fold: it moves with the square of the edge, 0.1 % at about 100 edges."""
+SEEK_PARTS = 4
+"""Parts of an edge where a spline leads to no equilibrium of the coarse rod: that has its folds earlier."""
+BARELY = -8.0
+"""Lowest eigenvalue of a coarse equilibrium that finer edges may show to be stable after all."""
+
+RELAX = Effort(turn=0.5, close=1e-7, iterations=150)
+
+
+@njit
+def relax_from(free, phi, found):
+    """Go downhill from the guess `phi (n,)` and keep the state it leads to; False if that is none or known."""
+    force = np.zeros(2)
+    return descend(free, phi, force, RELAX) > 0 and keep(free, found, phi, force, 0)
+
+
+@njit
+def seek_from(free, phi, found):
+    """Go to an equilibrium near the guess `phi (n,)`, stable or not, and keep it; Newton heeds no ways down.
+
+    Returns False if there is none.
+    """
+    force = np.zeros(2)
+    iterations, unstable = newton(free, phi, force, CERTIFY)
+    if iterations > 0:
+        keep(free, found, phi, force, unstable)
+    return iterations > 0
+
+
+@njit
+def _has_other(problem, found, start, way):
+    """True if a stable state other than the one numbered `start` lies on its side `way`, or there is no other."""
+    height = mean_height(problem, found.shapes[start])
+    alone = True
+    for i in range(int(found.filled[0])):
+        if found.unstable[i] == 0.0 and i != start:
+            alone = False
+            if (mean_height(problem, found.shapes[i]) - height) * way > 0.0:
+                return True
+    return alone
+
+
+@njit
+def cut(edges, parts):
+    """Every edge cut into `parts` equal ones."""
+    fine = np.empty(edges.size * parts)
+    for j in range(fine.size):
+        fine[j] = edges[j // parts] / parts
+    return fine
+
+
+@njit
+def search_edges(rod, n):
+    """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges and, near folds, into finer.
+
+    The rod is relaxed from both splines; every stable state, also those found on the way, is swept towards all others,
+    since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. A
+    spline may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
+    nothing new it is swept as well, from its own height; where Newton finds nothing either, it tries once more on finer
+    edges, since a state may exist on those alone. Returns three pairs of edges and `Found`.
+    """
+    edges = mesh(rod.at, n)
+    parts = max(2, FOLD_EDGES // n)
+    fine_edges = cut(edges, parts)
+    seek_edges = cut(edges, SEEK_PARTS)
+    problem = make_problem(rod, edges)
+    found, near = nothing_found(edges.size), nowhere_near(edges.size)
+    found_fine, sought = nothing_found(fine_edges.size), nothing_found(seek_edges.size)
+    free = released(problem)
+    phi = np.empty(edges.size)
+    for side in (1.0, -1.0):
+        spline.guess(rod.chord, rod.ends, side, phi)
+        is_new = relax_from(free, phi.copy(), found)
+        is_there = seek_from(free, phi.copy(), found)
+        if not is_new:
+            if not is_there:
+                finer = released(make_problem(rod, seek_edges))
+                seek_from(finer, refine_angles(problem, phi, SEEK_PARTS), sought)
+            held = np.zeros(3)
+            if settle_at(problem, mean_height(problem, phi), phi, held, phi.copy()):
+                for direction in (1.0, -1.0):
+                    sweep_heights(problem, (phi, held), direction, found, near)
+    swept = 0
+    while swept < found.filled[0]:
+        if found.unstable[swept] == 0.0:
+            held = np.zeros(3)
+            held[:2] = found.multipliers[swept]
+            ways = (_has_other(problem, found, swept, 1.0), _has_other(problem, found, swept, -1.0))
+            for i in range(2):
+                if ways[i]:
+                    sweep_heights(problem, (found.shapes[swept], held), 1.0 - 2.0 * i, found, near)
+        swept += 1
+    for place in range(int(near.filled[0])):
+        shape = refine_angles(problem, near.shapes[place], parts)
+        fine_problem = make_problem(rod, fine_edges)
+        look_closer(fine_problem, near.heights[place], shape, near.forces[place].copy(), found_fine)
+    return (edges, found), (seek_edges, sought), (fine_edges, found_fine)
+
+
+@njit
+def may_be_stable(rod, edges, found):
+    """Which of the equilibria are not clearly unstable: near a bifurcation only finer edges can tell. (c,)"""
+    count = int(found.filled[0])
+    may_be = np.zeros(count, dtype=np.bool_)
+    for i in range(count):
+        may_be[i] = found.unstable[i] == 0.0
+        if found.unstable[i] == 1.0:
+            free = released(make_problem(rod, edges))
+            may_be[i] = lowest_eigenvalue(free, found.shapes[i], found.multipliers[i], 0.1) > BARELY
+    return may_be
