@@ -6,18 +6,16 @@ makes it; it follows its state while that stays stable, and falls downhill when 
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from curveline.plan import DriveTable, drive_table
-from curveline.rod.continuation import FOLLOW_EDGES, coarse_start, land, sway, travel
+from curveline.rod.continuation import coarse_start
+from curveline.rod.course import BUCKLED, FELL, Event, State, has_spare, ride
 from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.problem import Array
 from curveline.rod.states import find_states
-from curveline.rod.way import straight
 from curveline.scene import Display, Node
 from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
 from curveline.units import deg, mm
@@ -27,9 +25,6 @@ Motion = Sequence[tuple[float, tuple[Counts, ...]]]
 
 STRAIGHT = "straight"
 LOST = "lost"
-
-SLACKEST_STRAIGHT = 2e-4
-"""Below this excess of length over chord, as a fraction, the rod counts as straight: play and stretch take it up."""
 
 SAME_ANGLES = 0.1
 """Edges of the same state, on a coarse rod and on a fine one, differ by less than this [rad], also near a fold."""
@@ -62,18 +57,35 @@ def replay(display: Display, motion: Motion, before: Sequence[str] = ()) -> Play
     drive = drive_table(display)
     starts, ends, snaps = [], [], []
     for segment in range(display.node_count - 1):
-        rods = [
-            (seconds, clamped_rod(display, *_at(display, drive, counts[segment : segment + 2])))
-            for seconds, counts in motion
-        ]
-        known = before[segment] if segment < len(before) else ""
-        actor = _Actor(segment + 1, rods[0][1], known)
-        starts.append(actor.name())
-        for seconds, rod in rods[1:]:
-            actor.move(seconds, rod)
-        ends.append(actor.name())
-        snaps.extend(actor.snaps)
+        rods = [clamped_rod(display, *_at(display, drive, counts[segment : segment + 2])) for _, counts in motion]
+        start = known_state(rods[0], before[segment] if segment < len(before) else "")
+        state, events = ride(np.array([rod.pose for rod in rods]), rods[0].bearing, start)
+        first = events[0].state if start is None and events and events[0].place == 0 else start
+        starts.append(name_of(rods[0], first))
+        ends.append(name_of(rods[-1], state))
+        for place, names in _snaps(starts[-1], rods, events):
+            snaps.append(Snap(motion[place][0], segment + 1, *names))
     return Playback(tuple(starts), tuple(ends), tuple(sorted(snaps, key=lambda snap: snap.seconds)))
+
+
+def known_state(rod: ClampedRod, name: str) -> State | None:
+    """The state of `rod` that is called `name`; None if there is none."""
+    if name in ("", STRAIGHT, LOST):
+        return None
+    states = find_states(rod, DEFAULT_TOLERANCE)
+    return next((coarse_start(state) for state in states if state.name == name), None)
+
+
+def name_of(rod: ClampedRod, held: State | None) -> str:
+    """The name of the state in which `rod` is held; "lost" if no stable state of it is that one."""
+    if held is None:
+        return LOST if has_spare(np.array([rod.pose]), rod.bearing)[0] else STRAIGHT
+    nearest, name = SAME_ANGLES, LOST
+    for state in find_states(rod, DEFAULT_TOLERANCE):
+        distance = float(np.max(np.abs(coarse_start(state, held[0].size)[0] - held[0])))
+        if distance < nearest:
+            nearest, name = distance, state.name
+    return name
 
 
 def _at(display: Display, drive: DriveTable, counts: Sequence[Counts]) -> tuple[tuple[Node, Node], float]:
@@ -83,81 +95,11 @@ def _at(display: Display, drive: DriveTable, counts: Sequence[Counts]) -> tuple[
     return (left, right), display.span + mm(feed.value(counts[0][0]) - feed.value(counts[1][0]))
 
 
-class _Actor:
-    """The rod of one segment while its nodes move; `angles` is None while it is straight or lost."""
-
-    def __init__(self, segment: int, rod: ClampedRod, known: str) -> None:
-        self.segment = segment
-        self.rod = rod
-        self.angles: Array | None = None
-        self.forces = np.zeros(2)
-        self.snaps: list[Snap] = []
-        self.label = STRAIGHT
-        if known not in ("", STRAIGHT, LOST):
-            state = next((state for state in find_states(rod, DEFAULT_TOLERANCE) if state.name == known), None)
-            if state is not None:
-                self.angles, self.forces = coarse_start(state)
-                self.label = known
-        if self.angles is None:
-            self._buckle()
-
-    def move(self, seconds: float, rod: ClampedRod) -> None:
-        """Bring the nodes straight to where `rod` has them, at `seconds`."""
-        before, self.rod = self.rod, rod
-        if self.angles is None or _is_straight(rod):
-            self._buckle()
-            return
-        way = straight(before.pose, rod.pose)
-        reached, self.angles, self.forces = travel(way, rod.bearing, self.angles, self.forces)
-        if reached < 1.0:
-            self._snap(seconds)
-
-    def name(self) -> str:
-        """What the curve is called where the nodes stand now."""
-        if self.angles is None:
-            return STRAIGHT if _is_straight(self.rod) else LOST
-        return _name(self.rod, self.angles)
-
-    def _snap(self, seconds: float) -> None:
-        """Fall from a state that is no longer stable to wherever the rod goes."""
-        before = self.label
-        landed = self.angles is not None and self._land(self.angles, self.forces)
-        if not landed:
-            self.angles, self.forces = None, np.zeros(2)
-        self.label = self.name()
-        self.snaps.append(Snap(seconds, self.segment, before, self.label))
-
-    def _land(self, angles: Array, forces: Array) -> bool:
-        """Take the state into which the rod falls from `angles (n,)` where the nodes stand now; False if none."""
-        here = straight(self.rod.pose, self.rod.pose)
-        landed, angles, forces = land(here, 0.0, self.rod.bearing, angles, forces, sway(angles.size))
-        if landed:
-            self.angles, self.forces = angles, forces
-        return bool(landed)
-
-    def _buckle(self) -> None:
-        """Let a straight rod sag under its weight into the excess length, and settle, once there is rod to spare."""
-        self.angles = None
-        if _is_straight(self.rod):
-            return
-        places = (np.arange(FOLLOW_EDGES) + 0.5) / FOLLOW_EDGES
-        chord = math.atan2(self.rod.chord[1], self.rod.chord[0])
-        excess = self.rod.free_length / math.hypot(*self.rod.free_chord) - 1.0
-        sagging = chord - 2.0 * math.sqrt(excess) * np.sin(2.0 * math.pi * places)
-        if self._land(sagging, np.zeros(2)):
-            self.label = self.name()
-
-
-def _is_straight(rod: ClampedRod) -> bool:
-    """True if there is no rod to spare between the clamps."""
-    return rod.free_length <= math.hypot(*rod.free_chord) * (1.0 + SLACKEST_STRAIGHT)
-
-
-def _name(rod: ClampedRod, angles: Array) -> str:
-    """The name of the state of `rod` that has these edges' `angles (n,)`; "lost" if no stable state has them."""
-    nearest, name = SAME_ANGLES, LOST
-    for state in find_states(rod, DEFAULT_TOLERANCE):
-        distance = float(np.max(np.abs(coarse_start(state, angles.size)[0] - angles)))
-        if distance < nearest:
-            nearest, name = distance, state.name
-    return name
+def _snaps(name: str, rods: Sequence[ClampedRod], events: Sequence[Event]) -> Iterator[tuple[int, tuple[str, str]]]:
+    """Where in the motion the rod left a state, from what and to what; at first it is called `name`."""
+    for kind, place, state in events:
+        before = name
+        if kind in (BUCKLED, FELL):
+            name = name_of(rods[place], state)
+        if kind == FELL:
+            yield place, (before, name)

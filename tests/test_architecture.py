@@ -18,7 +18,7 @@ LAYERS = (
     {"files", "measured", "records", "scene", "toml_document", "toml_location", "workers"},
     {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
     {"batch", "bench", "figures", "linkbench", "passage", "planning", "playback", "results", "simulation"}
-    | {"explanation", "sweepfiles", "sweeping"},
+    | {"explanation", "sweepfiles", "sweeping", "trials"},
     {"cli"},
 )
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}
@@ -34,7 +34,18 @@ APART = {
 ONLY_IN = {
     "numba": {"rod"},
     "scipy": {"rod"},
-    "numpy": {"rod", "bench", "figures", "passage", "planning", "playback", "results", "simulation", "sweepfiles"},
+    "numpy": {
+        "rod",
+        "bench",
+        "figures",
+        "passage",
+        "planning",
+        "playback",
+        "results",
+        "simulation",
+        "sweepfiles",
+        "trials",
+    },
     "pydantic": {"shape_models", "toml_document"},
     "typer": {"cli"},
     "matplotlib": set(),

@@ -1,0 +1,265 @@
+"""A plan carried out many times with the errors of real nodes: how often it ends in the wanted states.
+
+    setup = Setup(display, plan, Errors(angle=deg(3.0)))
+    outcome = summarise(setup, list(run_trials(setup, range(1, 1001))))
+
+Every run has a seed of its own, from which alone its errors follow: it can be played again by itself, and the outcome
+does not depend on how many processes shared the runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curveline.errors import InvalidInput
+from curveline.plan import NodeTarget, Plan, drive_table
+from curveline.playback import LOST, STRAIGHT, known_state, name_of
+from curveline.rod import _jit
+from curveline.rod.course import FELL, has_spare, ride
+from curveline.rod.equilibrium import ClampedRod
+from curveline.rod.problem import Array
+from curveline.scene import Display, Node
+from curveline.simulation import clamped_rod
+from curveline.units import deg, mm
+from curveline.workers import WorkerDied, Workers
+
+TAUT = "taut"
+"""How a segment ended whose rod was pulled straight between nodes that are out of line."""
+
+PIECES = 16
+"""Poses per step that the rod is taken through; each is reached straight from the one before."""
+
+OUT_OF_LINE = deg(5.0)
+"""A clamp that points away from the chord by more than this bends a rod: without rod to spare, that is pulled."""
+
+NEARLY_STRAIGHT = 5e-3
+"""At home, the excess of length over chord below which the rod is as straight as feed errors let it be."""
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How large the errors of nodes are; the defaults are those of the motors and gears in use.
+
+    For `feed`, `angle` and `height` one size stands for two errors of each node: the standard deviation of a constant
+    one (calibration), and half of the width of a uniform one that is fresh at each step (play). `feed_scale` is the
+    standard deviation of a node's error in what it feeds per turn, and `bow` that of how far the middle of the straight
+    rod stands out upwards. `unevenness` is the largest part of a step's time by which an axis starts late, and of what
+    is left by which it is early.
+    """
+
+    feed: float = mm(0.3)  # [m]
+    feed_scale: float = 0.002
+    angle: float = deg(1.0)  # [rad]
+    height: float = mm(0.3)  # [m]
+    bow: float = mm(5.0)  # [m]
+    unevenness: float = 0.5
+
+    def __post_init__(self) -> None:
+        sizes = (self.feed, self.feed_scale, self.angle, self.height, self.bow)
+        if not all(math.isfinite(size) and size >= 0.0 for size in sizes):
+            raise InvalidInput("the size of an error is below 0 or not a number", "choose 0 to leave an error out")
+        if not 0.0 <= self.unevenness <= 1.0:
+            raise InvalidInput(f"an unevenness of {self.unevenness:g} is no part of a step's time", "choose 0 to 1")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is played: a plan on its display, with errors of some size; `shows` names the states at the start."""
+
+    display: Display
+    plan: Plan
+    errors: Errors = field(default_factory=Errors)
+    shows: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.plan.drive.digest != self.display.digest:
+            raise InvalidInput(f"{self.plan.name} was not planned for display {self.display.name}", "plan again")
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run: how each segment ended, the name of a state or LOST, STRAIGHT or TAUT.
+
+    `size` is the root mean square of its calibration errors and bows, in units of their standard deviations.
+    """
+
+    seed: int
+    endings: tuple[str, ...]
+    size: float
+
+
+@dataclass(frozen=True)
+class Reason:
+    """How a segment (from 1) ended that should have ended otherwise, and how often."""
+
+    segment: int
+    ending: str
+    runs: int
+
+    def __str__(self) -> str:
+        fates = {
+            TAUT: "is pulled taut between nodes out of line",
+            LOST: "falls into no state that was found",
+            STRAIGHT: "ends straight",
+        }
+        return f"segment {self.segment} {fates.get(self.ending, f'ends as the {self.ending}')}"
+
+
+@dataclass(frozen=True)
+class Share:
+    """How many of `runs` ended as wanted."""
+
+    count: int
+    runs: int
+
+    @property
+    def value(self) -> float:
+        """The share itself."""
+        return self.count / self.runs
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Where the true share lies with a confidence of `CONFIDENCE` (Wilson 1927, J. Am. Stat. Assoc. 22)."""
+        z = NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE)
+        widened = self.runs + z * z
+        middle = (self.count + 0.5 * z * z) / widened
+        reach = z * math.sqrt(self.count * (self.runs - self.count) / self.runs + 0.25 * z * z) / widened
+        # What rounding leaves beyond none and all.
+        return max(0.0, middle - reach), min(1.0, middle + reach)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What many runs came to: how many ended as wanted in all segments, and in each; why others did not, most first.
+
+    `worst` is the run with the smallest errors of those that did not.
+    """
+
+    total: Share
+    segments: tuple[Share, ...]
+    reasons: tuple[Reason, ...]
+    worst: Run | None
+
+
+def run_trials(setup: Setup, seeds: Sequence[int], jobs: int = 1) -> Generator[Run, None, None]:
+    """Play a run for each of `seeds`, in order, on so many processes."""
+    if jobs == 1:
+        yield from (play_run(setup, seed) for seed in seeds)
+        return
+    with _jit.shared_cache(), Workers(partial(play_run, setup), jobs) as workers:
+        for _, run in workers.map(seeds, len(seeds)):
+            if isinstance(run, WorkerDied):
+                raise run
+            yield run
+
+
+def play_run(setup: Setup, seed: int) -> Run:
+    """Play the plan once with the errors that follow from `seed`."""
+    errors, plan = setup.errors, setup.plan
+    source = np.random.default_rng(seed)
+    nodes, steps = len(plan.start), len(plan.steps)
+    offsets = source.standard_normal((nodes, 3))
+    scales = source.standard_normal(nodes)
+    bows = source.standard_normal(nodes - 1)
+    sizes = np.array([errors.feed, errors.angle, errors.height])
+    targets = _targets(setup)
+    targets[:, :, 0] *= 1.0 + errors.feed_scale * scales
+    targets += sizes * (offsets + source.uniform(-1.0, 1.0, (steps + 1, nodes, 3)))
+    values = _uneven(targets, source.uniform(0.0, errors.unevenness, (2, steps, nodes, 3)))
+    endings = tuple(_ending(setup, segment, values, errors.bow * float(bows[segment])) for segment in range(nodes - 1))
+    drawn = np.concatenate([offsets.ravel(), scales, bows])
+    return Run(seed, endings, float(np.sqrt(np.mean(drawn**2))))
+
+
+def summarise(setup: Setup, runs: Sequence[Run]) -> Outcome:
+    """How often the wanted states were reached, and what happened else."""
+    wanted = setup.plan.wanted
+    bad = [run for run in runs if run.endings != wanted]
+    counts = Counter(
+        (number, ending)
+        for run in bad
+        for number, (ending, name) in enumerate(zip(run.endings, wanted, strict=True), start=1)
+        if ending != name
+    )
+    return Outcome(
+        total=Share(len(runs) - len(bad), len(runs)),
+        segments=tuple(
+            Share(sum(run.endings[place] == name for run in runs), len(runs)) for place, name in enumerate(wanted)
+        ),
+        reasons=tuple(Reason(*what, count) for what, count in counts.most_common()),
+        worst=min(bad, key=lambda run: run.size, default=None),
+    )
+
+
+def _targets(setup: Setup) -> Array:
+    """Where the axes of all nodes are meant to be at the start and after each step: (steps+1, nodes, 3), in SI."""
+    axes = drive_table(setup.display).axes
+
+    def values(target: NodeTarget) -> tuple[float, float, float]:
+        feed, bias, lift = (axis.value(counts) for axis, counts in zip(axes, target.counts, strict=True))
+        return mm(feed), deg(bias), mm(lift)
+
+    rows = [setup.plan.start, *(step.targets for step in setup.plan.steps)]
+    return np.array([[values(target) for target in row] for row in rows])
+
+
+def _uneven(targets: Array, draws: Array) -> Array:
+    """Where the axes are at `PIECES` moments of every step, (poses, nodes, 3), each on a course of its own.
+
+    `draws (2, steps, nodes, 3)` say how late each axis starts, as a part of the step, and how early it is there, as a
+    part of what is left.
+    """
+    late, early = draws[:, :, None]
+    moments = (np.arange(PIECES)[:, None, None] + 1.0) / PIECES
+    # A course that is late by all of its time jumps at its end.
+    needed = np.maximum((1.0 - late) * (1.0 - early), 1e-9)
+    progress = np.clip((moments - late) / needed, 0.0, 1.0)
+    progress[:, -1] = 1.0
+    moved = targets[:-1, None] + progress * (targets[1:] - targets[:-1])[:, None]
+    return np.concatenate([targets[:1], moved.reshape(-1, *targets.shape[1:])])
+
+
+def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
+    """How the rod of a segment ends whose nodes' axes take `values (m, nodes, 3)`."""
+    poses = _poses(setup.display, values[:, segment : segment + 2])
+    first, last = (_rod_of(setup.display, values[place, segment : segment + 2]) for place in (0, -1))
+    if np.any(_is_out_of_line(poses) & ~has_spare(poses, first.bearing)):
+        return TAUT
+    shown = setup.shows[segment] if segment < len(setup.shows) else ""
+    state, events = ride(poses, first.bearing, known_state(first, shown), bow)
+    if any(event.kind == FELL and event.state is None for event in events):
+        return LOST
+    slack = last.free_length / math.hypot(*last.free_chord) - 1.0
+    if setup.plan.wanted[segment] == STRAIGHT and slack < NEARLY_STRAIGHT:
+        return STRAIGHT
+    return name_of(last, state)
+
+
+def _poses(display: Display, values: Array) -> Array:
+    """What two neighbouring nodes impose, (m, 5) as `Pose` has it, from their axes' `values (m, 2, 3)`."""
+    (left_feed, left_angle, left_height), (right_feed, right_angle, right_height) = values.transpose(1, 2, 0)
+    span = np.full(len(values), display.span)
+    return np.column_stack([span, right_height - left_height, left_angle, right_angle, span + left_feed - right_feed])
+
+
+def _rod_of(display: Display, values: Array) -> ClampedRod:
+    """The rod between two nodes whose axes have `values (2, 3)`."""
+    left, right = (Node(float(height), float(angle)) for _, angle, height in values)
+    return clamped_rod(display, (left, right), display.span + float(values[0, 0] - values[1, 0]))
+
+
+def _is_out_of_line(poses: Array) -> NDArray[np.bool_]:
+    """True (m,) where a clamp points away from the chord between the nodes."""
+    chord = np.arctan2(poses[:, 1], poses[:, 0])
+    out: NDArray[np.bool_] = np.max(np.abs(poses[:, 2:4] - chord[:, None]), axis=1) > OUT_OF_LINE
+    return out

@@ -1,0 +1,199 @@
+"""Plans played with errors: none leaves the replay as it is, the funnel stands the usual ones, a short cut does not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from statistics import NormalDist
+
+import pytest
+
+from curveline.errors import InvalidInput
+from curveline.plan import AXES, NodeTarget, Plan, Step, drive_table
+from curveline.playback import replay
+from curveline.scene import Display
+from curveline.shapefile import read_display
+from curveline.trials import LOST, TAUT, Errors, Reason, Run, Setup, Share, play_run, run_trials, summarise
+from curveline.units import deg, mm
+from playing import motion, plan, scene
+
+DISPLAY = scene("level-up-peak").display
+NONE = Errors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+BOWS = replace(NONE, bow=mm(5.0))
+PEAKS = ("level-neutral-peak", "level-up-peak", "staggered-down-peak")
+
+
+def by_hand(display: Display, *rows: tuple[tuple[float, float, float], ...], wanted: tuple[str, ...]) -> Plan:
+    """A plan that goes through rows of (feed mm, angle deg, height mm) per node, from home, and proves nothing."""
+    drive = drive_table(display)
+
+    def target(values: tuple[float, float, float]) -> NodeTarget:
+        extrude, bias, lift = (axis.counts(value) for axis, value in zip(drive.axes, values, strict=True))
+        return NodeTarget(*values, counts=(extrude, bias, lift))
+
+    def step(number: int, row: tuple[tuple[float, float, float], ...]) -> Step:
+        nothing = (0.0,) * len(wanted)
+        targets = tuple(map(target, row))
+        return replace(
+            plan("level-up-peak").steps[0], number=number, targets=targets, lengths_mm=nothing, states=wanted
+        )
+
+    home = (target((0.0,) * len(AXES)),) * display.node_count
+    steps = tuple(step(number, row) for number, row in enumerate(rows, start=1))
+    return Plan("by hand", drive, home, steps, wanted, (0.0,) * len(wanted))
+
+
+def short_cut(goal: Plan) -> Plan:
+    """Home, straight to the final length between level nodes, then to the goal."""
+    length = tuple((target.extrude_mm, 0.0, 0.0) for target in goal.steps[-1].targets)
+    last = tuple((each.extrude_mm, each.bias_deg, each.translate_mm) for each in goal.steps[-1].targets)
+    return by_hand(DISPLAY, length, last, wanted=goal.wanted)
+
+
+def outcome_of(setup: Setup, count: int, first: int = 1) -> Share:
+    return summarise(setup, list(run_trials(setup, range(first, first + count)))).total
+
+
+def leaning_up(bow: float) -> float:
+    """The probability that a rod buckles upwards: that its own bow exceeds its sag, w L^4 / 384 EI."""
+    rod = DISPLAY.rod
+    sag = rod.weight_per_length * (DISPLAY.span - DISPLAY.clamp) ** 4 / (384.0 * rod.bending_stiffness)
+    return 1.0 - NormalDist(sigma=bow).cdf(sag)
+
+
+@pytest.mark.parametrize("name", [*PEAKS, "level-up-valley"])
+def test_without_errors_a_run_is_the_replay(name: str) -> None:
+    for made in (plan(name), short_cut(plan(name))):
+        expected = replay(DISPLAY, motion(made)).states
+        assert {play_run(Setup(DISPLAY, made, NONE), seed).endings for seed in range(3)} == {expected}
+
+
+@pytest.mark.parametrize("name", PEAKS)
+def test_the_funnel_stands_the_usual_errors(name: str) -> None:
+    assert outcome_of(Setup(DISPLAY, plan(name)), 40).count == 40
+
+
+def test_out_of_the_funnel_the_bow_decides() -> None:
+    made = short_cut(plan("level-up-peak"))
+    share = outcome_of(Setup(DISPLAY, made, BOWS), 400)
+    low, high = share.interval
+    truth = leaning_up(BOWS.bow)
+    assert 0.2 < truth < 0.45
+    assert low < truth < high
+    # The wider the bows, the less the weight matters: half of them lean up.
+    low, high = outcome_of(Setup(DISPLAY, made, replace(BOWS, bow=mm(200.0))), 200).interval
+    assert low < 0.5 < high
+    # The other errors change which runs fail, and hardly how many.
+    assert 0.1 < outcome_of(Setup(DISPLAY, made), 100).value < 0.6
+
+
+def test_errors_that_are_too_large_break_a_plan() -> None:
+    setup = Setup(DISPLAY, plan("level-up-peak"), Errors(angle=deg(25.0)))
+    runs = list(run_trials(setup, range(1, 61)))
+    outcome = summarise(setup, runs)
+    assert 0 < outcome.total.count < 60
+    assert sum(reason.runs for reason in outcome.reasons) == 60 - outcome.total.count
+    failed = [run for run in runs if run.endings != ("peak",)]
+    assert outcome.worst in failed
+    assert outcome.worst is not None
+    assert outcome.worst.size == min(run.size for run in failed)
+    # Its seed alone plays it again.
+    assert play_run(setup, outcome.worst.seed) == outcome.worst
+
+
+def test_a_seed_stands_for_a_run_whoever_plays_it() -> None:
+    setup = Setup(DISPLAY, short_cut(plan("level-up-peak")))
+    alone = list(run_trials(setup, range(5, 25)))
+    assert list(run_trials(setup, range(5, 25), jobs=2)) == alone
+    assert [play_run(setup, seed) for seed in range(15, 25)] == alone[10:]
+    assert len({run.size for run in alone}) == 20
+    assert len({run.endings for run in alone}) == 2
+
+
+def test_a_rod_that_is_pulled_between_nodes_out_of_line_is_no_good_way() -> None:
+    fed = 60.0
+    out, slack = ((fed, 30.0, 0.0), (-fed, -30.0, 0.0)), ((fed, 0.0, 0.0), (-fed, 0.0, 0.0))
+    pulled = by_hand(DISPLAY, slack, out, ((0.0, 30.0, 0.0), (0.0, -30.0, 0.0)), out, wanted=("peak",))
+    run = play_run(Setup(DISPLAY, pulled, NONE), 1)
+    assert run.endings == (TAUT,)
+    (reason,) = summarise(Setup(DISPLAY, pulled, NONE), [run]).reasons
+    assert str(reason) == "segment 1 is pulled taut between nodes out of line"
+    # Level nodes may draw the rod straight.
+    drawn = by_hand(DISPLAY, slack, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), wanted=("straight",))
+    assert play_run(Setup(DISPLAY, drawn, NONE), 1).endings == ("straight",)
+    assert outcome_of(Setup(DISPLAY, drawn), 20).count == 20
+
+
+def test_an_axis_that_lags_matters_only_outside_the_funnel() -> None:
+    uneven = replace(NONE, unevenness=1.0)
+    for name in PEAKS:
+        assert outcome_of(Setup(DISPLAY, plan(name), uneven), 20).count == 20
+    # All in one step: whether the rod is biased before it gets slack is a matter of luck.
+    made = plan("level-up-peak")
+    leap = replace(made, steps=made.steps[-1:])
+    assert (
+        0 < outcome_of(Setup(DISPLAY, replace(leap, steps=(replace(leap.steps[0], number=1),)), uneven), 60).count < 60
+    )
+
+
+def test_segments_are_counted_by_themselves_and_together() -> None:
+    quad = read_display("quad")
+    fed = 60.0
+    row = tuple((fed * (2 - node), 0.0, 0.0) for node in range(5))
+    wanted = ("peak", "valley", "valley", "peak")
+    setup = Setup(quad, by_hand(quad, row, wanted=wanted), BOWS)
+    runs = list(run_trials(setup, range(60)))
+    outcome = summarise(setup, runs)
+    assert [share.count for share in outcome.segments] == [
+        sum(run.endings[place] == name for run in runs) for place, name in enumerate(wanted)
+    ]
+    assert outcome.total.count == sum(run.endings == wanted for run in runs)
+    assert outcome.total.count < min(share.count for share in outcome.segments)
+    # The bows of neighbours have nothing to do with each other.
+    assert len({run.endings for run in runs}) > 8
+
+
+def test_a_known_state_at_the_start_is_kept() -> None:
+    made = plan("level-up-peak")
+    there = replace(made, start=made.steps[-1].targets, steps=(replace(made.steps[-1], number=1),))
+    for name in ("peak", "valley"):
+        assert play_run(Setup(DISPLAY, there, NONE, (name,)), 1).endings == (name,)
+
+
+def test_reasons_are_told_in_words() -> None:
+    assert str(Reason(2, "valley", 1)) == "segment 2 ends as the valley"
+    assert str(Reason(1, LOST, 1)) == "segment 1 falls into no state that was found"
+    setup = Setup(DISPLAY, plan("level-up-peak"))
+    runs = [Run(1, ("peak",), 1.0), Run(2, (LOST,), 2.0), Run(3, ("valley",), 1.5), Run(4, ("valley",), 3.0)]
+    outcome = summarise(setup, runs)
+    assert outcome.reasons == (Reason(1, "valley", 2), Reason(1, LOST, 1))
+    assert outcome.worst == runs[2]
+    assert summarise(setup, runs[:1]).worst is None
+
+
+@pytest.mark.parametrize(
+    ("count", "runs", "low", "high"), [(8, 10, 0.4902, 0.9433), (0, 10, 0.0, 0.2775), (10, 10, 0.7225, 1.0)]
+)
+def test_intervals_are_wilsons(count: int, runs: int, low: float, high: float) -> None:
+    assert Share(count, runs).interval == pytest.approx((low, high), abs=5e-5)
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
+    runs, truth = 60, 0.9
+    chances = [math.comb(runs, count) * truth**count * (1.0 - truth) ** (runs - count) for count in range(runs + 1)]
+    held = 0.0
+    for count, chance in enumerate(chances):
+        low, high = Share(count, runs).interval
+        held += chance if low <= truth <= high else 0.0
+    assert 0.93 < held < 0.97
+
+
+@pytest.mark.parametrize("wrong", [{"feed": -1.0}, {"angle": math.nan}, {"unevenness": 1.5}, {"bow": math.inf}])
+def test_sizes_that_mean_nothing_are_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(InvalidInput):
+        Errors(**wrong)
+
+
+def test_a_plan_is_played_on_its_own_display() -> None:
+    with pytest.raises(InvalidInput, match="not planned for display quad"):
+        Setup(read_display("quad"), plan("level-up-peak"))
