@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -10,7 +11,8 @@ import pytest
 from curveline.plan import Plan
 from curveline.playback import LOST, STRAIGHT, replay
 from curveline.shapefile import read_display
-from playing import SHAPES, Frame, counts_of, motion, next_plan, plan, scene
+from curveline.units import deg, mm
+from playing import SHAPES, Counts, Frame, counts_of, motion, next_plan, plan, scene
 
 NAMES = list(SHAPES)
 CHAIN = list(itertools.pairwise(NAMES))
@@ -106,3 +108,46 @@ def test_segments_of_a_row_are_played_on_their_own() -> None:
     counts = tuple((max(-3, -node) * feed, 0, 0) for node in range(5))
     played = replay(quad, [(0.0, counts), (1.0, counts)], ("peak", "valley", "nonsense"))
     assert played.states == ("peak", "valley", "valley", STRAIGHT)
+
+
+QUAD = read_display("quad")
+
+
+def row_of(feeds_mm: Sequence[float], tilt_deg: float = 0.0) -> tuple[Counts, ...]:
+    """Five nodes with these feeds, the one in the middle tilted."""
+    feed, tilt = QUAD.drive.extrude.counts_per_unit, QUAD.drive.bias.counts_per_unit
+    counts = [(round(mm(each) * feed), 0, 0) for each in feeds_mm]
+    counts[2] = (counts[2][0], round(deg(tilt_deg) * tilt), 0)
+    return tuple(counts)
+
+
+def moved(begin: tuple[Counts, ...], end: tuple[Counts, ...]) -> list[Frame]:
+    """All axes of a row in step from one place to the other in a second."""
+    frames = []
+    for part in range(51):
+        pairs = [zip(old, new, strict=True) for old, new in zip(begin, end, strict=True)]
+        counts = [tuple(round(a + part / 50 * (b - a)) for a, b in pair) for pair in pairs]
+        frames.append((part / 50, tuple((c[0], c[1], c[2]) for c in counts)))
+    return frames
+
+
+FED = (80.0, 40.0, 0.0, -40.0, -80.0)
+"""Feeds that give every segment of the row 40 mm to spare."""
+
+
+@pytest.mark.parametrize("tilt_deg", [45.0, -45.0])
+def test_the_node_between_two_segments_tilts_the_rod_of_both(tilt_deg: float) -> None:
+    # Up at its left end the third segment keeps its peak, and the second cannot, whose right end it is; and vice versa.
+    played = replay(QUAD, moved(row_of(FED), row_of(FED, tilt_deg)), ("peak",) * 4)
+    lost = 2 if tilt_deg > 0.0 else 3
+    assert played.states == tuple("valley" if segment == lost else "peak" for segment in (1, 2, 3, 4))
+    assert [(snap.segment, snap.before, snap.after) for snap in played.snaps] == [(lost, "peak", "valley")]
+
+
+@pytest.mark.parametrize(("fed_mm", "straight"), [(40.0, 2), (-40.0, 3)])
+def test_the_node_between_two_segments_feeds_from_one_to_the_other(fed_mm: float, straight: int) -> None:
+    there = row_of((80.0, 40.0, fed_mm, -40.0, -80.0))
+    played = replay(QUAD, moved(row_of(FED), there), ("valley", "peak", "peak", "valley"))
+    expected = ["valley", "peak", "peak", "valley"]
+    expected[straight - 1] = STRAIGHT
+    assert played.states == tuple(expected)
