@@ -57,7 +57,9 @@ def replay(display: Display, motion: Motion, before: Sequence[str] = ()) -> Play
     drive = drive_table(display)
     starts, ends, snaps = [], [], []
     for segment in range(display.node_count - 1):
-        rods = [clamped_rod(display, *_at(display, drive, counts[segment : segment + 2])) for _, counts in motion]
+        rods = [
+            clamped_rod(display, *segment_at(display, drive, counts[segment : segment + 2])) for _, counts in motion
+        ]
         start = known_state(rods[0], before[segment] if segment < len(before) else "")
         state, events = ride(np.array([rod.pose for rod in rods]), rods[0].bearing, start)
         first = events[0].state if start is None and events and events[0].place == 0 else start
@@ -88,7 +90,7 @@ def name_of(rod: ClampedRod, held: State | None) -> str:
     return name
 
 
-def _at(display: Display, drive: DriveTable, counts: Sequence[Counts]) -> tuple[tuple[Node, Node], float]:
+def segment_at(display: Display, drive: DriveTable, counts: Sequence[Counts]) -> tuple[tuple[Node, Node], float]:
     """The two nodes of a segment and the rod between them, from their encoder counts."""
     feed, bias, lift = drive.axes
     left, right = (Node(mm(lift.value(node[2])), deg(bias.value(node[1]))) for node in counts)

@@ -57,6 +57,11 @@ def to_mj(value: float) -> float:
     return value * 1e3
 
 
+def ms(value: float) -> float:
+    """Time in ms to seconds."""
+    return value * 1e-3
+
+
 def to_ms(value: float) -> float:
     """Time in seconds to ms."""
     return value * 1e3

@@ -18,7 +18,7 @@ LAYERS = (
     {"files", "measured", "records", "scene", "toml_document", "toml_location", "workers"},
     {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
     {"batch", "bench", "figures", "linkbench", "passage", "planning", "playback", "results", "simulation"}
-    | {"explanation", "sweepfiles", "sweeping", "trials"},
+    | {"explanation", "sweepfiles", "sweeping", "trials", "walkthrough"},
     {"cli"},
 )
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}
@@ -45,6 +45,7 @@ ONLY_IN = {
         "simulation",
         "sweepfiles",
         "trials",
+        "walkthrough",
     },
     "pydantic": {"shape_models", "toml_document"},
     "typer": {"cli"},

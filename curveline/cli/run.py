@@ -152,7 +152,7 @@ def _play_back(job: _Job, begin: float) -> Playback | None:
     if mock is None:
         return None
     try:
-        display = _display_of(job.plan)
+        display = display_of(job.plan)
     except InvalidInput as error:
         show.note(f"which curve the rod took is not known: {error.message}")
         mock.rod = []
@@ -167,7 +167,7 @@ def _play_back(job: _Job, begin: float) -> Playback | None:
     return playback
 
 
-def _display_of(plan: Plan) -> Display:
+def display_of(plan: Plan) -> Display:
     """The display that a plan was made for, as its file says now; InvalidInput if it says nothing of use."""
     from curveline.shapefile import read_display
 

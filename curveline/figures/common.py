@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,6 @@ from curveline.units import to_mm
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from PIL.Image import Image
 
 # Blue and vermilion of Okabe and Ito's palette, which people with any colour vision tell apart.
 COLOURS = {PEAK: "#0072B2", VALLEY: "#D55E00"}
@@ -28,7 +27,6 @@ THIN, THICK = 1.2, 2.6
 WIDTH = 6.4  # [inch] of a panel that has a row for itself
 HEAD_ROOM = 0.75  # [inch] of a panel's height for its title and labels
 PIXELS_PER_INCH = 150
-FILM_PIXELS_PER_INCH = 100
 MARGIN = 0.06
 """Room around a curve, as a part of the display's width."""
 SETTINGS: Any = {
@@ -80,22 +78,6 @@ def bytes_of(figure: Figure, kind: str) -> bytes:
     """A figure as "svg" or "png", without a date."""
     stream = io.BytesIO()
     figure.savefig(stream, format=kind, dpi=PIXELS_PER_INCH, metadata=METADATA[kind])
-    return stream.getvalue()
-
-
-def frame_of(figure: Figure, colours: int = 16) -> Image:
-    """A figure as it is now, as a frame of a film, in few colours."""
-    from PIL import Image
-
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=FILM_PIXELS_PER_INCH, metadata=METADATA["png"])
-    return Image.open(stream).convert("P", palette=Image.Palette.ADAPTIVE, colors=colours)
-
-
-def gif_of(frames: Sequence[Image], durations_ms: Sequence[int]) -> bytes:
-    """A film that shows every frame as long as it says, over and over."""
-    stream = io.BytesIO()
-    frames[0].save(stream, "GIF", save_all=True, append_images=list(frames[1:]), duration=list(durations_ms), loop=0)
     return stream.getvalue()
 
 

@@ -18,10 +18,9 @@ from curveline.figures.common import (
     Y_LABEL,
     bytes_of,
     dress,
-    frame_of,
-    gif_of,
     new_figure,
 )
+from curveline.figures.film import Film
 from curveline.results import Array
 from curveline.rod.dynamics import time_unit
 from curveline.units import to_mm, to_ms
@@ -64,14 +63,14 @@ def animate_fall(film: Fall, segment: SpatialSegment) -> bytes:
     """A motion as seen from the front, a GIF that runs `SLOWER` times slower than the rod, over and over."""
     seconds = (film.times[-1] - film.times[0]) * time_unit(segment)
     _, curves = film.sampled(max(2, round(to_ms(seconds) * SLOWER / FRAME_MS)))
-    frames = []
     with _panel_of(curves, segment, "gif") as (figure, panel):
         panel.set_title(f"{SLOWER:g} times slower than the rod")
         (line,) = panel.plot([], [], color=DARK, linewidth=THICK)
+        strip = Film(figure, [line], [DARK])
         for curve in curves:
             line.set_data(*_seen(curve, segment).T)
-            frames.append(frame_of(figure))
-    return gif_of(frames, [FRAME_MS] * len(frames))
+            strip.shoot(FRAME_MS)
+        return strip.gif()
 
 
 @contextmanager

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
+
+import pytest
 
 from curveline.plan import from_json, read_plan
 
@@ -49,6 +52,50 @@ def test_a_plan_is_json(run: Run, tmp_path: Path) -> None:
     code, _, err = run("plan", SHAPE, "-o", tmp_path / "plan.toml")
     assert code == 2
     assert "ends in .json" in err
+
+
+def test_a_plan_is_drawn_filmed_and_written_at_once(run: Run, tmp_path: Path) -> None:
+    files = [tmp_path / f"plan{suffix}" for suffix in (".svg", ".png", ".json", ".gif")]
+    code, out, err = run("plan", SHAPE, *(part for file in files for part in ("-o", file)))
+    assert code == 0
+    assert err.splitlines() == [f"wrote {file}" for file in files]
+    assert "encoder counts" in out
+    starts = (b"<?xml", b"\x89PNG", b"{", b"GIF89a")
+    assert [file.read_bytes()[: len(start)] for file, start in zip(files, starts, strict=True)] == list(starts)
+    again = tmp_path / "again.svg"
+    code, same, _ = run("plan", files[2], "-o", again)
+    assert (code, same) == (0, out)
+    assert again.read_bytes() == files[0].read_bytes()
+
+
+def test_no_file_is_written_if_one_of_them_may_not_be(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "plan.gif").write_text("mine")
+    code, out, err = run("plan", SHAPE, "-o", tmp_path / "plan.json", "-o", tmp_path / "plan.gif")
+    assert (code, out) == (2, "")
+    assert "error[exists]" in err
+    assert [file.name for file in tmp_path.iterdir()] == ["plan.gif"]
+    assert (tmp_path / "plan.gif").read_text() == "mine"
+
+
+def test_without_matplotlib_a_film_is_refused_before_planning(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    code, out, err = run("plan", SHAPE, "-o", tmp_path / "plan.gif")
+    assert (code, out) == (2, "")
+    assert "curveline[plot]" in err
+
+
+def test_a_plan_whose_display_is_gone_is_not_drawn(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "plan.json"
+    assert run("plan", SHAPE, "-o", file).code == 0
+    record = json.loads(file.read_text())
+    record["provenance"]["display"] = str(tmp_path / "gone.toml")
+    file.write_text(json.dumps(record))
+    code, _, err = run("plan", file, "-o", tmp_path / "plan.png")
+    assert code == 2
+    assert "gone.toml" in err
+    assert not (tmp_path / "plan.png").exists()
 
 
 def test_several_shapes_are_planned_one_by_one(run: Run) -> None:
