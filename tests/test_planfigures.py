@@ -184,6 +184,14 @@ def test_panels_of_four_segments_show_all_of_them() -> None:
     assert "<!-- rod 540 mm -->" in text
 
 
+def test_many_states_are_counted_and_many_values_told_by_their_range() -> None:
+    assert plans.told(("peak", "valley", "peak")) == "peak, valley, peak"
+    assert plans.told(("peak", "valley", "valley", "peak", "valley") * 4) == "8 times peak, 12 times valley"
+    assert plans._listed((540.0, 540.04)) == "540"
+    assert plans._listed((0.04, -0.04)) == "0"
+    assert plans._listed(tuple(range(-6, 4))) == "\N{MINUS SIGN}6 to 3"
+
+
 def test_the_same_plan_is_the_same_bytes_whatever_the_users_style(svg: str) -> None:
     with matplotlib.rc_context({"axes.facecolor": "red", "lines.linewidth": 9.0, "font.size": 30.0}):
         assert plans.draw_plan(plan(PEAK), DISPLAY, "svg").decode() == svg

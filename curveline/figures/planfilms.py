@@ -11,7 +11,7 @@ import numpy as np
 
 from curveline.figures.common import COLOURS, DARK, GREY, OTHER, THICK, THIN, Y_LABEL, dress, new_figure
 from curveline.figures.film import Film
-from curveline.figures.plans import ABOVE, BEARING, BESIDE, colour_of
+from curveline.figures.plans import ABOVE, BEARING, BESIDE, colour_of, told
 from curveline.plan import Plan
 from curveline.playback import Snap
 from curveline.results import Array
@@ -32,7 +32,8 @@ TICK_MS = 10
 """A GIF counts time in these."""
 ECHO = 8
 """Frames for which a curve that the rod snapped out of stays in sight."""
-NARROW, PER_SEGMENT, WIDE = 5.2, 1.2, 12.0  # [inch] of a film: for no segment, for each more, at most
+NARROW, PER_SEGMENT, WIDE = 5.2, 1.2, 10.4  # [inch] of a film: for no segment, for each more, at most of few
+LEAST_PER_SEGMENT = 0.3  # [inch] for each of many
 SIDE_ROOM = 0.7  # [inch] of its width for labels
 TEXT_ROOM = 1.55  # [inch] of its height for headings, labels and legend
 
@@ -56,7 +57,8 @@ def animate_plan(plan: Plan, display: Display, heard: Callable[[int], None] = la
     course = play(plan, display, speed / FRAMES_PER_SECOND, heard)
     count = len(course.moments)
     (left, right), (low, high) = _frame(course, display)
-    width = min(WIDE, NARROW + PER_SEGMENT * len(plan.wanted))
+    segments = len(plan.wanted)
+    width = max(min(WIDE, NARROW + PER_SEGMENT * segments), LEAST_PER_SEGMENT * segments)
     height = (width - SIDE_ROOM) * (high - low) / (right - left) + TEXT_ROOM
     with new_figure(width, height, "gif") as figure:
         panel = figure.subplots()
@@ -120,7 +122,7 @@ class _Stage:
     def _heading_at(self, course: Course, index: int) -> str:
         moment = course.moments[index]
         if index == len(course.moments) - 1:
-            return f"done: {', '.join(moment.states)}"
+            return f"done: {told(moment.states)}"
         if moment.step == 0:
             return "start"
         step = next(step for step in self._plan.steps if step.number == moment.step)

@@ -6,6 +6,7 @@ After Fig. 5 of the paper, whose panels are annotated frames of a video; here th
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 MOST_PANELS = 24
 """A longer plan is not shown whole: its figure would be a roll of paper."""
 PANEL_WIDTHS = {1: 3.3, 2: 4.4, 3: 4.8, 4: 5.4}  # [inch] by the number of segments
-WIDE = 9.6  # [inch] of a panel of more segments
+WIDE, PER_SEGMENT = 9.6, 0.6  # [inch] of a panel of more segments: at least, and for each of them
 ROW_WIDTH = 11.0  # [inch] that panels side by side may take
 LINE_HEIGHT = 0.17  # [inch] of a line of text over a panel
 FRAME_ROOM = 0.2  # [inch] between rows
@@ -65,6 +66,8 @@ ARROW = "#8A2BE2"
 FAINT: dict[str, Any] = {"color": GREY, "alpha": 0.55}
 LISTED = 5
 """Values that a caption lists; of more it says from where to where they go."""
+TOLD = 12
+"""States that a caption lists; more are counted."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,7 @@ def draw_plan(plan: Plan, display: Display, kind: str) -> bytes:
     """
     panels = _panels(plan, stills(plan, display))
     chosen = chosen_of(len(panels))
-    width = PANEL_WIDTHS.get(len(plan.wanted), WIDE)
+    width = PANEL_WIDTHS.get(len(plan.wanted), max(WIDE, PER_SEGMENT * len(plan.wanted)))
     across = min(max(1, int(ROW_WIDTH / width)), len(chosen))
     (left, right), (low, high) = _frame(panels, display)
     steepness = (high - low) / (right - left)
@@ -120,7 +123,7 @@ def _panels(plan: Plan, pictures: Sequence[Still]) -> list[Panel]:
     for step, (old, new), (before, after) in zip(plan.steps, pairwise(targets), pairwise(pictures), strict=True):
         heading = f"{step.number} {step.action}, {step.seconds:.1f} s\n{_what_moves(step, old, new)}"
         if step is plan.steps[-1]:
-            heading += f"\nwanted: {', '.join(plan.wanted)}"
+            heading += f"\nwanted: {told(plan.wanted)}"
         panels.append(Panel(heading, after, before, tuple(zip(old, new, strict=True))))
     return panels
 
@@ -152,6 +155,13 @@ def _listed(values: Sequence[float]) -> str:
     if len(texts) <= LISTED:
         return ", ".join(texts)
     return f"{_number(min(values))} to {_number(max(values))}"
+
+
+def told(states: Sequence[str]) -> str:
+    """The states of a row of segments as text: one by one, or counted where they are many."""
+    if len(states) <= TOLD:
+        return ", ".join(states)
+    return ", ".join(f"{count} times {name}" for name, count in Counter(states).items())
 
 
 def _number(value: float) -> str:
