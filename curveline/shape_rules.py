@@ -163,8 +163,12 @@ def _check_total(document: Document, display: Display) -> None:
     lengths = [length for _, length in _lengths(document)]
     total, available = math.fsum(lengths), to_mm(display.rod.total_length)
     if total > available * (1.0 + _SLACK):
-        message = f"the segments take {total:g} mm of rod together, but the rod is {available:g} mm long"
-        document.problem(("segments",), "too-long", message, "shorten segments, or choose a display with a longer rod")
+        message = (
+            f"the segments take {total:g} mm of rod together, but the rod is {available:g} mm long: centred, it would "
+            f"leave tails of {0.5 * (available - total):g} mm at both ends"
+        )
+        hint = f"take {total - available:.6g} mm off the segments, or choose a display with a longer rod"
+        document.problem(("segments",), "too-long", message, hint)
 
 
 def _check_loads(document: Document, display: Display | None) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from importlib import resources
+from importlib.resources.abc import Traversable
 
 from curveline.errors import Diagnostic, InvalidInput
 from curveline.files import AnyPath, decode_text, read_file, refuse_file
@@ -114,10 +115,21 @@ def builtin_displays() -> tuple[str, ...]:
     return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
 
 
+def builtin_text(name: str) -> str:
+    """The file of a built-in display, for a lab to copy and change; InvalidInput if there is none of that name."""
+    if name not in builtin_displays():
+        refuse_file(name, "unknown-display", f"there is no built-in display {shown(name)}", _known_displays(name))
+    return _builtin_file(name).read_text(encoding="utf-8")
+
+
 @cache
 def _builtin_display(name: str) -> Display:
-    entry = resources.files("curveline") / "displays" / f"{name}.toml"
+    entry = _builtin_file(name)
     return _display(entry.read_bytes(), str(entry))
+
+
+def _builtin_file(name: str) -> Traversable:
+    return resources.files("curveline") / "displays" / f"{name}.toml"
 
 
 def _display_of(document: Document) -> tuple[Display | None, tuple[Diagnostic, ...]]:
@@ -166,8 +178,12 @@ def _refuse_empty(document: Document, hint: str) -> None:
 
 
 def _hint_for_display(name: str) -> str:
+    return f"{_known_displays(name)}; a display of your own is a path that ends in .toml"
+
+
+def _known_displays(name: str) -> str:
     known = list(builtin_displays())
-    return f"{nearest(name, known)}built in: {', '.join(known)}; a display of your own is a path that ends in .toml"
+    return f"{nearest(name, known)}built in: {', '.join(known)}"
 
 
 def _scene(model: ShapeTable, display: Display, path: str, digest: str) -> Scene:

@@ -17,8 +17,8 @@ LAYERS = (
     {"errors", "units"},
     {"files", "measured", "records", "scene", "toml_document", "toml_location", "workers"},
     {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
-    {"batch", "bench", "figures", "linkbench", "passage", "planning", "playback", "results", "simulation"}
-    | {"explanation", "sweepfiles", "sweeping", "trials", "walkthrough"},
+    {"batch", "bench", "capability", "figures", "linkbench", "passage", "planning", "playback", "results", "simulation"}
+    | {"explanation", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"},
     {"cli"},
 )
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}

@@ -195,6 +195,8 @@ def test_the_rod_of_all_segments_together(tmp_path: Path) -> None:
     assert places((found,)) == [(4, 12, "too-long")]
     assert "2400 mm" in found.message
     assert "2399 mm" in found.message
+    assert "tails of -0.5 mm at both ends" in found.message
+    assert "take 1 mm off" in found.hint
 
 
 def test_the_minimum_length_of_the_hint_is_enough_and_not_generous(write: Callable[[bytes], Path]) -> None:

@@ -11,6 +11,8 @@ import typer
 
 from curveline import __version__
 from curveline.cli import bench, plan, send, show, simulate, status, stop
+from curveline.cli.display import check
+from curveline.cli.display import show as show_display
 from curveline.cli.keys import adopt, new, node
 from curveline.cli.keys import show as show_keys
 from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError
@@ -36,6 +38,12 @@ keys = typer.Typer(help="The keys of a site: make them, load them, learn who the
 for _key_command in (new.new, node.node, adopt.adopt, show_keys.show):
     keys.command(epilog=EPILOG)(_key_command)
 app.add_typer(keys, name="keys", epilog=EPILOG)
+displays = typer.Typer(
+    help="The displays: what is built in, and whether a file of your own is sound.", no_args_is_help=True
+)
+for _display_command in (check.check, show_display.show):
+    displays.command(epilog=EPILOG, no_args_is_help=True)(_display_command)
+app.add_typer(displays, name="display", epilog=EPILOG)
 
 
 def _show_version(wanted: bool) -> None:

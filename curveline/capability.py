@@ -1,0 +1,181 @@
+"""What a display can do, worked out from its file: rod, budget of rod, reach of the motors, and what it holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+from curveline.plan import AXES, MAX_COUNT, AxisDrive, drive_table
+from curveline.rod.equilibrium import Equilibrium
+from curveline.rod.states import find_states
+from curveline.scene import Display, Node
+from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
+from curveline.units import mm, to_mm
+
+STATUS_COUNTS = 262_136
+"""Largest position that a node's status can tell, in counts: see docs/radio-protocol.md, STATUS."""
+
+UNITS = ("mm", "deg", "mm")
+"""Of the axes, in their order."""
+
+LENGTHS = 17
+"""Lengths of rod that are looked at; between two of them the limit is sought to `CLOSE`."""
+CLOSE = mm(0.5)
+LEAST_EXCESS = 5e-4
+"""The shortest rod looked at is this fraction longer than the span: plans begin there, too."""
+
+TOO_TIGHT = "the rod bends tighter than its strain allows"
+TOO_HARD = "holding it takes more force than the motors give"
+TOO_STIFF = "holding it takes a larger moment than the motors give"
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Rod between the outermost nodes, and in each tail if it is centred [m]; negative where it is too short."""
+
+    between: float
+    tail: float
+
+
+@dataclass(frozen=True)
+class Reach:
+    """An axis as a display needs it: lowest and highest position and the farthest way, in mm or degrees."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    way: float
+    drive: AxisDrive
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """The ends in encoder counts from home."""
+        return self.drive.counts(self.low), self.drive.counts(self.high)
+
+    @property
+    def seconds(self) -> float:
+        """Time for the farthest way."""
+        return self.drive.seconds(self.way)
+
+    @property
+    def fits_target(self) -> bool:
+        """True if both ends can be sent as a motor's target."""
+        return max(map(abs, self.counts)) <= MAX_COUNT
+
+    @property
+    def fits_status(self) -> bool:
+        """True if a node can tell of both ends in its status; what lies beyond is out of limits."""
+        return max(map(abs, self.counts)) <= STATUS_COUNTS
+
+    @property
+    def status_end(self) -> float:
+        """The farthest position that a status can tell."""
+        return self.drive.value(STATUS_COUNTS)
+
+
+@dataclass(frozen=True)
+class Held:
+    """What rod and motors stand between two level, upright nodes: lengths of rod [m], and why no others.
+
+    `shortest` and `longest` are None where no length will do; a reason is empty where the limit is the display's own.
+    """
+
+    shortest: float | None
+    longest: float | None
+    below: str = ""
+    beyond: str = ""
+
+
+def buckling_force(display: Display) -> float:
+    """Force [N] at which the straight rod between two nodes buckles, which the motors that feed it must exceed."""
+    return 4.0 * math.pi**2 * display.rod.bending_stiffness / (display.span - display.clamp) ** 2
+
+
+def straight_budget(display: Display) -> Budget:
+    """The rod when it goes straight through all nodes."""
+    return _budget(display, display.span)
+
+
+def longest_budget(display: Display) -> Budget:
+    """The rod when every segment is as long as the limits allow."""
+    return _budget(display, display.limits.length.high)
+
+
+def _budget(display: Display, length: float) -> Budget:
+    between = (display.node_count - 1) * length
+    return Budget(between, 0.5 * (display.rod.total_length - between))
+
+
+def reaches(display: Display) -> tuple[Reach, ...]:
+    """What each axis must be able to reach for all that the limits allow, in the order of `AXES`.
+
+    A segment takes its rod from both sides; the outermost nodes feed half of what all segments take beyond the span,
+    each to its own side.
+    """
+    limits, axes = display.limits, drive_table(display).axes
+    feed = 0.5 * (display.node_count - 1) * to_mm(max(limits.length.high - display.span, 0.0))
+    ends = ((0.0 - feed, feed, feed), *((axis.low, axis.high, axis.high - axis.low) for axis in axes[1:]))
+    return tuple(Reach(name, unit, *each, axis) for name, unit, each, axis in zip(AXES, UNITS, ends, axes, strict=True))
+
+
+def held_lengths(display: Display) -> Held:
+    """For which lengths rod and motors hold every state between two level, upright nodes."""
+    limits = display.limits.length
+    low = max(limits.low, display.span * (1.0 + LEAST_EXCESS))
+    if limits.high <= low:
+        return Held(None, None)
+    lengths = [low + (limits.high - low) * i / (LENGTHS - 1) for i in range(LENGTHS)]
+    reasons = [too_much(display, length) for length in lengths]
+    good = [i for i, reason in enumerate(reasons) if not reason]
+    if not good:
+        return Held(None, None, reasons[0], reasons[-1])
+    # The run of lengths that hold which begins first; rods that are held again beyond a gap are no use to a plan.
+    first = good[0]
+    last = next((i for i, after in pairwise(good) if after != i + 1), good[-1])
+    shortest = lengths[0] if first == 0 else _boundary(display, lengths[first], lengths[first - 1])
+    longest = lengths[-1] if last == LENGTHS - 1 else _boundary(display, lengths[last], lengths[last + 1])
+    below = "" if first == 0 else reasons[first - 1]
+    return Held(shortest, longest, below, "" if last == LENGTHS - 1 else reasons[last + 1])
+
+
+def _boundary(display: Display, good: float, bad: float) -> float:
+    """The length nearest to `bad` that is still held, to `CLOSE`."""
+    while abs(bad - good) > CLOSE:
+        middle = 0.5 * (good + bad)
+        if too_much(display, middle):
+            bad = middle
+        else:
+            good = middle
+    return good
+
+
+def too_much(display: Display, length: float) -> str:
+    """Why rod or motors do not stand every state of `length` [m] of rod between level, upright nodes; empty if so."""
+    rod = clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), length)
+    for state in find_states(rod, DEFAULT_TOLERANCE):
+        if not state.simple:
+            continue
+        if state.max_curvature > display.rod.max_curvature:
+            return TOO_TIGHT
+        if max(_forces(state)) > display.drive.max_force:
+            return TOO_HARD
+        if max(_moments(state)) > display.drive.max_moment:
+            return TOO_STIFF
+    return ""
+
+
+def _forces(state: Equilibrium) -> Iterator[float]:
+    """Forces along and across the rod at level, upright nodes [N]: those of the feeding and of the lifting motors."""
+    for across, up in state.clamp_force.tolist():
+        yield abs(across)
+        yield abs(up)
+
+
+def _moments(state: Equilibrium) -> Iterator[float]:
+    """Moments about the pivots of level, upright nodes [N m]."""
+    half = 0.5 * state.rod.clamp
+    for moment, force, side in zip(state.clamp_moment.tolist(), state.clamp_force.tolist(), (half, -half), strict=True):
+        yield abs(moment + side * force[1])

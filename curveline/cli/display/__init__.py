@@ -1,0 +1,1 @@
+"""`curveline display`: the built-in displays, and the lab's own."""

@@ -1,0 +1,230 @@
+"""`curveline display`: what a lab's own display can do, what looks odd in its file, and the built-in ones to copy."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from curveline.capability import TOO_HARD, TOO_STIFF, TOO_TIGHT, Held, held_lengths, too_much
+from curveline.cli import show
+from curveline.radio.frames import POSITION_LIMIT
+from curveline.shapefile import builtin_text, read_display
+from curveline.suspicions import suspicions
+from curveline.units import mm
+
+from .conftest import Run
+
+SINGLE, QUAD = builtin_text("single"), builtin_text("quad")
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    """Write a display file: a built-in one with some of its text replaced."""
+
+    def write(*changes: tuple[str, str], base: str = SINGLE) -> Path:
+        text = base
+        for old, new in changes:
+            assert text.count(old) == 1, old
+            text = text.replace(old, new)
+        path = tmp_path / "mine.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+OWN = (
+    ('name = "single"', 'name = "ours"'),
+    ("youngs_modulus_GPa = 2.45", "youngs_modulus_GPa = 2.5"),
+    ("thickness_mm = 2.4", "thickness_mm = 2.3"),
+    ("mass_g_per_m = 48.0", "mass_g_per_m = 47.0"),
+    ("max_force_N = 8.0", "max_force_N = 9.0"),
+    ("max_moment_Nmm = 500.0", "max_moment_Nmm = 450.0"),
+)
+"""A display that was measured: nothing looks odd."""
+
+
+def checked(run: Run, file: Path | str) -> dict[str, Any]:
+    code, out, err = run("display", "check", file, "--json")
+    assert (code, err) == (0, "")
+    assert out.count("\n") == 1
+    document: dict[str, Any] = json.loads(out)
+    return document
+
+
+def codes(run: Run, file: Path) -> list[str]:
+    return [warning["code"] for warning in checked(run, file)["warnings"]]
+
+
+@pytest.mark.parametrize("command", ["check", "show"])
+def test_every_command_has_help(run: Run, command: str) -> None:
+    code, out, err = run("display", command, "--help")
+    assert (code, err) == (0, "")
+    assert "Exit codes" in out
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert command in run("display", "--help").out
+
+
+@pytest.mark.parametrize("name", ["single", "quad"])
+def test_a_built_in_file_can_be_copied_and_then_says_what_was_not_measured(run: Run, tmp_path: Path, name: str) -> None:
+    code, out, err = run("display", "show", name)
+    assert (code, err) == (0, "")
+    copy = tmp_path / "mine.toml"
+    copy.write_text(out, encoding="utf-8")
+    assert read_display(copy).digest == read_display(name).digest
+    warnings = {warning["code"]: warning for warning in checked(run, copy)["warnings"]}
+    assert list(warnings) == ["builtin-name", "not-measured"]
+    assert warnings["not-measured"]["key"].split(", ") == [
+        "rod.youngs_modulus_GPa", "rod.thickness_mm", "rod.mass_g_per_m", "drive.max_force_N", "drive.max_moment_Nmm",
+    ]  # fmt: skip
+
+
+def test_an_unknown_display_is_refused_with_the_known_ones(run: Run) -> None:
+    code, out, err = run("display", "show", "singel")
+    assert (code, out) == (2, "")
+    assert "unknown-display" in err
+    assert "did you mean" in err
+    assert run("display", "check", "singel").code == 2
+    assert run("display", "check", "nowhere.toml").code == 2
+
+
+def test_every_problem_of_a_file_is_listed_at_once(run: Run, write: Write) -> None:
+    path = write(
+        ("span_mm = 500.0", "span_mm = -5.0"), ('"C1C1C1C102"]', '"C1C1C1C101"]'), ("channel = 76", "chanel = 76")
+    )
+    code, out, err = run("display", "check", path)
+    assert (code, out) == (2, "")
+    assert err.count("error[") == 4
+    assert all(f"{path}:{line}:" in err for line in (6, 42))
+
+
+@pytest.mark.parametrize("name", ["single", "quad"])
+def test_the_built_in_displays_are_sound_and_fit_a_terminal(run: Run, name: str) -> None:
+    code, out, err = run("display", "check", name)
+    assert (code, err) == (0, "")
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert "nothing looks odd" in out
+    assert checked(run, name)["warnings"] == []
+
+
+def test_numbers_of_the_document(run: Run) -> None:
+    found = checked(run, "quad")
+    stiffness = 2.45e9 * 0.01 * 0.0024**3 / 12.0
+    assert (found["display"], found["file"], found["nodes"]) == ("quad", None, 5)
+    assert found["gravity"] == [0.0, -1.0, 0.0]
+    assert found["rod"]["bending_stiffness_Nm2"] == pytest.approx(stiffness)
+    assert found["rod"]["lateral_bending_stiffness_Nm2"] == pytest.approx(stiffness * (10.0 / 2.4) ** 2)
+    assert found["rod"]["stretching_stiffness_N"] == pytest.approx(2.45e9 * 0.01 * 0.0024)
+    assert found["rod"]["smallest_radius_mm"] == pytest.approx(2.4 / 2.0 / 0.03)
+    assert found["rod"]["buckling_force_N"] == pytest.approx(4.0 * math.pi**2 * stiffness / 0.48**2)
+    assert found["budget"] == {
+        "straight": {"between_nodes_mm": pytest.approx(2000.0), "tail_mm": pytest.approx(1000.0)},
+        "longest": {"between_nodes_mm": pytest.approx(3600.0), "tail_mm": pytest.approx(200.0)},
+    }
+    extrude, bias, translate = found["axes"]
+    per_mm = 8344 / 37.7
+    assert extrude["counts_per_unit"] == translate["counts_per_unit"] == pytest.approx(per_mm)
+    # Four segments of 400 mm beyond the span, half of it from either side.
+    assert extrude["range"] == pytest.approx([-800.0, 800.0])
+    assert extrude["counts"] == [-round(800.0 * per_mm), round(800.0 * per_mm)]
+    assert bias["counts"] == [-round(75.0 * 8344 / 120.0), round(75.0 * 8344 / 120.0)]
+    # Accelerating and braking at the limits takes as long as a fifth of a second more at full speed.
+    assert translate["longest_seconds"] == pytest.approx(440.0 / 10.0 + 10.0 / 50.0)
+    assert extrude["longest_seconds"] == pytest.approx(800.0 / 20.0 + 20.0 / 100.0)
+    assert all(axis["fits_target"] and axis["fits_status"] for axis in found["axes"])
+    assert found["level_lengths_mm"] == pytest.approx([500.25, 900.0])
+    assert found["radio"]["addresses"][-1] == "C1C1C1C105"
+
+
+def test_a_measured_display_of_ones_own_has_no_warnings(run: Run, write: Write) -> None:
+    path = write(*OWN)
+    found = checked(run, path)
+    assert (found["display"], found["file"], found["warnings"]) == ("ours", str(path), [])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("height_mm = [-220.0, 220.0]", "height_mm = [20.0, 400.0]", "no-home"),
+        ("angle_deg = [-75.0, 75.0]", "angle_deg = [5.0, 75.0]", "no-home"),
+        ("length_mm = [500.0, 900.0]", "length_mm = [550.0, 900.0]", "no-home"),
+        ("gravity = true ", "gravity = [0.0, -0.8, 0.6] ", "no-plan"),
+        ("total_length_mm = 2000.0", "total_length_mm = 515.0", "short-rod"),
+        ("total_length_mm = 2000.0", "total_length_mm = 880.0", "short-rod"),
+        ("length_mm = [500.0, 900.0]", "length_mm = [480.0, 900.0]", "out-of-reach"),
+        ("length_mm = [500.0, 900.0]", "length_mm = [400.0, 499.0]", "out-of-reach"),
+        ("length_mm = [500.0, 900.0]", "length_mm = [500.0, 505.0]", "little-slack"),
+        ("max_strain = 0.03", "max_strain = 0.006", "too-much"),
+        ("max_strain = 0.03", "max_strain = 0.004", "stiff-rod"),
+        ("natural_curvature_per_m = 0.0", "natural_curvature_per_m = 30.0", "curved-rod"),
+        ("span_mm = 500.0", "span_mm = 5000.0", "odd-span"),
+        ("clamp_mm = 20.0", "clamp_mm = 0.0", "point-clamp"),
+        ("clamp_mm = 20.0", "clamp_mm = 150.0", "long-clamp"),
+        ("translate_mm_per_turn = 37.7", "translate_mm_per_turn = 0.2", "out-of-counts"),
+        ("counts_per_turn = 8344", "counts_per_turn = 8e4", "out-of-status"),
+        ("counts_per_turn = 8344", "counts_per_turn = 300", "coarse-count"),
+        ("translate_mm_per_s = 10.0", "translate_mm_per_s = 5.0", "slow-axis"),
+        ("channel = 76", "channel = 84", "off-band"),
+        ('"C1C1C1C102"', '"00ff00ff00"', "noisy-address"),
+    ],
+)
+def test_what_looks_odd_is_warned_of(run: Run, write: Write, old: str, new: str, code: str) -> None:
+    path = write(*OWN, (old, new))
+    assert code in codes(run, path)
+    result = run("display", "check", path)
+    assert result.code == 0
+    assert f"warning[{code}]" in result.out
+    assert "nothing looks odd" not in result.out
+    assert all(len(line) <= 80 for line in result.out.splitlines() if str(path) not in line)
+
+
+def test_no_weight_and_a_weak_motor_are_odd_only_where_they_matter(run: Run, write: Write) -> None:
+    light = ("mass_g_per_m = 47.0", "mass_g_per_m = 0.0")
+    assert codes(run, write(*OWN, light)) == ["no-weight"]
+    assert codes(run, write(*OWN, light, ("gravity = true ", "gravity = false "))) == []
+    weak = codes(run, write(*OWN, ("max_force_N = 9.0", "max_force_N = 4.0")))
+    assert weak == ["too-much"] or "weak-motor" in weak
+
+
+def test_what_motors_and_rod_stand_ends_where_a_state_needs_more() -> None:
+    from dataclasses import replace
+
+    display = read_display("single")
+    whole = held_lengths(display)
+    assert whole == Held(pytest.approx(0.50025), pytest.approx(0.9))
+    weak = replace(display, drive=replace(display.drive, max_moment=0.25))
+    held = held_lengths(weak)
+    assert held.longest is not None
+    assert (held.below, held.beyond) == ("", TOO_STIFF)
+    assert too_much(weak, held.longest) == ""
+    assert too_much(weak, held.longest + mm(0.5)) == TOO_STIFF
+    slack = replace(display, drive=replace(display.drive, max_force=4.0))
+    held = held_lengths(slack)
+    assert held.shortest is not None
+    assert (held.below, held.beyond) == (TOO_HARD, "")
+    assert too_much(slack, held.shortest) == ""
+    assert too_much(slack, held.shortest - mm(0.5)) == TOO_HARD
+    brittle = replace(display, rod=replace(display.rod, max_strain=0.0005))
+    held = held_lengths(brittle)
+    assert (held.shortest, held.longest, held.below) == (None, None, TOO_TIGHT)
+    assert "too-much" in [each.code for each in suspicions(brittle, held)]
+
+
+def test_the_status_range_is_that_of_the_frames() -> None:
+    from curveline.capability import STATUS_COUNTS
+
+    assert STATUS_COUNTS == POSITION_LIMIT
+
+
+def test_kernels_are_announced_before_they_are_compiled(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    from curveline.rod import _jit
+
+    monkeypatch.setattr(_jit, "FIRST_RUN", True)
+    show.announce_compilation.cache_clear()
+    assert "compiling" in run("display", "check", "single").err
