@@ -20,7 +20,7 @@ from curveline.records import Decoder
 from curveline.scene import Axis, Display
 from curveline.units import to_deg, to_mm
 
-FORMAT = 1
+FORMAT = 2
 MARKER = "curveline_plan"
 MAX_BYTES = 4_000_000
 MAX_DIAGNOSTICS = 100
@@ -93,7 +93,8 @@ class Step:
     """One barrier-to-barrier move of all nodes, and what the rod does during it.
 
     `states` lists the states the rod can be in after the step (one name per segment, alternatives joined by `|`);
-    `lowest_eigenvalue` is the smallest along the step, in units of EI/L^2; `margin` is what `margin_of` says.
+    `lowest_eigenvalue` is the smallest along the step, in units of EI/L^2; `margin` is what `margin_of` says; `corners`
+    counts the mixtures of uneven progress that were followed. `shape` names the shape that is complete after the step.
     """
 
     number: int
@@ -108,6 +109,8 @@ class Step:
     max_strain: float
     max_force_N: float
     max_moment_Nmm: float
+    corners: int = 0
+    shape: str = ""
 
 
 @dataclass(frozen=True)

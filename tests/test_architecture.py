@@ -17,7 +17,7 @@ LAYERS = (
     {"errors", "units"},
     {"files", "measured", "records", "scene", "toml_document", "toml_location", "workers"},
     {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
-    {"batch", "bench", "capability", "figures", "linkbench", "passage", "planning", "playback", "results", "simulation"}
+    {"batch", "bench", "capability", "figures", "linkbench", "planning", "playback", "results", "simulation"}
     | {"explanation", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"},
     {"cli"},
 )
@@ -38,7 +38,6 @@ ONLY_IN = {
         "rod",
         "bench",
         "figures",
-        "passage",
         "planning",
         "playback",
         "results",

@@ -1,0 +1,89 @@
+"""From a scene, or several, to the steps that reach it: each proven before a motor turns.
+
+layout    where a whole display stands; what a segment meets while its nodes are anywhere between two layouts
+demand    what the rod asks of the motors of a node
+proof     one segment in one step: followed in every mixture of uneven progress
+moves     one step of all segments, cut smaller where it is not safe
+feeding   the order in which nodes feed rod through a row of segments
+gates     funnels: where only the wanted state exists
+routes    ways on which a state is kept
+journey   from where a display stands into a shape
+targets   layouts in the numbers of motors
+advice    the nearest boundary condition that would work
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from curveline.errors import Infeasible, InvalidInput
+from curveline.plan import Plan
+from curveline.planning.goals import check_goal, check_home
+from curveline.planning.journey import goal_of, travel_home, travel_to
+from curveline.planning.layout import home, pose_of
+from curveline.planning.moves import Stage, Travel
+from curveline.planning.proof import Prover
+from curveline.planning.targets import Counts, layout_at
+from curveline.planning.writing import Ending, plan_of
+from curveline.scene import Display, Scene
+
+
+def make_plan(scene: Scene, start: Sequence[Counts] | None = None, shows: Sequence[str] = ()) -> Plan:
+    """The steps from `start` (encoder counts of every node; home if None) to the shape of `scene`.
+
+    `shows` names the state that every segment is known to be in, empty where it is not. Raises Infeasible with the
+    reason when no safe plan exists, InvalidInput for a scene that no motors can make.
+    """
+    return make_tour([scene], start, shows)
+
+
+def make_tour(scenes: Sequence[Scene], start: Sequence[Counts] | None = None, shows: Sequence[str] = ()) -> Plan:
+    """One plan through several shapes of one display, from one to the next without a detour where that is safe.
+
+    As `make_plan`, and InvalidInput if the shapes are not of one display.
+    """
+    display = scenes[0].display
+    for scene in scenes:
+        check_home(scene)
+        if scene.display.digest != display.digest or scene.display.node_count != display.node_count:
+            hint = "plan the shapes of each display for themselves"
+            raise InvalidInput(f"{scene.name} is for display {scene.display.name}, not {display.name}", hint)
+    prover = Prover(display)
+    travel = begin = _begin(prover, start, shows)
+    for scene in scenes:
+        check_goal(prover, scene)
+        try:
+            travel = travel_to(prover, travel, goal_of(scene))
+        except Infeasible as refusal:
+            raise _refusal(scene, refusal) from None
+    wanted = tuple(segment.state for segment in scenes[-1].segments)
+    return plan_of(prover, begin.stage.layout, travel.moves, Ending(tuple(scenes), display, wanted))
+
+
+def make_home_plan(display: Display, start: Sequence[Counts], shows: Sequence[str] = ()) -> Plan:
+    """The steps that bring a display from `start` home: nodes level and upright, the rod straight."""
+    prover = Prover(display)
+    begin = _begin(prover, start, shows)
+    travel = travel_home(prover, begin)
+    wanted = ("straight",) * (display.node_count - 1)
+    return plan_of(prover, begin.stage.layout, travel.moves, Ending((), display, wanted))
+
+
+def _begin(prover: Prover, start: Sequence[Counts] | None, shows: Sequence[str]) -> Travel:
+    """Where the display stands, and the states of its segments as far as they are known."""
+    display = prover.display
+    layout = home(display) if start is None else layout_at(prover.drive, start)
+    holds = []
+    for segment in layout.segments:
+        known = shows[segment] if segment < len(shows) else ""
+        states = prover.states(pose_of(display, layout, segment)) if known else []
+        found = next((state for state in states if state.name == known), None)
+        holds.append(prover.hold_of(found) if found is not None else None)
+    return Travel((), Stage(layout, tuple(holds)))
+
+
+def _refusal(scene: Scene, refusal: Infeasible) -> Infeasible:
+    """What a user reads when no way to a shape is safe."""
+    wanted = ", ".join(dict.fromkeys(segment.state for segment in scene.segments))
+    message = f"{scene.name}: no safe plan reaches the {wanted}: {refusal.message}"
+    return Infeasible(message, "change length or angles, or plan a shape between this one and the last")

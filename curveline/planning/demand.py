@@ -1,0 +1,105 @@
+"""What the rod asks of itself and of the motors of a node, as bounds over everything that may happen in a step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from curveline.rod.problem import Array
+from curveline.scene import Display
+from curveline.units import to_mm, to_nmm
+
+AXIAL, VERTICAL, MOMENT = range(3)
+LEFT, RIGHT = slice(0, 3), slice(3, 6)
+NAMES = (
+    "extruding takes {need:.1f} N, the motor gives {have:.1f} N",
+    "holding the height takes {need:.1f} N, the motor gives {have:.1f} N",
+    "biasing takes {need:.0f} N mm, the motor gives {have:.0f} N mm",
+)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """The least and the most, `low (6,)` and `high (6,)`, that the two nodes of a segment do to its rod.
+
+    For the left, then the right node: along the rod, upwards [N], about its pivot [N m]. `curvature` [1/m] is the
+    largest one away from the natural one.
+    """
+
+    low: Array = field(default_factory=lambda: np.full(6, math.inf))
+    high: Array = field(default_factory=lambda: np.full(6, -math.inf))
+    curvature: float = 0.0
+
+    def joined(self, other: Demand) -> Demand:
+        """Bounds on either."""
+        return Demand(
+            np.minimum(self.low, other.low), np.maximum(self.high, other.high), max(self.curvature, other.curvature)
+        )
+
+
+def demand_of(samples: Array) -> Demand:
+    """Bounds over the `samples (m, 9)` of a followed branch."""
+    if samples.shape[0] == 0:
+        return Demand()
+    return Demand(samples[:, 3:].min(axis=0), samples[:, 3:].max(axis=0), float(samples[:, 2].max()))
+
+
+@dataclass(frozen=True)
+class Load:
+    """The most that a step asks of any node, and of the rod."""
+
+    force: float = 0.0  # [N]
+    moment: float = 0.0  # [N m]
+    curvature: float = 0.0  # [1/m]
+
+    def share(self, display: Display) -> float:
+        """The largest share of what rod or motors can give."""
+        drive, rod = display.drive, display.rod
+        return max(self.curvature / rod.max_curvature, self.force / drive.max_force, self.moment / drive.max_moment)
+
+
+def load_of(demands: Iterable[Demand]) -> Load:
+    """What the segments of a display, left to right, ask together."""
+    demands = tuple(demands)
+    needs = node_needs(demands)
+    return Load(
+        float(np.max(needs[:, :MOMENT])), float(np.max(needs[:, MOMENT])), max(each.curvature for each in demands)
+    )
+
+
+def node_needs(demands: tuple[Demand, ...]) -> Array:
+    """The most that every node must give, (nodes, 3): along the rod, upwards [N], about its pivot [N m].
+
+    A node bears the ends of both its segments. They are bounded each for itself, since in uneven progress any of one
+    may meet any of the other.
+    """
+    needs = np.zeros((len(demands) + 1, 3))
+    low, high = np.zeros_like(needs), np.zeros_like(needs)
+    for segment, demand in enumerate(demands):
+        if np.all(np.isfinite(demand.low)):
+            low[segment] += demand.low[LEFT]
+            high[segment] += demand.high[LEFT]
+            low[segment + 1] += demand.low[RIGHT]
+            high[segment + 1] += demand.high[RIGHT]
+    return np.asarray(np.maximum(np.abs(low), np.abs(high)))
+
+
+def overload(display: Display, demands: tuple[Demand, ...]) -> str:
+    """What a step asks beyond what rod and motors can give; empty if nothing."""
+    rod, drive = display.rod, display.drive
+    for segment, demand in enumerate(demands, start=1):
+        if demand.curvature > rod.max_curvature:
+            return (
+                f"in segment {segment} the rod would bend to a radius of {to_mm(1.0 / demand.curvature):.0f} mm, "
+                f"its strain allows {to_mm(1.0 / rod.max_curvature):.0f} mm"
+            )
+    gives = (drive.max_force, drive.max_force, drive.max_moment)
+    for node, needs in enumerate(node_needs(demands), start=1):
+        for axis, (need, have) in enumerate(zip(needs, gives, strict=True)):
+            if need > have:
+                need, have = (to_nmm(need), to_nmm(have)) if axis == MOMENT else (need, have)
+                return f"at node {node} " + NAMES[axis].format(need=need, have=have)
+    return ""

@@ -1,0 +1,150 @@
+"""From where a display stands into a shape: directly where states are known and kept, else through a funnel.
+
+Paper, section V: extrude a little, bias to the wanted side, extrude to length, bias to the final angles, translate.
+The first two steps are chosen such that after them only the wanted state exists, so that it does not matter which way
+the rod buckled first, nor which shape the display showed before; from there the state is followed to the goal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from curveline.errors import Infeasible
+from curveline.planning.gates import Gate, gates_for, rounds_of
+from curveline.planning.layout import (
+    Layout,
+    angles_of,
+    centred,
+    heights_of,
+    home,
+    layout_of,
+    lengths_of,
+    posed,
+)
+from curveline.planning.moves import Stage, Travel, advance
+from curveline.planning.proof import Prover, Refused
+from curveline.planning.routes import RECIPE, Way, travel_along, ways
+from curveline.scene import Scene
+from curveline.units import deg, mm
+
+AT_HOME = mm(0.05)
+LEVEL_SLACK = deg(0.01)
+
+PARKED = 0.2
+"""Excess length, as a fraction of the span, with which segments wait in their states while others are in a funnel."""
+TRIES = 12
+FAILURES = 3
+"""Funnels, and funnels from which no way led on, after which the goal is given up: mostly it fails from all."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A shape as a layout and the wanted state of every segment."""
+
+    name: str
+    layout: Layout
+    wanted: tuple[str, ...]
+
+
+def goal_of(scene: Scene) -> Goal:
+    """What a scene asks for."""
+    return Goal(scene.name, layout_of(scene), tuple(segment.state for segment in scene.segments))
+
+
+def travel_to(prover: Prover, travel: Travel, goal: Goal) -> Travel:
+    """Go on to `goal`; Infeasible with the most telling reason where no way is safe."""
+    if all(hold is not None for hold in travel.stage.holds):
+        for way in _direct_ways(prover, travel.stage.layout, goal.layout):
+            try:
+                return _arrived(travel_along(prover, travel, way), goal)
+            except Infeasible:
+                continue
+    return _through_funnel(prover, travel, goal)
+
+
+def travel_home(prover: Prover, travel: Travel) -> Travel:
+    """Bring the display home, whatever its rod does on the way."""
+    return travel_along(prover, _to_neutral(prover, travel), (("extrude", home(prover.display)),))
+
+
+def _direct_ways(prover: Prover, here: Layout, there: Layout) -> Iterator[Way]:
+    """The ways that do not lead through a funnel, all at once first."""
+    yield (("move", there),)
+    yield tuple((action, there) for action in RECIPE)
+    yield from ways(prover, here, there)
+
+
+def _arrived(travel: Travel, goal: Goal) -> Travel:
+    """The same moves with the shape's name at the last; Refused if they end in other states than the wanted ones."""
+    last = travel.moves[-1]
+    for segment, (state, wanted) in enumerate(zip(last.states, goal.wanted, strict=True), start=1):
+        if state != wanted:
+            raise Refused(f"segment {segment}: the rod would end as the {state}, not the {wanted}", segment)
+    return replace(travel, moves=(*travel.moves[:-1], replace(last, shape=goal.name)))
+
+
+def _through_funnel(prover: Prover, travel: Travel, goal: Goal) -> Travel:
+    """Steps that do not depend on what the rod does now: level, neutral, then the recipe with its funnel."""
+    travel = _to_neutral(prover, travel)
+    refusals: list[Refused] = []
+    failures = 0
+    for gate in gates_for(prover, goal.wanted, refusals)[:TRIES]:
+        try:
+            inside = _into_states(prover, travel, goal, gate)
+        except Refused as refusal:
+            refusals.append(refusal)
+            continue
+        try:
+            return _out_to(prover, inside, goal)
+        except Refused as refusal:
+            refusals.append(refusal)
+            failures += 1
+            if failures == FAILURES:
+                break
+    if not refusals:
+        raise Infeasible("the display's limits leave no room for a funnel")
+    raise max(refusals, key=lambda refusal: refusal.step)
+
+
+def _to_neutral(prover: Prover, travel: Travel) -> Travel:
+    """Bring a display that is not at home to level, untilted nodes, in whatever state its rod may be."""
+    here = travel.stage.layout
+    free = Travel(travel.moves, Stage(here, (None,) * len(here.segments)))
+    level = (0.0,) * len(here.nodes)
+    if max(map(abs, heights_of(here))) > AT_HOME:
+        here = posed(here, angles_of(here), level)
+        free = advance(prover, free, here, "level")
+    if max(map(abs, angles_of(here))) > LEVEL_SLACK:
+        free = advance(prover, free, posed(here, level, level), "neutral")
+    return free
+
+
+def _into_states(prover: Prover, travel: Travel, goal: Goal, gate: Gate) -> Travel:
+    """From level, untilted nodes into all wanted states, round by round."""
+    display = prover.display
+    final = lengths_of(display, goal.layout)
+    lengths = [gate.length] * len(final)
+    for members in rounds_of(len(final)):
+        here = travel.stage.layout
+        travel = travel_along(prover, travel, (("extrude", centred(display, here.nodes, lengths)),))
+        angles = gate.angles(goal.wanted, members, angles_of(here))
+        funnels = {segment: goal.wanted[segment] for segment in members}
+        biased = posed(travel.stage.layout, angles, heights_of(here))
+        travel = advance(prover, travel, biased, "bias", funnels)
+        for segment in members:
+            lengths[segment] = max((1.0 + PARKED) * display.span, final[segment])
+    return travel
+
+
+def _out_to(prover: Prover, inside: Travel, goal: Goal) -> Travel:
+    """From the funnel to the goal: the recipe, or whatever else keeps the states."""
+    recipe = tuple((action, goal.layout) for action in RECIPE)
+    first: Refused | None = None
+    for way in (recipe, *ways(prover, inside.stage.layout, goal.layout)):
+        try:
+            return _arrived(travel_along(prover, inside, way), goal)
+        except Refused as refusal:
+            first = first or refusal
+    assert first is not None
+    raise first

@@ -1,0 +1,138 @@
+"""Where a whole display stands: the pose of every node, and how much rod each of them has fed.
+
+One rod runs through all nodes, so lengths and feeds are one linear budget: what a node feeds to the right leaves the
+segment on its left, or the tail, and arrives in the one on its right. Between two layouts every axis of every node may
+be anywhere on its way, whatever the others do; what a segment can then meet is a box of poses.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from curveline.rod.problem import Pose
+from curveline.scene import Display, Node, Scene
+from curveline.units import to_deg, to_mm
+
+DIGITS = 9
+SAME = 1e-9
+"""Lengths [m] and angles [rad] that differ by less are the same."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """All nodes, left to right, and how much rod each has fed to the right since home [m]."""
+
+    nodes: tuple[Node, ...]
+    feeds: tuple[float, ...]
+
+    @property
+    def segments(self) -> range:
+        """Numbers of the segments, from 0."""
+        return range(len(self.nodes) - 1)
+
+
+@dataclass(frozen=True)
+class Box:
+    """The poses between `low` and `high`, each number for itself."""
+
+    low: Pose
+    high: Pose
+
+    def corners(self) -> Iterator[Pose]:
+        """Every mixture of the extremes; one for a box without extent."""
+        sides = [(low,) if high - low < SAME else (low, high) for low, high in zip(self.low, self.high, strict=True)]
+        yield from itertools.starmap(Pose, itertools.product(*sides))
+
+
+def home(display: Display) -> Layout:
+    """Nodes level and upright, the rod straight."""
+    return Layout((Node(0.0, 0.0),) * display.node_count, (0.0,) * display.node_count)
+
+
+def centred(display: Display, nodes: Sequence[Node], lengths: Sequence[float]) -> Layout:
+    """Nodes with `lengths` [m] of rod between them and equal tails at both ends."""
+    feeds = [0.5 * (math.fsum(lengths) - display.span * len(lengths))]
+    for length in lengths:
+        feeds.append(feeds[-1] - (length - display.span))
+    return Layout(tuple(nodes), tuple(feeds))
+
+
+def layout_of(scene: Scene) -> Layout:
+    """Where a display shows `scene`, with equal tails."""
+    return centred(scene.display, scene.nodes, [segment.length for segment in scene.segments])
+
+
+def lengths_of(display: Display, layout: Layout) -> tuple[float, ...]:
+    """Rod between the pivots of every segment [m]."""
+    return tuple(display.span + left - right for left, right in itertools.pairwise(layout.feeds))
+
+
+def tails_of(display: Display, layout: Layout) -> tuple[float, float]:
+    """Rod beyond the first and the last node [m], of one that lies centred at home."""
+    spare = 0.5 * (display.rod.total_length - display.span * len(layout.segments))
+    return spare - layout.feeds[0], spare + layout.feeds[-1]
+
+
+def pose_of(display: Display, layout: Layout, segment: int) -> Pose:
+    """What the two nodes of a segment impose on its rod."""
+    left, right = layout.nodes[segment : segment + 2]
+    length = display.span + layout.feeds[segment] - layout.feeds[segment + 1]
+    return _rounded(display.span, right.height - left.height, left.angle, right.angle, length)
+
+
+def box_of(display: Display, before: Layout, after: Layout, segment: int) -> Box:
+    """Every pose that a segment can meet on the way from one layout to another."""
+    (one, two), (other, another) = before.nodes[segment : segment + 2], after.nodes[segment : segment + 2]
+    lows = min(one.height, other.height), min(two.height, another.height)
+    highs = max(one.height, other.height), max(two.height, another.height)
+    fed = before.feeds[segment], after.feeds[segment]
+    taken = before.feeds[segment + 1], after.feeds[segment + 1]
+    span = display.span
+    angles = (one.angle, other.angle), (two.angle, another.angle)
+    return Box(
+        _rounded(span, lows[1] - highs[0], min(angles[0]), min(angles[1]), span + min(fed) - max(taken)),
+        _rounded(span, highs[1] - lows[0], max(angles[0]), max(angles[1]), span + max(fed) - min(taken)),
+    )
+
+
+def _rounded(*numbers: float) -> Pose:
+    """A pose to the nanometre, so that one met again is known again; adding 0 makes a negative zero a plain one."""
+    return Pose(*(round(number, DIGITS) + 0.0 for number in numbers))
+
+
+def between(before: Layout, after: Layout, fraction: float) -> Layout:
+    """The layout on the straight way between two others."""
+
+    def blend(first: float, second: float) -> float:
+        return first + fraction * (second - first)
+
+    nodes = tuple(
+        Node(blend(a.height, b.height), blend(a.angle, b.angle)) for a, b in zip(before.nodes, after.nodes, strict=True)
+    )
+    return Layout(nodes, tuple(blend(a, b) for a, b in zip(before.feeds, after.feeds, strict=True)))
+
+
+def posed(layout: Layout, angles: Sequence[float], heights: Sequence[float]) -> Layout:
+    """The same feeds with other angles [rad] and heights [m]."""
+    return Layout(tuple(itertools.starmap(Node, zip(heights, angles, strict=True))), layout.feeds)
+
+
+def angles_of(layout: Layout) -> tuple[float, ...]:
+    """Angle of every node [rad]."""
+    return tuple(node.angle for node in layout.nodes)
+
+
+def heights_of(layout: Layout) -> tuple[float, ...]:
+    """Height of every node [m]."""
+    return tuple(node.height for node in layout.nodes)
+
+
+def describe(pose: Pose) -> str:
+    """A pose in words, for a refusal."""
+    return (
+        f"length {to_mm(pose.length):.1f} mm, angles {to_deg(pose.start):.1f} and {to_deg(pose.end):.1f} deg, "
+        f"right node {to_mm(pose.y):.1f} mm above the left"
+    )

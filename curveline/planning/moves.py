@@ -1,0 +1,132 @@
+"""Steps of a whole display: every segment proven, every node within what its motors give; what fails is cut smaller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from curveline.plan import MAX_STEP_SECONDS
+from curveline.planning.demand import Load, load_of, overload
+from curveline.planning.layout import Layout, between, box_of, pose_of, tails_of
+from curveline.planning.proof import Hold, Passed, Prover, Refused
+from curveline.planning.targets import seconds_between
+from curveline.scene import Display
+from curveline.units import to_deg, to_mm
+
+HALVINGS = 4
+"""A step may be cut into 2^4 parts."""
+SLACK = 1e-9
+
+Funnels = Mapping[int, str]
+"""Segments, from 0, that a step takes from any state to a wanted one."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Where a display stands and the state of every segment, None where it can be in any."""
+
+    layout: Layout
+    holds: tuple[Hold | None, ...]
+
+
+@dataclass(frozen=True)
+class Move:
+    """A proven step before it is put in numbers for motors: what it is called, where it ends, what was found."""
+
+    action: str
+    end: Layout
+    states: tuple[str, ...]
+    lowest_eigenvalue: float
+    margin: float
+    margin_of: str
+    load: Load
+    corners: int
+    shape: str = ""
+
+
+@dataclass(frozen=True)
+class Travel:
+    """Moves so far, and where they end."""
+
+    moves: tuple[Move, ...]
+    stage: Stage
+
+
+def advance(prover: Prover, travel: Travel, goal: Layout, action: str, funnels: Funnels | None = None) -> Travel:
+    """Go on to `goal` in one step, or in as many as make it safe; Infeasible, with the step's number, if none do."""
+    try:
+        return _advance(prover, travel, (goal, action, funnels or {}), HALVINGS)
+    except Refused as refusal:
+        step = len(travel.moves) + 1
+        raise Refused(f"step {step} ({action}): {refusal.message}", refusal.segment, step=step) from None
+
+
+def _advance(prover: Prover, travel: Travel, target: tuple[Layout, str, Funnels], halvings: int) -> Travel:
+    goal, action, _ = target
+    try:
+        return _step(prover, travel, target)
+    except Refused as refusal:
+        if refusal.is_hopeless or halvings == 0:
+            raise
+    middle = between(travel.stage.layout, goal, 0.5)
+    half = _advance(prover, travel, (middle, action, {}), halvings - 1)
+    return _advance(prover, half, target, halvings - 1)
+
+
+def _step(prover: Prover, travel: Travel, target: tuple[Layout, str, Funnels]) -> Travel:
+    """Prove a single step."""
+    goal, action, funnels = target
+    display, stage = prover.display, travel.stage
+    _check_limits(display, goal)
+    if seconds_between(prover.drive, stage.layout, goal) > MAX_STEP_SECONDS:
+        raise Refused(f"the step would take longer than {MAX_STEP_SECONDS:.0f} s")
+    passed = [_pass(prover, stage, goal, (segment, funnels.get(segment, ""))) for segment in goal.segments]
+    demands = tuple(each.demand for each in passed)
+    reason = overload(display, demands)
+    if reason:
+        raise Refused(reason)
+    worst = min(passed, key=lambda each: (each.hold is None, each.margin))
+    move = Move(
+        action=action,
+        end=goal,
+        states=tuple(each.names for each in passed),
+        lowest_eigenvalue=min((each.lowest for each in passed if each.hold is not None), default=worst.lowest),
+        margin=worst.margin,
+        margin_of=worst.margin_of,
+        load=load_of(demands),
+        corners=sum(each.corners for each in passed),
+    )
+    return Travel((*travel.moves, move), Stage(goal, tuple(each.hold for each in passed)))
+
+
+def _pass(prover: Prover, stage: Stage, goal: Layout, which: tuple[int, str]) -> Passed:
+    """What comes of one segment; a Refused says which one."""
+    segment, wanted = which
+    display, hold = prover.display, stage.holds[segment]
+    before, after = pose_of(display, stage.layout, segment), pose_of(display, goal, segment)
+    box = box_of(display, stage.layout, goal, segment)
+    try:
+        if wanted:
+            return prover.funnel(before, after, box, wanted)
+        if hold is None:
+            return prover.allow(before, after, box)
+        passed = prover.keep(before, after, box, hold)
+        assert passed.hold is not None
+        return replace(passed, names=prover.name_of(after, passed.hold))
+    except Refused as refusal:
+        text = f"segment {segment + 1}: {refusal.message}"
+        raise Refused(text, segment + 1, is_hopeless=refusal.is_hopeless) from None
+
+
+def _check_limits(display: Display, layout: Layout) -> None:
+    """Refused unless all nodes are within the display's limits and rod is left at both ends."""
+    limits = display.limits
+    for number, node in enumerate(layout.nodes, start=1):
+        if not limits.angle.contains(node.angle, SLACK):
+            raise Refused(f"node {number}: {to_deg(node.angle):.1f} deg is beyond the limits", is_hopeless=True)
+        if not limits.height.contains(node.height, SLACK):
+            raise Refused(f"node {number}: {to_mm(node.height):.1f} mm is beyond the limits", is_hopeless=True)
+    for side, tail in zip(("left", "right"), tails_of(display, layout), strict=True):
+        if tail < -SLACK:
+            text = f"the rod is too short: its {side} tail would be {to_mm(-tail):.0f} mm inside the last node"
+            raise Refused(text, is_hopeless=True)

@@ -1,0 +1,150 @@
+"""Ways from where a rod's states are known to a shape: in which order, by way of what, in how many steps.
+
+The first is the paper's (section V): extrude, bias, translate. Where that loses the state, other orders are tried, then
+steps that bias and translate at once, then ways on which there is more rod between the nodes than in the end: the less
+straight a rod is, the larger the angles that its states survive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from curveline.errors import Infeasible
+from curveline.planning.feeding import CLOSE, Room, schedule
+from curveline.planning.layout import SAME, Layout, angles_of, centred, heights_of, lengths_of, posed
+from curveline.planning.moves import Travel, advance
+from curveline.planning.proof import Prover
+
+RECIPE = ("extrude", "bias", "translate")
+ORDERS = (
+    ("extrude", "translate", "bias"),
+    ("bias", "extrude", "translate"),
+    ("translate", "extrude", "bias"),
+    ("bias", "translate", "extrude"),
+    ("translate", "bias", "extrude"),
+    ("extrude", "swing"),
+    ("swing", "extrude"),
+    ("move",),
+)
+OVERFED = (("bias", "translate"), ("translate", "bias"), ("swing",))
+EXTRA = (0.04, 0.1, 0.2)
+"""Rod beyond what the shape takes, as a fraction of the span, that the last ways have in between."""
+GIVES = (0.25, 0.1, 0.04, 0.015)
+"""By how much, as a fraction of the span, a segment may grow while rod is fed through it to the next."""
+
+Way = tuple[tuple[str, Layout], ...]
+"""Actions, each with the layout whose share of it is reached."""
+
+
+def _extrude(prover: Prover, travel: Travel, goal: Layout) -> Travel:
+    """Feed rod to where `goal` has it; one step even if nothing moves."""
+    stage = travel.stage
+    for give in GIVES[:-1]:
+        try:
+            return _feed(prover, travel, goal, _room(prover, stage.layout, goal, give))
+        except Infeasible:
+            if len(stage.holds) == 1:
+                break
+    return _feed(prover, travel, goal, _room(prover, stage.layout, goal, GIVES[-1]))
+
+
+def _feed(prover: Prover, travel: Travel, goal: Layout, room: Room) -> Travel:
+    """Feed within `room`, in as many steps as the rod's way through the segments takes."""
+    layout = travel.stage.layout
+    for feeds in list(schedule(prover.display.span, layout.feeds, goal.feeds, room)) or [goal.feeds]:
+        travel = advance(prover, travel, Layout(layout.nodes, feeds), "extrude")
+    return travel
+
+
+def _room(prover: Prover, layout: Layout, goal: Layout, give: float) -> Room:
+    """How short and how long segments may get on the way: not shorter than at its ends, but longer by `give`."""
+    display = prover.display
+    longest = display.limits.length.high
+    pairs = list(zip(lengths_of(display, layout), lengths_of(display, goal), strict=True))
+    return Room(
+        tuple(min(pair) for pair in pairs),
+        tuple(max(*pair, min(max(pair) + give * display.span, longest)) for pair in pairs),
+    )
+
+
+def _bias(prover: Prover, travel: Travel, goal: Layout) -> Travel:
+    here = travel.stage.layout
+    return advance(prover, travel, posed(here, angles_of(goal), heights_of(here)), "bias")
+
+
+def _translate(prover: Prover, travel: Travel, goal: Layout) -> Travel:
+    here = travel.stage.layout
+    return advance(prover, travel, posed(here, angles_of(here), heights_of(goal)), "translate")
+
+
+def _swing(prover: Prover, travel: Travel, goal: Layout) -> Travel:
+    here = travel.stage.layout
+    return advance(prover, travel, posed(here, angles_of(goal), heights_of(goal)), "swing")
+
+
+def _move(prover: Prover, travel: Travel, goal: Layout) -> Travel:
+    return advance(prover, travel, goal, "move")
+
+
+LEGS: Mapping[str, Callable[[Prover, Travel, Layout], Travel]] = {
+    "extrude": _extrude,
+    "bias": _bias,
+    "translate": _translate,
+    "swing": _swing,
+    "move": _move,
+}
+"""What a leg is called -> how it is gone: `swing` biases and translates at once, `move` does everything at once."""
+
+
+def travel_along(prover: Prover, travel: Travel, way: Way) -> Travel:
+    """Go on along `way`, leg by leg; Infeasible where a step is refused."""
+    for action, goal in way:
+        travel = LEGS[action](prover, travel, goal)
+    return travel
+
+
+def ways(prover: Prover, layout: Layout, goal: Layout) -> Iterator[Way]:
+    """Ways worth trying other than the recipe, the plainest first; legs that change nothing are left out."""
+    for order in ORDERS:
+        yield _needed(layout, tuple((action, goal) for action in order))
+    for extra in EXTRA:
+        fed = overfed(prover, layout, goal, extra)
+        for order in OVERFED:
+            legs = (("extrude", fed), *((action, goal) for action in order), ("extrude", goal))
+            yield _needed(layout, legs)
+
+
+def overfed(prover: Prover, layout: Layout, goal: Layout, extra: float) -> Layout:
+    """A layout with more rod in every segment than either of two others, by a fraction of the span."""
+    display = prover.display
+    longer = [
+        min(max(pair) + extra * display.span, display.limits.length.high)
+        for pair in zip(lengths_of(display, layout), lengths_of(display, goal), strict=True)
+    ]
+    return centred(display, goal.nodes, longer)
+
+
+def _needed(layout: Layout, way: Way) -> Way:
+    """A way without the legs in which nothing would move; the last one stays if none is needed."""
+    kept = []
+    for action, goal in way:
+        changes = {
+            "extrude": _differ(layout.feeds, goal.feeds, CLOSE),
+            "bias": _differ(angles_of(layout), angles_of(goal), SAME),
+            "translate": _differ(heights_of(layout), heights_of(goal), SAME),
+        }
+        if changes.get(action, True):
+            kept.append((action, goal))
+            layout = _after(layout, action, goal)
+    return tuple(kept) or way[-1:]
+
+
+def _after(layout: Layout, action: str, goal: Layout) -> Layout:
+    feeds = goal.feeds if action in ("extrude", "move") else layout.feeds
+    angles = angles_of(goal if action in ("bias", "swing", "move") else layout)
+    heights = heights_of(goal if action in ("translate", "swing", "move") else layout)
+    return posed(Layout(layout.nodes, feeds), angles, heights)
+
+
+def _differ(first: tuple[float, ...], second: tuple[float, ...], slack: float) -> bool:
+    return any(abs(one - other) > slack for one, other in zip(first, second, strict=True))

@@ -1,0 +1,40 @@
+"""Layouts in the numbers of motors, and back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from curveline.plan import DriveTable, NodeTarget
+from curveline.planning.layout import Layout
+from curveline.scene import Node
+from curveline.units import deg, mm, to_deg, to_mm
+
+Counts = tuple[int, int, int]
+
+
+def layout_at(drive: DriveTable, counts: Sequence[Counts]) -> Layout:
+    """Where a display stands, from its encoder counts."""
+    feed, bias, lift = drive.axes
+    nodes = tuple(Node(mm(lift.value(node[2])), deg(bias.value(node[1]))) for node in counts)
+    return Layout(nodes, tuple(mm(feed.value(node[0])) for node in counts))
+
+
+def targets_of(drive: DriveTable, layout: Layout) -> tuple[NodeTarget, ...]:
+    """Where every node goes, in mm, degrees and counts."""
+    targets = []
+    for node, feed in zip(layout.nodes, layout.feeds, strict=True):
+        # Adding 0 makes a negative zero a plain one.
+        values = (to_mm(feed) + 0.0, to_deg(node.angle) + 0.0, to_mm(node.height) + 0.0)
+        counts = tuple(axis.counts(value) for axis, value in zip(drive.axes, values, strict=True))
+        targets.append(NodeTarget(*values, counts=(counts[0], counts[1], counts[2])))
+    return tuple(targets)
+
+
+def seconds_between(drive: DriveTable, before: Layout, after: Layout) -> float:
+    """Time of a step, to the millisecond: all axes of all nodes take as long as the slowest of them."""
+    slowest = 0.0
+    for old, new in zip(targets_of(drive, before), targets_of(drive, after), strict=True):
+        ways = (new.extrude_mm - old.extrude_mm, new.bias_deg - old.bias_deg, new.translate_mm - old.translate_mm)
+        slowest = max(slowest, *(axis.seconds(way) for axis, way in zip(drive.axes, ways, strict=True)))
+    return math.ceil(1e3 * slowest) / 1e3

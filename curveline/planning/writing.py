@@ -1,0 +1,80 @@
+"""Proven moves as a plan: in mm, degrees, seconds and encoder counts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from curveline import __version__
+from curveline.plan import Plan, Step
+from curveline.planning.layout import Layout, lengths_of
+from curveline.planning.moves import Move
+from curveline.planning.proof import Prover
+from curveline.planning.targets import seconds_between, targets_of
+from curveline.scene import Display, Scene
+from curveline.units import to_mm, to_nmm
+
+
+@dataclass(frozen=True)
+class Ending:
+    """What a plan is for: the shapes it goes through (none for home), the display, the states it ends in."""
+
+    scenes: tuple[Scene, ...]
+    display: Display
+    wanted: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """The names of all shapes."""
+        return ", ".join(scene.name for scene in self.scenes) or "home"
+
+
+def plan_of(prover: Prover, begin: Layout, moves: Sequence[Move], ending: Ending) -> Plan:
+    """Put proven moves from `begin` on in numbers for the motors."""
+    display, before = prover.display, begin
+    steps: list[Step] = []
+    for number, move in enumerate(moves, start=1):
+        steps.append(_step(prover, number, before, move))
+        before = move.end
+    return Plan(
+        name=ending.name,
+        drive=prover.drive,
+        start=targets_of(prover.drive, begin),
+        steps=tuple(steps),
+        wanted=ending.wanted,
+        lengths_mm=tuple(map(to_mm, lengths_of(display, before))),
+        provenance=_provenance(ending),
+    )
+
+
+def _step(prover: Prover, number: int, before: Layout, move: Move) -> Step:
+    """One step in the units of the plan file."""
+    display, load = prover.display, move.load
+    return Step(
+        number=number,
+        action=move.action,
+        seconds=seconds_between(prover.drive, before, move.end),
+        targets=targets_of(prover.drive, move.end),
+        lengths_mm=tuple(map(to_mm, lengths_of(display, move.end))),
+        states=move.states,
+        lowest_eigenvalue=move.lowest_eigenvalue,
+        margin=move.margin,
+        margin_of=move.margin_of,
+        max_strain=load.curvature * display.rod.thickness / 2.0,
+        max_force_N=load.force,
+        max_moment_Nmm=to_nmm(load.moment),
+        corners=move.corners,
+        shape=move.shape,
+    )
+
+
+def _provenance(ending: Ending) -> dict[str, str]:
+    """Where the plan comes from."""
+    display = ending.display
+    return {
+        "curveline": __version__,
+        "shape": ", ".join(scene.path for scene in ending.scenes),
+        "shape_sha256": ", ".join(scene.digest for scene in ending.scenes),
+        "display": display.path or display.name,
+        "display_sha256": display.digest,
+    }
