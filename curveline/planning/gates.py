@@ -30,6 +30,7 @@ IN_A_ROW = (0.0, -1.0)
 
 
 JUST_BEFORE = 0.98
+NEARLY = 0.75
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,11 @@ def rounds_of(count: int) -> tuple[range, ...]:
 
 
 def gates_for(prover: Prover, wanted: tuple[str, ...], refusals: list[Refused]) -> list[Gate]:
-    """Funnels into all `wanted` states, the one with most headroom first; why others do not do goes to `refusals`."""
+    """Funnels into all `wanted` states, the best first; why others do not do goes to `refusals`.
+
+    The best has most headroom. In a row, where neighbours feel the bias, too, and wait with the more rod the larger it
+    is, it is the smallest bias that has nearly as much.
+    """
     shares = LONE if len(wanted) == 1 else IN_A_ROW
     gates = []
     for biases, length in _candidates(prover, shares):
@@ -64,7 +69,11 @@ def gates_for(prover: Prover, wanted: tuple[str, ...], refusals: list[Refused]) 
             refusals.append(Refused(f"step 2 (bias): {refusal.message}", step=2))
         else:
             gates.append(Gate(biases, length, headroom))
-    return sorted(gates, key=lambda gate: -gate.headroom)
+    gates.sort(key=lambda gate: -gate.headroom)
+    if len(wanted) > 1:
+        enough = NEARLY * gates[0].headroom if gates else 0.0
+        gates.sort(key=lambda gate: (gate.headroom < enough, abs(gate.biases[1]), -gate.headroom))
+    return gates
 
 
 def _candidates(prover: Prover, shares: tuple[float, float]) -> Iterator[tuple[tuple[float, float], float]]:

@@ -22,7 +22,7 @@ from curveline.planning.layout import (
     lengths_of,
     posed,
 )
-from curveline.planning.moves import Stage, Travel, advance
+from curveline.planning.moves import Leg, Stage, Travel, advance
 from curveline.planning.proof import Prover, Refused
 from curveline.planning.routes import RECIPE, Way, travel_along, ways
 from curveline.scene import Scene
@@ -31,7 +31,7 @@ from curveline.units import deg, mm
 AT_HOME = mm(0.05)
 LEVEL_SLACK = deg(0.01)
 
-PARKED = 0.2
+PARKED = 0.12
 """Excess length, as a fraction of the span, with which segments wait in their states while others are in a funnel."""
 TRIES = 12
 FAILURES = 3
@@ -114,9 +114,9 @@ def _to_neutral(prover: Prover, travel: Travel) -> Travel:
     level = (0.0,) * len(here.nodes)
     if max(map(abs, heights_of(here))) > AT_HOME:
         here = posed(here, angles_of(here), level)
-        free = advance(prover, free, here, "level")
+        free = advance(prover, free, Leg("level", here))
     if max(map(abs, angles_of(here))) > LEVEL_SLACK:
-        free = advance(prover, free, posed(here, level, level), "neutral")
+        free = advance(prover, free, Leg("neutral", posed(here, level, level)))
     return free
 
 
@@ -131,7 +131,7 @@ def _into_states(prover: Prover, travel: Travel, goal: Goal, gate: Gate) -> Trav
         angles = gate.angles(goal.wanted, members, angles_of(here))
         funnels = {segment: goal.wanted[segment] for segment in members}
         biased = posed(travel.stage.layout, angles, heights_of(here))
-        travel = advance(prover, travel, biased, "bias", funnels)
+        travel = advance(prover, travel, Leg("bias", biased, funnels))
         for segment in members:
             lengths[segment] = max((1.0 + PARKED) * display.span, final[segment])
     return travel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from curveline.plan import MAX_STEP_SECONDS
 from curveline.planning.demand import Load, load_of, overload
@@ -16,9 +16,6 @@ from curveline.units import to_deg, to_mm
 HALVINGS = 4
 """A step may be cut into 2^4 parts."""
 SLACK = 1e-9
-
-Funnels = Mapping[int, str]
-"""Segments, from 0, that a step takes from any state to a wanted one."""
 
 
 @dataclass(frozen=True)
@@ -52,42 +49,51 @@ class Travel:
     stage: Stage
 
 
-def advance(prover: Prover, travel: Travel, goal: Layout, action: str, funnels: Funnels | None = None) -> Travel:
-    """Go on to `goal` in one step, or in as many as make it safe; Infeasible, with the step's number, if none do."""
+@dataclass(frozen=True)
+class Leg:
+    """Where to go next and what that is called; `funnels` names the wanted states of segments, from 0, that it takes
+    from any state to that one; `halvings` is how often it may be cut in two."""
+
+    action: str
+    goal: Layout
+    funnels: Mapping[int, str] = field(default_factory=dict)
+    halvings: int = HALVINGS
+
+
+def advance(prover: Prover, travel: Travel, leg: Leg) -> Travel:
+    """Go on to a goal in one step, or in as many as make it safe; Refused, with the step's number, if none do."""
     try:
-        return _advance(prover, travel, (goal, action, funnels or {}), HALVINGS)
+        return _advance(prover, travel, leg)
     except Refused as refusal:
         step = len(travel.moves) + 1
-        raise Refused(f"step {step} ({action}): {refusal.message}", refusal.segment, step=step) from None
+        raise Refused(f"step {step} ({leg.action}): {refusal.message}", refusal.segment, step=step) from None
 
 
-def _advance(prover: Prover, travel: Travel, target: tuple[Layout, str, Funnels], halvings: int) -> Travel:
-    goal, action, _ = target
+def _advance(prover: Prover, travel: Travel, leg: Leg) -> Travel:
     try:
-        return _step(prover, travel, target)
+        return _step(prover, travel, leg)
     except Refused as refusal:
-        if refusal.is_hopeless or halvings == 0:
+        if refusal.is_hopeless or leg.halvings == 0:
             raise
-    middle = between(travel.stage.layout, goal, 0.5)
-    half = _advance(prover, travel, (middle, action, {}), halvings - 1)
-    return _advance(prover, half, target, halvings - 1)
+    middle = between(travel.stage.layout, leg.goal, 0.5)
+    half = _advance(prover, travel, Leg(leg.action, middle, halvings=leg.halvings - 1))
+    return _advance(prover, half, replace(leg, halvings=leg.halvings - 1))
 
 
-def _step(prover: Prover, travel: Travel, target: tuple[Layout, str, Funnels]) -> Travel:
+def _step(prover: Prover, travel: Travel, leg: Leg) -> Travel:
     """Prove a single step."""
-    goal, action, funnels = target
-    display, stage = prover.display, travel.stage
+    display, stage, goal = prover.display, travel.stage, leg.goal
     _check_limits(display, goal)
     if seconds_between(prover.drive, stage.layout, goal) > MAX_STEP_SECONDS:
         raise Refused(f"the step would take longer than {MAX_STEP_SECONDS:.0f} s")
-    passed = [_pass(prover, stage, goal, (segment, funnels.get(segment, ""))) for segment in goal.segments]
+    passed = [_pass(prover, stage, goal, (segment, leg.funnels.get(segment, ""))) for segment in goal.segments]
     demands = tuple(each.demand for each in passed)
     reason = overload(display, demands)
     if reason:
         raise Refused(reason)
     worst = min(passed, key=lambda each: (each.hold is None, each.margin))
     move = Move(
-        action=action,
+        action=leg.action,
         end=goal,
         states=tuple(each.names for each in passed),
         lowest_eigenvalue=min((each.lowest for each in passed if each.hold is not None), default=worst.lowest),

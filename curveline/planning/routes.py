@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 
-from curveline.errors import Infeasible
 from curveline.planning.feeding import CLOSE, Room, schedule
 from curveline.planning.layout import SAME, Layout, angles_of, centred, heights_of, lengths_of, posed
-from curveline.planning.moves import Travel, advance
-from curveline.planning.proof import Prover
+from curveline.planning.moves import HALVINGS, Leg, Travel, advance
+from curveline.planning.proof import Prover, Refused
 
 RECIPE = ("extrude", "bias", "translate")
 ORDERS = (
@@ -29,7 +28,7 @@ ORDERS = (
 OVERFED = (("bias", "translate"), ("translate", "bias"), ("swing",))
 EXTRA = (0.04, 0.1, 0.2)
 """Rod beyond what the shape takes, as a fraction of the span, that the last ways have in between."""
-GIVES = (0.25, 0.1, 0.04, 0.015)
+GIVES = (0.16, 0.1, 0.06, 0.03)
 """By how much, as a fraction of the span, a segment may grow while rod is fed through it to the next."""
 
 Way = tuple[tuple[str, Layout], ...]
@@ -37,22 +36,26 @@ Way = tuple[tuple[str, Layout], ...]
 
 
 def _extrude(prover: Prover, travel: Travel, goal: Layout) -> Travel:
-    """Feed rod to where `goal` has it; one step even if nothing moves."""
-    stage = travel.stage
-    for give in GIVES[:-1]:
+    """Feed rod to where `goal` has it; one step even if nothing moves.
+
+    In a row, in even waves if any do: where steps must be cut smaller, no segment meets a length twice, and each is
+    proven anew.
+    """
+    for give in GIVES if len(travel.stage.holds) > 1 else ():
         try:
-            return _feed(prover, travel, goal, _room(prover, stage.layout, goal, give))
-        except Infeasible:
-            if len(stage.holds) == 1:
-                break
-    return _feed(prover, travel, goal, _room(prover, stage.layout, goal, GIVES[-1]))
+            return _feed(prover, travel, goal, (give, 0))
+        except Refused:
+            continue
+    return _feed(prover, travel, goal, (GIVES[-1], HALVINGS))
 
 
-def _feed(prover: Prover, travel: Travel, goal: Layout, room: Room) -> Travel:
-    """Feed within `room`, in as many steps as the rod's way through the segments takes."""
+def _feed(prover: Prover, travel: Travel, goal: Layout, care: tuple[float, int]) -> Travel:
+    """Feed rod with segments that may grow by a fraction of the span, in steps that may be halved so many times."""
+    give, halvings = care
     layout = travel.stage.layout
+    room = _room(prover, layout, goal, give)
     for feeds in list(schedule(prover.display.span, layout.feeds, goal.feeds, room)) or [goal.feeds]:
-        travel = advance(prover, travel, Layout(layout.nodes, feeds), "extrude")
+        travel = advance(prover, travel, Leg("extrude", Layout(layout.nodes, feeds), halvings=halvings))
     return travel
 
 
@@ -69,21 +72,21 @@ def _room(prover: Prover, layout: Layout, goal: Layout, give: float) -> Room:
 
 def _bias(prover: Prover, travel: Travel, goal: Layout) -> Travel:
     here = travel.stage.layout
-    return advance(prover, travel, posed(here, angles_of(goal), heights_of(here)), "bias")
+    return advance(prover, travel, Leg("bias", posed(here, angles_of(goal), heights_of(here))))
 
 
 def _translate(prover: Prover, travel: Travel, goal: Layout) -> Travel:
     here = travel.stage.layout
-    return advance(prover, travel, posed(here, angles_of(here), heights_of(goal)), "translate")
+    return advance(prover, travel, Leg("translate", posed(here, angles_of(here), heights_of(goal))))
 
 
 def _swing(prover: Prover, travel: Travel, goal: Layout) -> Travel:
     here = travel.stage.layout
-    return advance(prover, travel, posed(here, angles_of(goal), heights_of(goal)), "swing")
+    return advance(prover, travel, Leg("swing", posed(here, angles_of(goal), heights_of(goal))))
 
 
 def _move(prover: Prover, travel: Travel, goal: Layout) -> Travel:
-    return advance(prover, travel, goal, "move")
+    return advance(prover, travel, Leg("move", goal))
 
 
 LEGS: Mapping[str, Callable[[Prover, Travel, Layout], Travel]] = {

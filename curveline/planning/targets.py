@@ -33,8 +33,13 @@ def targets_of(drive: DriveTable, layout: Layout) -> tuple[NodeTarget, ...]:
 
 def seconds_between(drive: DriveTable, before: Layout, after: Layout) -> float:
     """Time of a step, to the millisecond: all axes of all nodes take as long as the slowest of them."""
-    slowest = 0.0
-    for old, new in zip(targets_of(drive, before), targets_of(drive, after), strict=True):
-        ways = (new.extrude_mm - old.extrude_mm, new.bias_deg - old.bias_deg, new.translate_mm - old.translate_mm)
-        slowest = max(slowest, *(axis.seconds(way) for axis, way in zip(drive.axes, ways, strict=True)))
+    fed = max(map(_apart, before.feeds, after.feeds))
+    turned = max(_apart(old.angle, new.angle) for old, new in zip(before.nodes, after.nodes, strict=True))
+    lifted = max(_apart(old.height, new.height) for old, new in zip(before.nodes, after.nodes, strict=True))
+    ways = (to_mm(fed), to_deg(turned), to_mm(lifted))
+    slowest = max(axis.seconds(way) for axis, way in zip(drive.axes, ways, strict=True))
     return math.ceil(1e3 * slowest) / 1e3
+
+
+def _apart(first: float, second: float) -> float:
+    return abs(first - second)
