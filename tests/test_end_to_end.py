@@ -62,7 +62,7 @@ def test_tour_of_all_shapes_with_unequal_motors_on_bad_air(tmp_path):
     counts = None
     for path in PAPER:
         scene = read_shape(path)
-        plan = make_plan(scene, counts)
+        plan = make_plan(scene, counts, states)
         _, report, motion, counts = send(plan, "mock:loss=0.3,seed=5,spread=0.5", tmp_path)
         assert report.outcome == "done"
         states = replay(scene.display, motion, states).states

@@ -46,10 +46,9 @@ def home_of(display: str) -> Goal:
 
 def plan_goal(goal: Goal, start: tuple[Counts, ...] | None, shows: tuple[str, ...] = ()) -> Plan:
     """A plan from encoder counts, home if None, where the segments are in the states `shows`, "" where not known."""
-    from curveline.planning import make_plan
+    from curveline.planning import make_home_plan, make_tour
 
-    if len(goal.scenes) != 1:
-        what = "a tour" if goal.scenes else "the way home"
-        raise InvalidInput(f"{what} cannot be planned in this version", "send shapes one by one")
     show.announce_compilation()
-    return make_plan(goal.scenes[0], start)
+    if goal.scenes:
+        return make_tour(goal.scenes, start, shows)
+    return make_home_plan(goal.display, start or ((0, 0, 0),) * goal.display.node_count, shows)

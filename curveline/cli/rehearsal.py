@@ -15,7 +15,6 @@ from curveline.cli.steps import describe
 from curveline.plan import Plan, drive_table
 from curveline.radio.link import FrameRecord, describe_plan_frames
 from curveline.radio.mockspec import parse_spec
-from curveline.radio.motion import axes_of
 from curveline.radio.preflight import check_targets
 from curveline.radio.store import Store
 
@@ -34,7 +33,7 @@ def rehearse(
         show.note(wanted.summary())
     else:
         plan = wanted
-    check_targets(plan, axes_of(plan.drive))
+    check_targets(plan)
     frames = [frame for frame in describe_plan_frames(plan) if frame.step > begin]
     if as_json:
         show.emit(_document(plan, frames))

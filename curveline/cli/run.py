@@ -26,6 +26,7 @@ from curveline.radio.link import Control, Halted, Observer, Request, RunReport, 
 from curveline.radio.resume import can_resume, resume_point
 
 if TYPE_CHECKING:
+    from curveline.cli.stops import Stop
     from curveline.playback import Playback
     from curveline.scene import Display
 
@@ -34,12 +35,13 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 @dataclass(frozen=True)
 class Ending:
-    """How a run ended; `playback` is known of mock displays only."""
+    """How a run ended; `playback` and `stops`, the shapes on the way, are known of mock displays only."""
 
     plan: Plan
     report: RunReport
     request: Request
     playback: Playback | None
+    stops: tuple[Stop, ...]
     folder: Path
 
     @property
@@ -49,23 +51,25 @@ class Ending:
 
     @property
     def is_wanted(self) -> bool:
-        """True if all steps were done and, where that is known, the rod is in the wanted curve."""
+        """True if all steps were done and, where that is known, the rod is and was in the wanted curves."""
         arrived = self.playback is None or self.playback.states == self.plan.wanted
-        return self.report.outcome == "done" and arrived
+        return self.report.outcome == "done" and arrived and all(stop.states == stop.wanted for stop in self.stops)
 
     def document(self, spec: str) -> dict[str, Any]:
         """The ending as plain data."""
         record = asdict(self.report)
         record["nodes"] = [nodes.document(status, self.plan.drive) for status in self.report.nodes]
         rod = None if self.playback is None else asdict(self.playback)
+        shapes = None if self.playback is None else [asdict(stop) for stop in self.stops]
         head = {"curveline": __version__, "plan": self.plan.name, "display": self.plan.drive.display, "radio": spec}
-        return {**head, **record, "wanted": self.plan.wanted, "rod": rod, "run": str(self.folder)}
+        return {**head, **record, "wanted": self.plan.wanted, "rod": rod, "shapes": shapes, "run": str(self.folder)}
 
     def lines(self) -> list[str]:
         """The ending as text."""
         report = self.report
         done = f"{report.outcome}: {report.steps_done} of {report.steps} steps in {report.seconds:.1f} s"
-        return [done, *nodes.table(report.nodes, self.plan.drive), *_rod_lines(self.playback, self.plan)]
+        passed = [stop.line() for stop in self.stops if stop.step < report.steps]
+        return [done, *nodes.table(report.nodes, self.plan.drive), *passed, *_rod_lines(self.playback, self.plan)]
 
 
 def conduct(plan: Plan, radio: Radio, runs: Path, control: Control) -> Ending:
@@ -83,18 +87,23 @@ def go_on(broken: BrokenRun, radio: Radio, journal: ReopenedJournal, control: Co
     if mock is not None:
         journal.disk = mock.disk
         way = broken.way_here(mock.positions())
-    job = _Job(plan, radio, broken.folder, way)
+    seen = broken.unseen[0] if broken.unseen else broken.point.barrier
+    job = _Job(plan, radio, broken.folder, way, seen + 1)
     return _conduct(job, partial(resume_plan, plan, radio, journal), control)
 
 
 @dataclass(frozen=True)
 class _Job:
-    """What is sent, through what, where its record is kept, and how the nodes came here if no one has told yet."""
+    """What is sent, through what, where its record is kept, and how the nodes came here if no one has told yet.
+
+    `first` is the first step (from 1) that is done on that way, or else in this run.
+    """
 
     plan: Plan
     radio: Radio
     folder: Path
     way: Sequence[tuple[Counts, ...]] = ()
+    first: int = 1
 
 
 def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> Ending:
@@ -105,7 +114,7 @@ def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], contro
         with _signals(control), watch(job.plan, control) as observer:
             report = sender(observer, control)
     except LinkError as error:
-        show.note("\n".join(_rod_lines(_play_back(job, begin), job.plan)))
+        show.note("\n".join(_rod_lines(_play_back(job, begin)[0], job.plan)))
         if not isinstance(error, Halted) or can_resume(error.halt):
             advise_resuming(job.plan, job.folder)
         if control.request is Request.NONE:
@@ -113,7 +122,7 @@ def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], contro
         # An emergency stop ends the run as a fault of all nodes, but it is what somebody asked for.
         show.complain(error)
         raise typer.Exit(EXIT_INTERRUPTED) from None
-    return Ending(job.plan, report, control.request, _play_back(job, begin), job.folder)
+    return Ending(job.plan, report, control.request, *_play_back(job, begin), job.folder)
 
 
 def advise_resuming(plan: Plan, run: Path) -> None:
@@ -133,38 +142,40 @@ def _rod_lines(playback: Playback | None, plan: Plan) -> list[str]:
     """What the rod did, as text, where it is known."""
     if playback is None:
         return []
+    from curveline.cli.stops import posture
+
     lines = [
         f"{snap.seconds:.1f} s: segment {snap.segment} snapped from {snap.before} to {snap.after}"
         for snap in playback.snaps
     ]
     for number, (state, wanted) in enumerate(zip(playback.states, plan.wanted, strict=True), start=1):
         verdict = "as wanted" if state == wanted else f"not the wanted {wanted}"
-        lines.append(f"segment {number}: the rod is in the {state}, {verdict}")
+        lines.append(f"segment {number}: the rod is {posture(state)}, {verdict}")
     return lines
 
 
-def _play_back(job: _Job, begin: float) -> Playback | None:
+def _play_back(job: _Job, begin: float) -> tuple[Playback | None, tuple[Stop, ...]]:
     """What the motion of a mock's nodes since `begin` [s] did to its rod, which it then remembers.
 
     None for other radios, and if the display file is gone.
     """
     mock = nodes.mock_of(job.radio)
     if mock is None:
-        return None
+        return None, ()
     try:
         display = display_of(job.plan)
     except InvalidInput as error:
         show.note(f"which curve the rod took is not known: {error.message}")
         mock.rod = []
-        return None
-    from curveline.playback import replay
+        return None, ()
+    from curveline.cli.stops import Job, play_back
 
     show.announce_compilation()
     motion = [(seconds - begin, counts) for seconds, counts in mock.motion()]
     before = [(motion[0][0], counts) for counts in job.way]
-    playback = replay(display, [*before, *motion], mock.rod)
+    playback, stops = play_back(Job(job.plan, display, job.first), [*before, *motion], mock.rod)
     mock.rod = list(playback.states)
-    return playback
+    return playback, stops
 
 
 def display_of(plan: Plan) -> Display:

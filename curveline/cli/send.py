@@ -157,6 +157,7 @@ def _send(wanted: Plan | Goal | BrokenRun, way: _Way) -> Ending | None:
     from curveline.radio import open_radio
     from curveline.radio.actions import Policy
     from curveline.radio.link import Control
+    from curveline.radio.preflight import check_targets
 
     control = Control(Policy(takeover=way.takeover), tell=show.note)
     if isinstance(wanted, BrokenRun):
@@ -166,6 +167,7 @@ def _send(wanted: Plan | Goal | BrokenRun, way: _Way) -> Ending | None:
     drive = drive_table(wanted.display) if isinstance(wanted, Goal) else wanted.drive
     with closing(open_radio(way.spec, drive, way.runs)) as radio:
         plan = _plan_from_here(wanted, radio, drive, way) if isinstance(wanted, Goal) else wanted
+        check_targets(plan)
         show.note(f"{plan.name}: {summary(plan)}")
         return conduct(plan, radio, way.runs, control) if _agrees(way) else None
 

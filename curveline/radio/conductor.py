@@ -55,7 +55,7 @@ class Conductor:
         if len(site.chips) != count:
             raise InvalidInput(f"the plan is for {count} nodes, but the radio reaches {len(site.chips)}")
         axes = axes_of(plan.drive)
-        check_targets(plan, axes)
+        check_targets(plan)
         self.plan = plan
         self.policy = policy or Policy()
         self.phase = Phase.DISCOVER

@@ -11,7 +11,7 @@ from curveline.plan import AXES, Plan
 from curveline.radio.actions import Record
 from curveline.radio.frames import MOVE_MS_LIMIT, VERSION, Counts, Fault, Ident, State, Status
 from curveline.radio.halts import Cause, Halt, fault_halt
-from curveline.radio.motion import Axes, outside
+from curveline.radio.motion import axes_of, outside
 from curveline.radio.peer import STRANGE, Peer
 
 START_TOLERANCE = 32
@@ -38,21 +38,29 @@ def run_tag(plan: Plan) -> int:
     return int.from_bytes(blake2s(json.dumps(content).encode(), digest_size=8).digest(), "little")
 
 
-def check_targets(plan: Plan, axes: Axes) -> None:
+def check_targets(plan: Plan) -> None:
     """Refuse a plan that leaves the limits or whose steps are not for all nodes, before the radio speaks."""
-    count = plan.drive.node_count
+    axes, count = axes_of(plan.drive), plan.drive.node_count
     if len(plan.start) != count or any(len(step.targets) != count for step in plan.steps):
         raise InvalidInput(f"the plan does not give every one of the {count} nodes a start and a target in each step")
     for number, step in enumerate(plan.steps, start=1):
         for node, target in enumerate(step.targets, start=1):
             if axis := outside(axes, target.counts):
-                drive = plan.drive.axes[axis - 1]
-                value = drive.value(target.counts[axis - 1])
-                raise InvalidInput(
-                    f"step {number} takes node {node} out of its limits: {AXES[axis - 1]} {value:.6g}, "
-                    f"allowed {drive.value(axes[axis - 1].low):.6g} to {drive.value(axes[axis - 1].high):.6g}",
-                    hint="make the plan again for this display",
-                )
+                raise _beyond(plan, number, node, axis)
+
+
+def _beyond(plan: Plan, number: int, node: int, axis: int) -> InvalidInput:
+    """A step takes an axis (from 1) of a node to where the display, or what a node can tell of itself, ends."""
+    drive = plan.drive.axes[axis - 1]
+    counts, ends = plan.steps[number - 1].targets[node - 1].counts[axis - 1], axes_of(plan.drive)[axis - 1]
+    hint = "make the plan again for this display"
+    if drive.counts(drive.low) <= counts <= drive.counts(drive.high):
+        hint = "further out a node cannot tell where it is: ask for less rod, or share it between more nodes"
+    return InvalidInput(
+        f"step {number} takes node {node} out of its limits: {AXES[axis - 1]} {drive.value(counts):.6g}, "
+        f"allowed {drive.value(ends.low):.6g} to {drive.value(ends.high):.6g}",
+        hint,
+    )
 
 
 def check_ident(ident: Ident, peer: Peer, chip: int, config: int) -> Halt | None:

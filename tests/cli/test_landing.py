@@ -6,16 +6,18 @@ import json
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from curveline.cli import progress
 from curveline.plan import NodeTarget, Plan, read_plan, write_plan
 from curveline.playback import replay
 from curveline.radio import open_radio
 from curveline.radio.actions import Policy
 from curveline.radio.frames import Counts
 from curveline.radio.journal import Journal, new_run
-from curveline.radio.link import Control, send_plan
+from curveline.radio.link import Control, Progress, Request, send_plan
 from curveline.radio.mock import Motion
 from curveline.shapefile import read_display
 
@@ -23,14 +25,125 @@ from .conftest import SHAPES, Run, small_plan
 
 BAD = "mock:loss=0.3,spread=0.3"
 """Motors that are slower than this by half their step's time are late, which ends a run as a fault."""
-CONDITIONS = sorted({path.stem.rsplit("-", 1)[0] for path in SHAPES.glob("*.toml")})
+PAPER = sorted([*SHAPES.glob("*-peak.toml"), *SHAPES.glob("*-valley.toml")])
+ROW = """
+name = "{name}"
+display = "quad"
+nodes = [
+  {{ height_mm = 0.0, angle_deg = 10.0 }},
+  {{ height_mm = 15.0, angle_deg = 5.0 }},
+  {{ height_mm = 20.0, angle_deg = 0.0 }},
+  {{ height_mm = 10.0, angle_deg = -6.0 }},
+  {{ height_mm = 0.0, angle_deg = -4.0 }},
+]
+segments = [
+  {{ length_mm = 540.0, state = "{0}" }},
+  {{ length_mm = 530.0, state = "{1}" }},
+  {{ length_mm = 530.0, state = "{2}" }},
+  {{ length_mm = 540.0, state = "{3}" }},
+]
+"""
 
 
-def sent(run: Run, *arguments: object) -> dict:
+def sent(run: Run, *arguments: object, code: int = 0) -> dict[str, Any]:
     """The document of a send that came to its end."""
     result = run("send", *arguments, "--yes", "--json")
-    assert result.code in (0, 1), result.err
-    return json.loads(result.out) | {"code": result.code, "said": result.err}
+    assert result.code == code, result.err
+    return {**json.loads(result.out), "said": result.err}
+
+
+# Tours
+
+
+def test_a_tour_of_all_shapes_shows_each_of_them_and_ends_at_home(run: Run) -> None:
+    """Both states of every boundary condition, one after the other."""
+    document = sent(run, *PAPER, "--radio", f"{BAD},seed=5")
+    assert [stop["shape"] for stop in document["shapes"]] == [path.stem for path in PAPER]
+    for stop in document["shapes"]:
+        assert stop["states"] == stop["wanted"] == [stop["shape"].rsplit("-", 1)[1]]
+    assert document["shapes"][-1]["step"] == document["steps"] == document["steps_done"]
+    assert document["rod"]["states"] == document["wanted"]
+    home = sent(run, "--home", "--radio", f"{BAD},seed=6")
+    assert home["plan"] == "home"
+    assert (home["wanted"], home["rod"]["states"], home["shapes"]) == (["straight"], ["straight"], [])
+    assert all(abs(count) <= 22 for node in home["nodes"] for count in node["counts"])
+
+
+def test_a_row_goes_from_shape_to_shape_and_home(run: Run, tmp_path: Path) -> None:
+    states = (("peak", "peak", "valley", "peak"), ("valley", "peak", "peak", "valley"))
+    for name, row in zip("ab", states, strict=True):
+        (tmp_path / f"{name}.toml").write_text(ROW.format(*row, name=name))
+    first = sent(run, tmp_path / "a.toml", "--radio", f"{BAD},seed=1")
+    assert first["rod"]["states"] == list(states[0])
+    tour = sent(run, tmp_path / "b.toml", tmp_path / "a.toml", "--radio", f"{BAD},seed=2")
+    assert "the display shows: peak, peak, valley, peak (the mock display remembers)\n" in tour["said"]
+    assert [stop["states"] for stop in tour["shapes"]] == [list(states[1]), list(states[0])]
+    home = sent(run, "--home", "--display", "quad", "--radio", f"{BAD},seed=3")
+    assert home["rod"]["states"] == ["straight"] * 4
+
+
+def stopping(plan: Plan, **shapes: str) -> Plan:
+    """To and fro between two places; `shapes` are the states that the second and the fourth step are to complete."""
+    there = [plan.steps[step % 2] for step in range(4)]
+    steps = [replace(step, number=number) for number, step in enumerate(there, start=1)]
+    for index, (name, state) in zip((1, 3), shapes.items(), strict=True):
+        steps[index] = replace(steps[index], shape=name, states=(state,))
+    return replace(plan, steps=tuple(steps), wanted=steps[-1].states)
+
+
+def test_a_shape_that_was_missed_on_the_way_is_the_answer_no(run: Run, tmp_path: Path) -> None:
+    write_plan(stopping(small_plan(), first="peak", last="valley"), tmp_path / "plan.json")
+    result = run("send", tmp_path / "plan.json", "--radio", "mock", "--yes")
+    assert result.code == 1
+    assert "\nfirst: the rod was in the valley, not the wanted peak\n" in result.out
+    assert result.out.endswith("segment 1: the rod is in the valley, as wanted\n")
+    document = sent(run, tmp_path / "plan.json", "--radio", "mock:fresh", code=1)
+    first = {"step": 2, "shape": "first", "wanted": ["peak"], "states": ["valley"]}
+    assert document["shapes"] == [first, {"step": 4, "shape": "last", "wanted": ["valley"], "states": ["valley"]}]
+
+
+@pytest.mark.parametrize("pause", [2, 3])
+def test_a_tour_that_goes_on_tells_of_the_shapes_that_were_left(
+    run: Run, tmp_path: Path, pause: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The nodes come twice to where the first shape was complete: what is seen there later is not the first."""
+    plain = progress.Lines.__call__
+
+    def call(self: progress.Lines, news: Progress) -> None:
+        plain(self, news)
+        if news.status.started == pause:
+            self._control.ask(Request.PAUSE)
+
+    write_plan(stopping(small_plan(), first="peak", last="valley"), tmp_path / "plan.json")
+    with monkeypatch.context() as paused:
+        paused.setattr(progress.Lines, "__call__", call)
+        result = run("send", tmp_path / "plan.json", "--radio", "mock", "--yes", "--json")
+    assert result.code == 130
+    assert [stop["shape"] for stop in json.loads(result.out)["shapes"]] == ["first"]
+    document = sent(run, "--resume", "last", "--radio", "mock")
+    assert [stop["shape"] for stop in document["shapes"]] == ["last"]
+
+
+def test_a_tour_is_of_one_display(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "row.toml").write_text(ROW.format(*["peak"] * 4, name="row"))
+    result = run("send", PAPER[0], tmp_path / "row.toml", "--radio", "mock", "--yes")
+    assert (result.code, result.out) == (2, "")
+    assert "a tour is of one display" in result.err
+
+
+def test_a_rehearsal_of_a_tour_and_of_the_way_home_touches_nothing(run: Run, tmp_path: Path) -> None:
+    tour = run("send", *PAPER[:2], "--radio", "mock", "--dry-run", "--json")
+    assert tour.code == 0
+    assert not (tmp_path / "runs").exists()
+    sent(run, PAPER[0], "--radio", "mock")
+    before = {path: path.read_bytes() for path in (tmp_path / "runs").rglob("*") if path.is_file()}
+    home = run("send", "--home", "--radio", "mock", "--dry-run", "--json")
+    assert home.code == 0
+    last = [frame["target_counts"] for frame in json.loads(home.out)["frames"]][-2:]
+    assert last == [[0, 0, 0], [0, 0, 0]]
+    assert {path: path.read_bytes() for path in before} == before
+    frames = json.loads(run("send", *PAPER[:2], "--radio", "mock", "--dry-run", "--json").out)["frames"]
+    assert frames != json.loads(tour.out)["frames"], "planned from where the display stands"
 
 
 # Motors of unequal speed

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import typer
 
-from curveline.plan import write_plan
+from curveline.plan import NodeTarget, write_plan
 from curveline.radio.frames import decode_drive
 from curveline.radio.journal import read_journal
 from curveline.radio.keys import KEY_BYTES
@@ -66,8 +67,6 @@ def test_json_is_one_document(run: Run, plan_file: Path, tmp_path: Path) -> None
 
 
 def test_the_wrong_curve_is_the_answer_no(run: Run, tmp_path: Path) -> None:
-    from dataclasses import replace
-
     file = tmp_path / "hopeful.json"
     write_plan(replace(small_plan(), wanted=("peak",)), file)
     code, out, _ = run("send", file, "--radio", "mock", "--yes")
@@ -156,7 +155,9 @@ def test_a_dry_run_of_a_shape_starts_where_the_mock_stands(run: Run) -> None:
     there = run("send", SHAPE, "--radio", "mock", "--dry-run", "--json")
     assert there.code == 0
     assert "where the mock display stands" in there.err
-    assert len(json.loads(there.out)["frames"]) > len(json.loads(home.out)["frames"])
+    # It shows the shape already, so that there is next to nothing to do.
+    assert {frame["step"] for frame in json.loads(there.out)["frames"]} == {1}
+    assert {frame["step"] for frame in json.loads(home.out)["frames"]} == {1, 2, 3, 4, 5}
     assert run("status", "--radio", "mock", "--json").out == before
     fresh = run("send", SHAPE, "--radio", "mock:fresh", "--dry-run", "--json")
     assert fresh.out == home.out
@@ -214,6 +215,22 @@ def test_what_cannot_be_sent_is_refused(run: Run, tmp_path: Path, name: str, par
     code, out, err = run("send", tmp_path / name, "--radio", "mock", "--yes")
     assert (code, out) == (2, "")
     assert part in err
+
+
+@pytest.mark.parametrize(("fed_mm", "code"), [(1184.0, 0), (1185.0, 2)])
+def test_no_node_is_sent_where_it_could_not_tell_its_place(run: Run, tmp_path: Path, fed_mm: float, code: int) -> None:
+    plan = small_plan(steps=1, seconds=60.0)
+    # Both nodes feed alike, so that the segment keeps its rod and the tails take it.
+    target = NodeTarget(fed_mm, 0.0, 0.0, (plan.drive.axes[0].counts(fed_mm), 0, 0))
+    write_plan(replace(plan, steps=(replace(plan.steps[0], targets=(target,) * 2),)), tmp_path / "far.json")
+    for more in (("--dry-run",), ("--yes",)):
+        result = run("send", tmp_path / "far.json", "--radio", "mock", *more)
+        assert result.code in (code, 1 - code), result.err
+        if code:
+            assert result.out == ""
+            assert "step 1 takes node 1 out of its limits: extrude 1185, allowed -1184." in result.err
+            assert "hint: further out a node cannot tell where it is" in result.err
+            assert not list((tmp_path / "runs").glob("*small*"))
 
 
 def test_an_invalid_shape_or_plan_reaches_no_radio(run: Run, tmp_path: Path) -> None:

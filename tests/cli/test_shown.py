@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from contextlib import closing
 from dataclasses import replace
@@ -284,6 +285,19 @@ def test_a_shape_is_planned_from_what_the_display_shows(run: Run, planned_with: 
     known = run("send", first, "--radio", "mock", "--yes")
     assert "the display shows: valley (the mock display remembers)\n" in known.err
     assert planned_with == [(), ("peak",), (), (), ("valley",)]
+
+
+def test_over_a_radio_that_sees_no_rod_the_last_run_tells(
+    run: Run, monkeypatch: pytest.MonkeyPatch, planned_with: list[tuple[str, ...]]
+) -> None:
+    monkeypatch.setattr(shown, "mock_of", lambda radio: None)
+    radio = ("--radio", "mock:loss=0.3,seed=8", "--yes")
+    assert run("send", SHAPES / "level-up-peak.toml", *radio).code == 0
+    second = run("send", SHAPES / "level-up-valley.toml", *radio)
+    assert second.code == 0
+    (told,) = [line for line in second.err.splitlines() if line.startswith("the display shows: ")]
+    assert re.fullmatch(r"the display shows: peak \(run [0-9]{8}-[0-9]{6}-level-up-peak\)", told)
+    assert planned_with == [(), ("peak",)]
 
 
 def test_usage(run: Run, plan_file: Path) -> None:

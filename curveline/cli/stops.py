@@ -1,0 +1,67 @@
+"""What the rod of a mock display did in a run: at every shape that was complete on the way, and in the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from curveline.plan import Plan, Step
+from curveline.playback import LOST, STRAIGHT, Motion, Playback, replay
+from curveline.scene import Display
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The states of all segments when the step had been done that completes a shape, and those that were wanted."""
+
+    step: int
+    shape: str
+    wanted: tuple[str, ...]
+    states: tuple[str, ...]
+
+    def line(self) -> str:
+        """The stop as text."""
+        verdict = "as wanted" if self.states == self.wanted else f"not the wanted {', '.join(self.wanted)}"
+        return f"{self.shape}: the rod was {', '.join(map(posture, self.states))}, {verdict}"
+
+
+@dataclass(frozen=True)
+class Job:
+    """A plan, the display that carried it out, and its first step (from 1) that was done meanwhile."""
+
+    plan: Plan
+    display: Display
+    first: int = 1
+
+
+def posture(state: str) -> str:
+    """A state as part of a sentence."""
+    return state if state in (STRAIGHT, LOST) else f"in the {state}"
+
+
+def play_back(job: Job, motion: Motion, rod: Sequence[str]) -> tuple[Playback, tuple[Stop, ...]]:
+    """Play the nodes' motion, from where the step before the first one ends; `rod` names the states there."""
+    pieces: list[Playback] = []
+    stops: list[Stop] = []
+    begin, states = 0, tuple(rod)
+    for end, step in _completed(job, motion):
+        pieces.append(replay(job.display, motion[begin : end + 1], states))
+        begin, states = end, pieces[-1].states
+        stops.append(Stop(step.number, step.shape, step.states, states))
+    pieces.append(replay(job.display, motion[begin:], states))
+    snaps = tuple(snap for piece in pieces for snap in piece.snaps)
+    return Playback(pieces[0].start, pieces[-1].states, snaps), tuple(stops)
+
+
+def _completed(job: Job, motion: Motion) -> Iterator[tuple[int, Step]]:
+    """Where in the motion a shape was complete, and after which step."""
+    at = 0
+    for step in job.plan.steps[job.first - 1 :]:
+        # Nodes go straight from one end of a step to the next, so that the first time there is when the step was done.
+        ends = tuple(target.counts for target in step.targets)
+        while at < len(motion) and motion[at][1] != ends:
+            at += 1
+        if at == len(motion):
+            return
+        if step.shape:
+            yield at, step
