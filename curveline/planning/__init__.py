@@ -14,62 +14,96 @@ advice    the nearest boundary condition that would work
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from curveline.errors import Infeasible, InvalidInput
-from curveline.plan import Plan
+from curveline.plan import Plan, drive_table
 from curveline.planning.goals import check_goal, check_home
 from curveline.planning.journey import goal_of, travel_home, travel_to
-from curveline.planning.layout import home, pose_of
+from curveline.planning.layout import home, layout_of, pose_of
 from curveline.planning.moves import Stage, Travel
-from curveline.planning.proof import Prover
-from curveline.planning.targets import Counts, layout_at
+from curveline.planning.proof import STRAIGHT, Prover
+from curveline.planning.targets import Counts, layout_at, targets_of
 from curveline.planning.writing import Ending, plan_of
 from curveline.scene import Display, Scene
 
+Start = Sequence[Counts] | None
+"""Encoder counts of every node; home if None."""
+Tell = Callable[[], None]
+"""Called whenever a step has been proven."""
 
-def make_plan(scene: Scene, start: Sequence[Counts] | None = None, shows: Sequence[str] = ()) -> Plan:
-    """The steps from `start` (encoder counts of every node; home if None) to the shape of `scene`.
+
+def _nobody() -> None:
+    pass
+
+
+def make_plan(scene: Scene, start: Start = None, shows: Sequence[str] = (), tell: Tell = _nobody) -> Plan:
+    """The steps from `start` to the shape of `scene`.
 
     `shows` names the state that every segment is known to be in, empty where it is not. Raises Infeasible with the
     reason when no safe plan exists, InvalidInput for a scene that no motors can make.
     """
-    return make_tour([scene], start, shows)
+    return make_tour([scene], start, shows, tell)
 
 
-def make_tour(scenes: Sequence[Scene], start: Sequence[Counts] | None = None, shows: Sequence[str] = ()) -> Plan:
+def make_tour(scenes: Sequence[Scene], start: Start = None, shows: Sequence[str] = (), tell: Tell = _nobody) -> Plan:
     """One plan through several shapes of one display, from one to the next without a detour where that is safe.
 
     As `make_plan`, and InvalidInput if the shapes are not of one display.
     """
-    display = scenes[0].display
+    prover = Prover(scenes[0].display, tell)
+    begin = _begin(prover, start, shows)
+    travel = _through(prover, begin, scenes)
+    wanted = tuple(segment.state for segment in scenes[-1].segments)
+    return plan_of(prover, begin.stage.layout, travel.moves, Ending(tuple(scenes), prover.display, wanted))
+
+
+def make_round_trip(
+    scenes: Sequence[Scene], start: Start = None, shows: Sequence[str] = (), tell: Tell = _nobody
+) -> Plan:
+    """As `make_tour`, and home after the last shape."""
+    prover = Prover(scenes[0].display, tell)
+    begin = _begin(prover, start, shows)
+    travel = travel_home(prover, _through(prover, begin, scenes))
+    return plan_of(prover, begin.stage.layout, travel.moves, _home(prover.display, tuple(scenes)))
+
+
+def make_home_plan(display: Display, start: Start, shows: Sequence[str] = (), tell: Tell = _nobody) -> Plan:
+    """The steps that bring a display from `start` home: nodes level and upright, the rod straight."""
+    prover = Prover(display, tell)
+    begin = _begin(prover, start, shows)
+    travel = travel_home(prover, begin)
+    return plan_of(prover, begin.stage.layout, travel.moves, _home(display, ()))
+
+
+def start_at(scene: Scene) -> tuple[tuple[Counts, ...], tuple[str, ...]]:
+    """The encoder counts, and the states, of a display that shows `scene`."""
+    targets = targets_of(drive_table(scene.display), layout_of(scene))
+    return tuple(target.counts for target in targets), tuple(segment.state for segment in scene.segments)
+
+
+def _home(display: Display, scenes: tuple[Scene, ...]) -> Ending:
+    return Ending(scenes, display, (STRAIGHT,) * (display.node_count - 1))
+
+
+def _through(prover: Prover, travel: Travel, scenes: Sequence[Scene]) -> Travel:
+    """Go on through several shapes."""
+    display = prover.display
     for scene in scenes:
         check_home(scene)
         if scene.display.digest != display.digest or scene.display.node_count != display.node_count:
             hint = "plan the shapes of each display for themselves"
             raise InvalidInput(f"{scene.name} is for display {scene.display.name}, not {display.name}", hint)
-    prover = Prover(display)
-    travel = begin = _begin(prover, start, shows)
     for scene in scenes:
         check_goal(prover, scene)
         try:
             travel = travel_to(prover, travel, goal_of(scene))
         except Infeasible as refusal:
             raise _refusal(scene, refusal) from None
-    wanted = tuple(segment.state for segment in scenes[-1].segments)
-    return plan_of(prover, begin.stage.layout, travel.moves, Ending(tuple(scenes), display, wanted))
+    return travel
 
 
-def make_home_plan(display: Display, start: Sequence[Counts], shows: Sequence[str] = ()) -> Plan:
-    """The steps that bring a display from `start` home: nodes level and upright, the rod straight."""
-    prover = Prover(display)
-    begin = _begin(prover, start, shows)
-    travel = travel_home(prover, begin)
-    wanted = ("straight",) * (display.node_count - 1)
-    return plan_of(prover, begin.stage.layout, travel.moves, Ending((), display, wanted))
-
-
-def _begin(prover: Prover, start: Sequence[Counts] | None, shows: Sequence[str]) -> Travel:
+def _begin(prover: Prover, start: Start, shows: Sequence[str]) -> Travel:
     """Where the display stands, and the states of its segments as far as they are known."""
     display = prover.display
     layout = home(display) if start is None else layout_at(prover.drive, start)

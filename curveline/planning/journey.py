@@ -28,6 +28,8 @@ from curveline.planning.routes import RECIPE, Way, travel_along, ways
 from curveline.scene import Scene
 from curveline.units import deg, mm
 
+HOME = "home"
+"""What stands in place of a shape's name where the display is brought home."""
 AT_HOME = mm(0.05)
 LEVEL_SLACK = deg(0.01)
 
@@ -65,7 +67,7 @@ def travel_to(prover: Prover, travel: Travel, goal: Goal) -> Travel:
 
 def travel_home(prover: Prover, travel: Travel) -> Travel:
     """Bring the display home, whatever its rod does on the way."""
-    return travel_along(prover, _to_neutral(prover, travel), (("extrude", home(prover.display)),))
+    return _named(travel_along(prover, _to_neutral(prover, travel), (("extrude", home(prover.display)),)), HOME)
 
 
 def _direct_ways(prover: Prover, here: Layout, there: Layout) -> Iterator[Way]:
@@ -81,7 +83,12 @@ def _arrived(travel: Travel, goal: Goal) -> Travel:
     for segment, (state, wanted) in enumerate(zip(last.states, goal.wanted, strict=True), start=1):
         if state != wanted:
             raise Refused(f"segment {segment}: the rod would end as the {state}, not the {wanted}", segment)
-    return replace(travel, moves=(*travel.moves[:-1], replace(last, shape=goal.name)))
+    return _named(travel, goal.name)
+
+
+def _named(travel: Travel, shape: str) -> Travel:
+    """The same moves; the last one completes a shape."""
+    return replace(travel, moves=(*travel.moves[:-1], replace(travel.moves[-1], shape=shape)))
 
 
 def _through_funnel(prover: Prover, travel: Travel, goal: Goal) -> Travel:

@@ -102,6 +102,7 @@ def _step(prover: Prover, travel: Travel, leg: Leg) -> Travel:
         load=load_of(demands),
         corners=sum(each.corners for each in passed),
     )
+    prover.tell()
     return Travel((*travel.moves, move), Stage(goal, tuple(each.hold for each in passed)))
 
 

@@ -7,6 +7,7 @@ where all ways must meet in one state. A rod in an unknown state may be in any; 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -42,6 +43,8 @@ LOOKS = 8
 """Parts of a step at whose ends every state is weighed."""
 
 STABILITY = "stability"
+STRAIGHT = "straight"
+"""What the state of a segment is called that has no rod to spare."""
 
 
 class Refused(Infeasible):
@@ -84,10 +87,14 @@ class Passed:
 
 
 class Prover:
-    """Follows and weighs the rod between two nodes of `display`; remembers what it has worked out."""
+    """Follows and weighs the rod between two nodes of `display`; remembers what it has worked out.
 
-    def __init__(self, display: Display) -> None:
+    `tell` is to be called whenever a step of the whole display has been proven.
+    """
+
+    def __init__(self, display: Display, tell: Callable[[], None]) -> None:
         self.display = display
+        self.tell = tell
         self.drive = drive_table(display)
         self.bearing: Bearing = self.rod(Pose(display.span, 0.0, 0.0, 0.0, display.span)).bearing
         self._states: dict[Pose, list[Equilibrium]] = {}
@@ -142,7 +149,7 @@ class Prover:
                 demand = demand.joined(self.weigh(pose))
             states = self.states(after)
             lowest = min((state.lowest_eigenvalue for state in states), default=STIFFEST)
-            names = "|".join(state.name for state in states) or "straight"
+            names = "|".join(state.name for state in states) or STRAIGHT
             margin_of = f"{STABILITY}; any state will do"
             self._allowed[key] = Passed(None, names, lowest, lowest / STIFFEST, margin_of, demand, len(corners))
         return self._allowed[key]

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from curveline import __version__
 from curveline.plan import Plan, Step
+from curveline.planning.journey import HOME
 from curveline.planning.layout import Layout, lengths_of
 from curveline.planning.moves import Move
-from curveline.planning.proof import Prover
+from curveline.planning.proof import STRAIGHT, Prover
 from curveline.planning.targets import seconds_between, targets_of
 from curveline.scene import Display, Scene
 from curveline.units import to_mm, to_nmm
@@ -25,8 +26,9 @@ class Ending:
 
     @property
     def name(self) -> str:
-        """The names of all shapes."""
-        return ", ".join(scene.name for scene in self.scenes) or "home"
+        """The names of all shapes, and of home if it ends there."""
+        names = [scene.name for scene in self.scenes]
+        return ", ".join([*names, HOME] if STRAIGHT in self.wanted else names)
 
 
 def plan_of(prover: Prover, begin: Layout, moves: Sequence[Move], ending: Ending) -> Plan:
