@@ -11,7 +11,7 @@ import numpy as np
 
 from curveline.figures.common import COLOURS, DARK, GREY, OTHER, THICK, THIN, Y_LABEL, dress, new_figure
 from curveline.figures.film import Film
-from curveline.figures.plans import ABOVE, BEARING, BESIDE, colour_of, told
+from curveline.figures.plans import ABOVE, BEARING, BESIDE, colour_of, told, within
 from curveline.plan import Plan
 from curveline.playback import Snap
 from curveline.results import Array
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FRAMES_PER_SECOND = 10
-LONGEST_S = 20.0
+LONGEST_S = 30.0
 """A film that would take longer runs faster than the display, at the least of these speeds."""
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 FIRST_MS, LAST_MS = 800, 2500
 """How much longer than the others the first and the last frame stay."""
 TICK_MS = 10
 """A GIF counts time in these."""
-ECHO = 8
+ECHO = 6
 """Frames for which a curve that the rod snapped out of stays in sight."""
 NARROW, PER_SEGMENT, WIDE = 5.2, 1.2, 10.4  # [inch] of a film: for no segment, for each more, at most of few
 LEAST_PER_SEGMENT = 0.3  # [inch] for each of many
@@ -64,8 +64,7 @@ def animate_plan(plan: Plan, display: Display, heard: Callable[[int], None] = la
         panel = figure.subplots()
         panel.set(xlim=(left, right), ylim=(low, high), aspect="equal")
         dress(panel, Y_LABEL)
-        rate = f", {speed:g} times faster than the display" if speed > 1.0 else ""
-        figure.suptitle(f"{plan.name}{rate}", fontweight="bold")
+        figure.suptitle(within(plan.name, width), fontweight="bold")
         stage = _Stage(panel, plan, display)
         _draw_legend(panel, course)
         film = Film(figure, stage.moving, [GREY, OTHER, *COLOURS.values()])
@@ -108,7 +107,8 @@ class _Stage:
             self._echoes[snap.segment - 1].set_data(*to_mm(1.0) * left.T)
         self._show_nodes(moment)
         self._heading.set_text(f"{self._heading_at(course, index)}\n{_told(recent)}")
-        self._clock.set_text(f"{moment.seconds:.1f} s\n ")
+        speed = speed_of(self._plan)
+        self._clock.set_text(f"{moment.seconds:.1f} s\n{f'{speed:g} times faster' if speed > 1.0 else ' '}")
 
     def _show_nodes(self, moment: Moment) -> None:
         pivots = np.array([(index * self._display.span, node.height) for index, node in enumerate(moment.nodes)])
@@ -130,8 +130,10 @@ class _Stage:
 
 
 def _recent(course: Course, index: int) -> list[tuple[Snap, Array]]:
-    """The snaps of the last `ECHO` frames, each with the curve that the rod had before."""
-    found = []
+    """The snaps of the last `ECHO` frames, each with the curve that the rod had before; none in the last frame."""
+    found: list[tuple[Snap, Array]] = []
+    if index == len(course.moments) - 1:
+        return found
     for back in range(max(1, index - ECHO + 1), index + 1):
         seconds = course.moments[back].seconds
         curves = course.moments[back - 1].curves
@@ -145,8 +147,8 @@ def _told(snaps: Sequence[tuple[Snap, Array]]) -> str:
         return " "
     latest = snaps[-1][0]
     numbers = [str(snap.segment) for snap, _ in snaps if (snap.before, snap.after) == (latest.before, latest.after)]
-    plural = "s" if len(numbers) == 1 else ""
-    return f"segment {', '.join(numbers)} snap{plural} from {latest.before} to {latest.after}"
+    who = f"segment {numbers[0]} snaps" if len(numbers) == 1 else f"segments {', '.join(numbers)} snap"
+    return f"{who} from {latest.before} to {latest.after}"
 
 
 def _frame(course: Course, display: Display) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,7 +47,7 @@ WIDE, PER_SEGMENT = 9.6, 0.6  # [inch] of a panel of more segments: at least, an
 ROW_WIDTH = 11.0  # [inch] that panels side by side may take
 LINE_HEIGHT = 0.17  # [inch] of a line of text over a panel
 FRAME_ROOM = 0.2  # [inch] between rows
-EDGE_ROOM = 1.05  # [inch] of the figure's height for its title, its legend and the lowest labels
+EDGE_ROOM = 1.2  # [inch] of the figure's height for its title, its legend and the lowest labels
 SIDE_ROOM = 0.45  # [inch] of a panel's width for labels and for the gap to the next
 BESIDE = 0.22
 """Room beside the outer nodes, as a part of the span between nodes: their arrows stand there."""
@@ -66,6 +67,8 @@ ARROW = "#8A2BE2"
 FAINT: dict[str, Any] = {"color": GREY, "alpha": 0.55}
 LISTED = 5
 """Values that a caption lists; of more it says from where to where they go."""
+LETTERS = 10.0
+"""Letters of a title to the inch."""
 TOLD = 12
 """States that a caption lists; more are counted."""
 
@@ -100,7 +103,7 @@ def draw_plan(plan: Plan, display: Display, kind: str) -> bytes:
         for place, index in zip(axes, chosen, strict=False):
             _draw_panel(place, panels[index], display, index)
         _dress_edges(axes, across, len(chosen))
-        figure.suptitle(_title(plan, len(chosen), len(panels)), fontweight="bold")
+        figure.suptitle(_title(plan, width * across, len(chosen)), fontweight="bold")
         _draw_legend(figure, [panels[index] for index in chosen])
         return bytes_of(figure, kind)
 
@@ -267,10 +270,16 @@ def _dress_edges(places: Sequence[Axes], across: int, count: int) -> None:
         place.set_ylabel(Y_LABEL if number % across == 0 else "")
 
 
-def _title(plan: Plan, shown: int, count: int) -> str:
-    """Name, length and time of a plan, and how much of it is shown."""
-    whole = f"{plan.name}: {len(plan.steps)} steps, {plan.seconds:.1f} s"
-    return whole if shown == count else f"{whole}; {shown - 1} of the steps are shown"
+def _title(plan: Plan, width: float, shown: int) -> str:
+    """Name, length and time of a plan, and how much of it is shown, on a figure of `width` [inch]."""
+    length = f"{len(plan.steps)} steps, {plan.seconds:.1f} s"
+    part = "" if shown == len(plan.steps) + 1 else f"; {shown - 1} of the steps are shown"
+    return f"{within(plan.name, width)}\n{length}{part}"
+
+
+def within(name: str, width: float) -> str:
+    """A name as a title of a figure of `width` [inch], shortened if it must be: that of a tour names all its shapes."""
+    return shorten(name, max(8, int(LETTERS * width)), placeholder=" ...")
 
 
 def _draw_legend(figure: Figure, panels: Sequence[Panel]) -> None:
