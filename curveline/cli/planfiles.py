@@ -52,6 +52,7 @@ def _picture(plan: Plan, suffix: str) -> bytes:
     from curveline.cli.run import display_of
 
     display = display_of(plan)
+    show.announce_compilation()
     if suffix != FILM:
         from curveline.figures.plans import draw_plan
 

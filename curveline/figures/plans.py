@@ -86,10 +86,10 @@ class Panel:
 def draw_plan(plan: Plan, display: Display, kind: str) -> bytes:
     """A figure of a plan's steps, "svg" or "png", all to one scale; MissingExtra without matplotlib.
 
-    Of a plan with more steps than `MOST_PANELS` the panels are spread evenly, and the figure says so.
+    Of a plan with more steps than `MOST_PANELS` those that complete a shape are shown first, and the figure says so.
     """
     panels = _panels(plan, stills(plan, display))
-    chosen = chosen_of(len(panels))
+    chosen = chosen_of(len(panels), [index for index, step in enumerate(plan.steps, start=1) if step.shape])
     width = PANEL_WIDTHS.get(len(plan.wanted), max(WIDE, PER_SEGMENT * len(plan.wanted)))
     across = min(max(1, int(ROW_WIDTH / width)), len(chosen))
     (left, right), (low, high) = _frame(panels, display)
@@ -108,11 +108,23 @@ def draw_plan(plan: Plan, display: Display, kind: str) -> bytes:
         return bytes_of(figure, kind)
 
 
-def chosen_of(count: int) -> list[int]:
-    """Which of `count` panels are drawn: all, or `MOST_PANELS` spread evenly from the first to the last."""
+def chosen_of(count: int, complete: Sequence[int] = ()) -> list[int]:
+    """Which of `count` panels are drawn: all, or `MOST_PANELS` of them.
+
+    The first, the last and those of `complete` shapes come before others; what is left out is spread evenly.
+    """
     if count <= MOST_PANELS:
         return list(range(count))
-    return [round(place * (count - 1) / (MOST_PANELS - 1)) for place in range(MOST_PANELS)]
+    first = sorted({0, *complete, count - 1})
+    if len(first) >= MOST_PANELS:
+        return _spread(first, MOST_PANELS)
+    others = sorted(set(range(count)) - set(first))
+    return sorted([*first, *_spread(others, MOST_PANELS - len(first))])
+
+
+def _spread(items: Sequence[int], count: int) -> list[int]:
+    """`count` of the items, evenly, the first and the last among them."""
+    return [items[round(place * (len(items) - 1) / max(1, count - 1))] for place in range(count)]
 
 
 def _rows(chosen: Sequence[int], across: int) -> list[Sequence[int]]:
@@ -125,8 +137,8 @@ def _panels(plan: Plan, pictures: Sequence[Still]) -> list[Panel]:
     targets = [plan.start, *(step.targets for step in plan.steps)]
     for step, (old, new), (before, after) in zip(plan.steps, pairwise(targets), pairwise(pictures), strict=True):
         heading = f"{step.number} {step.action}, {step.seconds:.1f} s\n{_what_moves(step, old, new)}"
-        if step is plan.steps[-1]:
-            heading += f"\nwanted: {told(plan.wanted)}"
+        if step.shape or step is plan.steps[-1]:
+            heading += f"\n{step.shape or plan.name}: {told(step.states)}"
         panels.append(Panel(heading, after, before, tuple(zip(old, new, strict=True))))
     return panels
 
