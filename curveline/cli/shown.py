@@ -27,7 +27,7 @@ from curveline.radio.preflight import START_TOLERANCE, run_tag
 RUN_NAME = re.compile(r"[0-9]{8}-[0-9]{6}-")
 """How the folder of a run begins: with the time at which it began."""
 RUNS_SEEN = 50
-BYTES_READ = 16_000_000
+BYTES_READ = MAX_BYTES
 RUNS_ASKED = 4
 """How many runs, the newest first, are looked at and, if the nodes stand where they led, asked about."""
 LOST = "lost"

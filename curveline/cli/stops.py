@@ -20,9 +20,15 @@ class Stop:
     states: tuple[str, ...]
 
     def line(self) -> str:
-        """The stop as text."""
-        verdict = "as wanted" if self.states == self.wanted else f"not the wanted {', '.join(self.wanted)}"
-        return f"{self.shape}: the rod was {', '.join(map(posture, self.states))}, {verdict}"
+        """The stop as text: of several segments only those that were in another state than the wanted one."""
+        several = len(self.states) > 1
+        wrong = [
+            f"{f'segment {number}' if several else 'the rod'} was {posture(state)}, not the wanted {wanted}"
+            for number, (state, wanted) in enumerate(zip(self.states, self.wanted, strict=True), start=1)
+            if state != wanted
+        ]
+        right = f"all {len(self.states)} segments were" if several else f"the rod was {posture(self.states[0])},"
+        return f"{self.shape}: {'; '.join(wrong) or f'{right} as wanted'}"
 
 
 @dataclass(frozen=True)

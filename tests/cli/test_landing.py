@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from curveline.cli import progress
+from curveline.cli.stops import Stop
 from curveline.plan import NodeTarget, Plan, read_plan, write_plan
 from curveline.playback import replay
 from curveline.radio import open_radio
@@ -100,6 +101,21 @@ def test_a_shape_that_was_missed_on_the_way_is_the_answer_no(run: Run, tmp_path:
     document = sent(run, tmp_path / "plan.json", "--radio", "mock:fresh", code=1)
     first = {"step": 2, "shape": "first", "wanted": ["peak"], "states": ["valley"]}
     assert document["shapes"] == [first, {"step": 4, "shape": "last", "wanted": ["valley"], "states": ["valley"]}]
+
+
+@pytest.mark.parametrize(
+    ("states", "says"),
+    [
+        (("peak",), "a: the rod was in the peak, as wanted"),
+        (("lost",), "a: the rod was lost, not the wanted peak"),
+        (("peak", "valley"), "a: all 2 segments were as wanted"),
+        (("valley", "straight"), "a: segment 1 was in the valley, not the wanted peak; "),
+    ],
+)
+def test_a_stop_names_the_segments_that_went_wrong(states: tuple[str, ...], says: str) -> None:
+    line = Stop(3, "a", ("peak", "valley")[: len(states)], states).line()
+    assert line.startswith(says)
+    assert line.endswith((says, "segment 2 was straight, not the wanted valley"))
 
 
 @pytest.mark.parametrize("pause", [2, 3])
