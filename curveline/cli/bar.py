@@ -21,16 +21,16 @@ WIDTH = 24
 
 
 class Bar:
-    """How far something has come that has `total` parts; gone without a trace at the end."""
+    """How far something has come that has `total` parts, None if nobody knows; gone without a trace at the end."""
 
-    def __init__(self, what: str, total: int) -> None:
+    def __init__(self, what: str, total: int | None) -> None:
         self._what = what
         self._total = total
         self._done = 0
         self._begin = self._drawn = time.monotonic()
         self._first: tuple[float, int] | None = None
         self._picture: Progress | None = None
-        self._is_wanted = total > 1 and show.is_live(sys.stderr)
+        self._is_wanted = (total is None or total > 1) and show.is_live(sys.stderr)
 
     def __enter__(self) -> Bar:
         return self
@@ -47,6 +47,10 @@ class Bar:
         self._first = self._first or (now, done)
         if now - self._drawn >= REDRAW_S and now - self._begin >= QUIET_S:
             self.show()
+
+    def step(self) -> None:
+        """One more part is done."""
+        self.reach(self._done + 1)
 
     def show(self) -> None:
         """Draw how far it is, even if it has only begun."""

@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curveline.cli import show
+from curveline.cli import show, trials
+from curveline.cli.bar import Bar
 from curveline.cli.planfiles import PLAN, check_outputs, write_outputs
 from curveline.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from curveline.plan import Plan
 
 
 def plan(
     shapes: Annotated[
-        list[str], typer.Argument(metavar="SHAPE", help="Shape file (.toml), or a plan (.json) to look at.")
-    ],
+        list[str] | None,
+        typer.Argument(metavar="SHAPE", help="Shape files (.toml), or one plan (.json) to look at."),
+    ] = None,
+    begin: Annotated[
+        str | None,
+        typer.Option("--from", metavar="SHAPE", help="Begin where the display shows this shape, and not at home."),
+    ] = None,
+    home: Annotated[
+        bool, typer.Option("--home", help="End at home: nodes level and upright, the rod straight.")
+    ] = False,
     output: Annotated[
         list[str] | None,
         typer.Option(
@@ -27,30 +40,67 @@ def plan(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print the plan's JSON.")] = False,
+    monte_carlo: trials.Runs = None,
+    seed: trials.Seed = 1,
+    feed_error_mm: trials.FeedError = None,
+    feed_scale_percent: trials.FeedScale = None,
+    angle_error_deg: trials.AngleError = None,
+    height_error_mm: trials.HeightError = None,
+    bow_mm: trials.Bow = None,
+    unevenness: trials.Unevenness = None,
+    least_share: trials.LeastShare = 0.0,
+    jobs: trials.Jobs = None,
 ) -> None:
-    """Work out the steps from home to a shape, or look at a plan that was worked out before.
+    """Work out the steps from home to a shape, or through several, or look at a plan that was worked out before.
 
-    A plan is refused, with the reason, if the rod could end in another state than the wanted one.
+    From one shape to the next the nodes go directly where the rod keeps its states on the way, and through a funnel,
+    in which only the wanted state exists, where it does not. Every step is followed in every mixture of uneven
+    progress of the nodes and refused, with the reason, if the rod could end in another state than the wanted one, would
+    bend too tightly or need more than the motors give.
+
+    With --monte-carlo the plan is played many times with errors of the nodes, and the share of runs that end in the
+    wanted states is reported. --json then prints one object with `plan` and `monte_carlo`; -o always writes the plan.
     """
     from curveline.cli.steps import describe
-    from curveline.plan import read_plan, to_json
+    from curveline.plan import to_json
 
-    if len(shapes) > 1:
-        hint = f"plan them one by one, beginning with `curveline plan {shapes[0]} -o PLAN`"
-        raise InvalidInput(f"a plan of {len(shapes)} shapes in a row is not possible in this version", hint)
     files = [path for path in output or () if path != "-"]
     check_outputs(files, force=force)
-    if shapes[0].endswith(PLAN):
-        made = read_plan(shapes[0])
-    else:
-        from curveline.planning import make_plan
-        from curveline.shapefile import read_shape
-
-        scene = read_shape(shapes[0])
-        show.announce_compilation()
-        made = make_plan(scene)
-    if json or len(files) < len(output or ()):
+    sizes = (feed_error_mm, feed_scale_percent, angle_error_deg, height_error_mm, bow_mm, unevenness)
+    request = trials.requested(monte_carlo, (seed, least_share, jobs), sizes)
+    made = _look_at(shapes) if shapes and shapes[0].endswith(PLAN) else _work_out(shapes or [], begin, goes_home=home)
+    is_piped = len(files) < len(output or ())
+    if is_piped or (json and request is None):
         show.result(to_json(made).rstrip("\n"))
-    else:
+    elif not json:
         show.result("\n".join(describe(made)))
     write_outputs(made, files, force=force)
+    if request is not None:
+        raise typer.Exit(trials.perturb(made, request, as_json=json and not is_piped, aside=is_piped))
+
+
+def _look_at(paths: Sequence[str]) -> Plan:
+    """A plan that was worked out before."""
+    from curveline.plan import read_plan
+
+    if len(paths) > 1:
+        raise InvalidInput("a plan is looked at by itself", f"begin with `curveline plan {paths[0]}`")
+    return read_plan(paths[0])
+
+
+def _work_out(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
+    """A plan through some shapes, and home."""
+    from curveline.cli.goal import read_goal
+    from curveline.planning import make_home_plan, make_round_trip, make_tour, start_at
+    from curveline.shapefile import read_shape
+
+    if not paths and (begin is None or not goes_home):
+        raise InvalidInput("no shape to plan", "name shapes, or the one that is shown: --from SHAPE --home")
+    scenes = read_goal([*paths, *([] if begin is None else [begin])]).scenes[: len(paths)]
+    shown = None if begin is None else read_shape(begin)
+    start, shows = (None, ()) if shown is None else start_at(shown)
+    show.announce_compilation()
+    with Bar("planning, steps proven:", None) as bar:
+        if not scenes and shown is not None:
+            return make_home_plan(shown.display, start, shows, bar.step)
+        return (make_round_trip if goes_home else make_tour)(scenes, start, shows, bar.step)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import closing
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
+from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 MOST_RUNS = 1_000_000
 MOST_JOBS = 256
 LARGEST_SEED = 2**53
+COLUMNS = 80
 HEAD = ("segment", "wanted", "ended so", "share %", "95 % confidence")
 
 
@@ -62,32 +65,33 @@ class Request:
 
     runs: int
     seed: int
-    sizes: Mapping[str, float | None]
     least_share: float
     jobs: int | None
-
-    def errors(self) -> Errors:
-        """The sizes of errors in SI, the usual ones where none was asked for."""
-        from curveline.trials import Errors
-        from curveline.units import deg, mm
-
-        units: dict[str, Callable[[float], float]]
-        units = {"feed_scale": lambda percent: percent / 100.0, "angle": deg, "unevenness": float}
-        given = {name: size for name, size in self.sizes.items() if size is not None}
-        return Errors(**{name: units.get(name, mm)(size) for name, size in given.items()})
+    errors: Errors
 
 
-def requested(runs: int | None, request: tuple[int, float, int | None], **sizes: float | None) -> Request | None:
-    """What the options ask for; `request` is the first seed, the least share and the processes.
+def requested(
+    runs: int | None, settings: tuple[int, float, int | None], sizes: tuple[float | None, ...]
+) -> Request | None:
+    """What the options ask for, None without `runs`; `settings` are the first seed, least share and processes.
 
-    None without `runs`; raises InvalidInput if errors were asked for nevertheless.
+    `sizes` are those of `Errors`, in the units of the options. Raises InvalidInput for errors without runs.
     """
-    seed, least_share, jobs = request
     if runs is not None:
-        return Request(runs, seed, sizes, least_share, jobs)
-    if any(size is not None for size in sizes.values()) or least_share > 0.0:
+        return Request(runs, *settings, _errors(sizes))
+    if any(size is not None for size in sizes) or settings[1] > 0.0:
         raise InvalidInput("sizes of errors, or a least share, but no runs", "add --monte-carlo 1000")
     return None
+
+
+def _errors(sizes: tuple[float | None, ...]) -> Errors:
+    """Errors in SI, the usual ones where none was asked for."""
+    from curveline.trials import Errors
+    from curveline.units import deg, mm
+
+    units: tuple[Callable[[float], float], ...] = (mm, lambda percent: percent / 100.0, deg, mm, mm, float)
+    named = zip(fields(Errors), sizes, units, strict=True)
+    return Errors(**{field.name: unit(size) for field, size, unit in named if size is not None})
 
 
 @dataclass(frozen=True)
@@ -106,12 +110,12 @@ class Trials:
         return EXIT_NO if self.outcome.total.value < self.request.least_share else EXIT_DONE
 
 
-def play(display: Display, plan: Plan, request: Request, shows: Sequence[str] = ()) -> Trials:
-    """Play `plan` as often as requested, under a progress bar; `shows` names the states at the start, if known."""
+def play(display: Display, plan: Plan, request: Request) -> Trials:
+    """Play `plan` as often as requested, under a progress bar."""
     from curveline.batch import jobs_for
     from curveline.trials import Setup, run_trials, summarise
 
-    setup = Setup(display, plan, request.errors(), tuple(shows))
+    setup = Setup(display, plan, request.errors)
     jobs = jobs_for(request.jobs, request.runs)
     begin = time.perf_counter()
     runs = []
@@ -121,6 +125,23 @@ def play(display: Display, plan: Plan, request: Request, shows: Sequence[str] = 
             runs.append(run)
             bar.reach(len(runs))
     return Trials(setup, request, summarise(setup, runs), time.perf_counter() - begin, jobs)
+
+
+def perturb(plan: Plan, request: Request, *, as_json: bool, aside: bool) -> int:
+    """Play `plan` as often as requested and print what came of it; the exit code.
+
+    It goes to stdout, or with `aside` to stderr, where the plan itself is on stdout.
+    """
+    from curveline.cli.run import display_of
+    from curveline.plan import to_json
+
+    trials = play(display_of(plan), plan, request)
+    if as_json:
+        show.emit({"plan": json.loads(to_json(plan)), "monte_carlo": document(trials)})
+    else:
+        for line in describe(trials):
+            (show.note if aside else show.result)(line)
+    return trials.exit_code
 
 
 def describe(trials: Trials) -> Iterator[str]:
@@ -138,7 +159,7 @@ def describe(trials: Trials) -> Iterator[str]:
     if outcome.worst is not None:
         again = f"--monte-carlo 1 --seed {outcome.worst.seed} plays it again"
         yield f"seed {outcome.worst.seed} fails with the smallest errors; {again}"
-    yield "errors: " + ", ".join(f"{name} {size:g}{unit}" for name, _, size, unit in _sizes(trials.setup.errors))
+    yield from wrap(", ".join(f"{name} {size:g}{unit}" for name, _, size, unit in _sizes(trials.setup.errors)), COLUMNS)
     processes = f"{trials.jobs} process{'' if trials.jobs == 1 else 'es'}"
     yield f"{trials.seconds:.1f} s on {processes}, {request.runs / trials.seconds:.0f} runs per second"
 
@@ -167,8 +188,8 @@ def _sizes(errors: Errors) -> Iterator[tuple[str, str, float, str]]:
     """Every error in words, its key in a document, its size and what follows that in words."""
     from curveline.units import to_deg, to_mm
 
-    yield "feed", "feed_mm", round(to_mm(errors.feed), 9), " mm"
-    yield "and of it", "feed_scale_percent", round(100.0 * errors.feed_scale, 9), " %"
+    yield "errors: feed", "feed_mm", round(to_mm(errors.feed), 9), " mm"
+    yield "scale", "feed_scale_percent", round(100.0 * errors.feed_scale, 9), " %"
     yield "angle", "angle_deg", round(to_deg(errors.angle), 9), " deg"
     yield "height", "height_mm", round(to_mm(errors.height), 9), " mm"
     yield "bow", "bow_mm", round(to_mm(errors.bow), 9), " mm"
