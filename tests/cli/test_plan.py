@@ -98,10 +98,40 @@ def test_a_plan_whose_display_is_gone_is_not_drawn(run: Run, tmp_path: Path) -> 
     assert not (tmp_path / "plan.png").exists()
 
 
-def test_several_shapes_are_planned_one_by_one(run: Run) -> None:
-    code, out, err = run("plan", SHAPE, SHAPE)
+def test_several_shapes_are_one_tour(run: Run) -> None:
+    code, out, err = run("plan", SHAPES / "level-up-peak.toml", SHAPES / "level-neutral-peak.toml", "--home", "--json")
+    assert (code, err) == (0, "")
+    made = from_json(out, "plan.json")
+    assert made.name == "level-up-peak, level-neutral-peak, home"
+    assert [step.shape for step in made.steps if step.shape] == ["level-up-peak", "level-neutral-peak", "home"]
+    assert made.wanted == ("straight",)
+
+
+def test_a_plan_may_begin_at_a_shape_and_end_at_home(run: Run) -> None:
+    code, out, _ = run("plan", "--from", SHAPE, "--home", "--json")
+    made = from_json(out, "plan.json")
+    assert (code, made.name, made.wanted) == (0, "home", ("straight",))
+    assert made.start[1].translate_mm == pytest.approx(100.0)
+    assert made.steps[-1].lengths_mm == (pytest.approx(500.0),)
+    code, out, _ = run("plan", SHAPE, "--from", SHAPE, "--json")
+    assert len(from_json(out, "plan.json").steps) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ((), "no shape to plan"),
+        (("--home",), "no shape to plan"),
+        (("--from", SHAPE), "no shape to plan"),
+        (("x.json", SHAPE), "looked at by itself"),
+        ((SHAPE, "x.toml"), "x.toml"),
+    ],
+)
+def test_what_is_no_tour(run: Run, arguments: tuple[str | Path, ...], reason: str) -> None:
+    code, out, err = run("plan", *arguments, "--json")
     assert (code, out) == (2, "")
-    assert "one by one" in err
+    assert reason in err
+    assert "hint: " in err
 
 
 def test_a_state_that_does_not_exist_cannot_be_planned(run: Run, no_valley: Path, tmp_path: Path) -> None:
