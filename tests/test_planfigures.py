@@ -288,3 +288,10 @@ def test_a_rod_that_is_lost_is_not_drawn(monkeypatch: pytest.MonkeyPatch, course
     for colour in COLOURS.values():
         assert len(nearest(frames[-1], colour)) == 0
     assert len(nearest(frames[2], COLOURS["valley"])) > 100
+
+
+def test_a_plan_that_moves_nothing_is_one_panel_and_one_frame() -> None:
+    still = replace(plan(PEAK), name="home", steps=(), wanted=(STRAIGHT,))
+    frames, total_ms = frames_of(planfilms.animate_plan(still, DISPLAY))
+    assert (len(frames), total_ms) == (1, planfilms.LAST_MS)
+    assert drawn(plans.draw_plan(still, DISPLAY, "svg").decode(), "after") == ["0-1-straight"]

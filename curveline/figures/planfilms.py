@@ -122,7 +122,8 @@ class _Stage:
     def _heading_at(self, course: Course, index: int) -> str:
         moment = course.moments[index]
         if index == len(course.moments) - 1:
-            return f"{self._plan.steps[-1].shape or self._plan.name}: {told(moment.states)}"
+            shape = self._plan.steps[-1].shape if self._plan.steps else ""
+            return f"{shape or self._plan.name}: {told(moment.states)}"
         if moment.step == 0:
             return "start"
         step = next(step for step in self._plan.steps if step.number == moment.step)
