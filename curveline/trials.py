@@ -17,7 +17,6 @@ from functools import partial
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curveline.errors import InvalidInput
 from curveline.plan import NodeTarget, Plan, drive_table
@@ -25,7 +24,7 @@ from curveline.playback import LOST, STRAIGHT, known_state, name_of
 from curveline.rod import _jit
 from curveline.rod.course import FELL, has_spare, ride
 from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.problem import Array
+from curveline.rod.problem import Array, Bearing
 from curveline.scene import Display, Node
 from curveline.simulation import clamped_rod
 from curveline.units import deg, mm
@@ -37,8 +36,8 @@ TAUT = "taut"
 PIECES = 16
 """Poses per step that the rod is taken through; each is reached straight from the one before."""
 
-OUT_OF_LINE = deg(5.0)
-"""A clamp that points away from the chord by more than this bends a rod: without rod to spare, that is pulled."""
+DETOUR = mm(1.0)
+"""Nodes are out of line where their clamps take up more rod than this beyond the chord: play and stretch give less."""
 
 NEARLY_STRAIGHT = 5e-3
 """At home, the excess of length over chord below which the rod is as straight as feed errors let it be."""
@@ -108,7 +107,7 @@ class Reason:
 
     def __str__(self) -> str:
         fates = {
-            TAUT: "is pulled taut between nodes out of line",
+            TAUT: "is pulled taut between nodes that are out of line",
             LOST: "falls into no state that was found",
             STRAIGHT: "ends straight",
         }
@@ -233,7 +232,7 @@ def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
     """How the rod of a segment ends whose nodes' axes take `values (m, nodes, 3)`."""
     poses = _poses(setup.display, values[:, segment : segment + 2])
     first, last = (_rod_of(setup.display, values[place, segment : segment + 2]) for place in (0, -1))
-    if np.any(_is_out_of_line(poses) & ~has_spare(poses, first.bearing)):
+    if np.any(~has_spare(poses, first.bearing) & (_detour(poses, first.bearing) > DETOUR)):
         return TAUT
     shown = setup.shows[segment] if segment < len(setup.shows) else ""
     state, events = ride(poses, first.bearing, known_state(first, shown), bow)
@@ -258,8 +257,12 @@ def _rod_of(display: Display, values: Array) -> ClampedRod:
     return clamped_rod(display, (left, right), display.span + float(values[0, 0] - values[1, 0]))
 
 
-def _is_out_of_line(poses: Array) -> NDArray[np.bool_]:
-    """True (m,) where a clamp points away from the chord between the nodes."""
-    chord = np.arctan2(poses[:, 1], poses[:, 0])
-    out: NDArray[np.bool_] = np.max(np.abs(poses[:, 2:4] - chord[:, None]), axis=1) > OUT_OF_LINE
-    return out
+def _detour(poses: Array, bearing: Bearing) -> Array:
+    """How much rod (m,) [m] beyond the chord a thin beam takes up on its way between its clamps, to second order.
+
+    Slopes a and b of its ends against the chord L take up L ((a^2 + b^2) / 15 - a b / 30), as of a cubic.
+    """
+    chord = np.hypot(poses[:, 0], poses[:, 1]) - bearing.clamp
+    left, right = (poses[:, 2:4] - np.arctan2(poses[:, 1], poses[:, 0])[:, None]).T
+    taken: Array = chord * ((left**2 + right**2) / 15.0 - left * right / 30.0)
+    return taken

@@ -117,11 +117,11 @@ def test_a_rod_that_is_pulled_between_nodes_out_of_line_is_no_good_way() -> None
     run = play_run(Setup(DISPLAY, pulled, NONE), 1)
     assert run.endings == (TAUT,)
     (reason,) = summarise(Setup(DISPLAY, pulled, NONE), [run]).reasons
-    assert str(reason) == "segment 1 is pulled taut between nodes out of line"
-    # Level nodes may draw the rod straight.
+    assert str(reason) == "segment 1 is pulled taut between nodes that are out of line"
+    # Level nodes may draw the rod straight, also if they are only level as far as they know.
     drawn = by_hand(DISPLAY, slack, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), wanted=("straight",))
     assert play_run(Setup(DISPLAY, drawn, NONE), 1).endings == ("straight",)
-    assert outcome_of(Setup(DISPLAY, drawn), 20).count == 20
+    assert outcome_of(Setup(DISPLAY, drawn, Errors(angle=deg(2.0))), 40).count == 40
 
 
 def test_an_axis_that_lags_matters_only_outside_the_funnel() -> None:
