@@ -15,6 +15,7 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from statistics import NormalDist
+from typing import NamedTuple
 
 import numpy as np
 
@@ -162,22 +163,45 @@ def run_trials(setup: Setup, seeds: Sequence[int], jobs: int = 1) -> Generator[R
             yield run
 
 
+class Draws(NamedTuple):
+    """Errors of a run in units of their sizes: of the calibration, of the play at each step, of when axes move."""
+
+    offsets: Array  # (nodes, 3)
+    scales: Array  # (nodes,)
+    bows: Array  # (segments,)
+    plays: Array  # (steps+1, nodes, 3)
+    delays: Array  # (2, steps, nodes, 3): see `_uneven`
+
+
+def draw(setup: Setup, seed: int) -> Draws:
+    """The errors that follow from `seed`."""
+    source = np.random.default_rng(seed)
+    nodes, steps = len(setup.plan.start), len(setup.plan.steps)
+    return Draws(
+        source.standard_normal((nodes, 3)),
+        source.standard_normal(nodes),
+        source.standard_normal(nodes - 1),
+        source.uniform(-1.0, 1.0, (steps + 1, nodes, 3)),
+        source.uniform(0.0, 1.0, (2, steps, nodes, 3)),
+    )
+
+
 def play_run(setup: Setup, seed: int) -> Run:
     """Play the plan once with the errors that follow from `seed`."""
-    errors, plan = setup.errors, setup.plan
-    source = np.random.default_rng(seed)
-    nodes, steps = len(plan.start), len(plan.steps)
-    offsets = source.standard_normal((nodes, 3))
-    scales = source.standard_normal(nodes)
-    bows = source.standard_normal(nodes - 1)
-    sizes = np.array([errors.feed, errors.angle, errors.height])
-    targets = _targets(setup)
-    targets[:, :, 0] *= 1.0 + errors.feed_scale * scales
-    targets += sizes * (offsets + source.uniform(-1.0, 1.0, (steps + 1, nodes, 3)))
-    values = _uneven(targets, source.uniform(0.0, errors.unevenness, (2, steps, nodes, 3)))
-    endings = tuple(_ending(setup, segment, values, errors.bow * float(bows[segment])) for segment in range(nodes - 1))
-    drawn = np.concatenate([offsets.ravel(), scales, bows])
+    draws = draw(setup, seed)
+    values, bows = course_of(setup, draws), setup.errors.bow * draws.bows
+    endings = tuple(_ending(setup, segment, values, float(bow)) for segment, bow in enumerate(bows))
+    drawn = np.concatenate([draws.offsets.ravel(), draws.scales, draws.bows])
     return Run(seed, endings, float(np.sqrt(np.mean(drawn**2))))
+
+
+def course_of(setup: Setup, draws: Draws) -> Array:
+    """Where the axes of all nodes are from the start to the end of a run, (poses, nodes, 3) in SI, errors included."""
+    errors = setup.errors
+    targets = _targets(setup)
+    targets[:, :, 0] *= 1.0 + errors.feed_scale * draws.scales
+    targets += np.array([errors.feed, errors.angle, errors.height]) * (draws.offsets + draws.plays)
+    return _uneven(targets, errors.unevenness * draws.delays)
 
 
 def summarise(setup: Setup, runs: Sequence[Run]) -> Outcome:

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from statistics import NormalDist
 
+import numpy as np
 import pytest
 
 from curveline.errors import InvalidInput
@@ -13,7 +14,21 @@ from curveline.plan import AXES, NodeTarget, Plan, Step, drive_table
 from curveline.playback import replay
 from curveline.scene import Display
 from curveline.shapefile import read_display
-from curveline.trials import LOST, TAUT, Errors, Reason, Run, Setup, Share, play_run, run_trials, summarise
+from curveline.trials import (
+    LOST,
+    PIECES,
+    TAUT,
+    Errors,
+    Reason,
+    Run,
+    Setup,
+    Share,
+    course_of,
+    draw,
+    play_run,
+    run_trials,
+    summarise,
+)
 from curveline.units import deg, mm
 from playing import motion, plan, scene
 
@@ -134,6 +149,50 @@ def test_an_axis_that_lags_matters_only_outside_the_funnel() -> None:
     assert (
         0 < outcome_of(Setup(DISPLAY, replace(leap, steps=(replace(leap.steps[0], number=1),)), uneven), 60).count < 60
     )
+
+
+def courses(errors: Errors, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where the axes are at the barriers of as many runs, (runs, steps+1, nodes, 3), and where they are meant to be."""
+    setup = Setup(DISPLAY, plan("staggered-down-peak"), errors)
+    runs = [course_of(setup, draw(setup, seed))[::PIECES] for seed in range(count)]
+    exact = course_of(replace(setup, errors=NONE), draw(setup, 0))[::PIECES]
+    return np.array(runs), exact
+
+
+def test_errors_of_calibration_stay_and_play_is_fresh() -> None:
+    sizes = replace(NONE, feed=mm(0.4), angle=deg(2.0), height=mm(0.1))
+    runs, exact = courses(sizes, 400)
+    missed = (runs - exact) / np.array([sizes.feed, sizes.angle, sizes.height])
+    spread = np.cov(missed.transpose(1, 0, 2, 3).reshape(len(exact), -1))
+    # A normal error of size 1 that all barriers share, and a uniform one between -1 and 1 for each.
+    expected = np.ones_like(spread) + np.eye(len(exact)) / 3.0
+    assert np.max(np.abs(spread - expected)) < 0.12
+    assert np.max(np.abs(missed - missed.mean(axis=1, keepdims=True))) < 2.0
+
+
+def test_the_scale_of_a_feed_errs_with_what_is_fed() -> None:
+    runs, exact = courses(replace(NONE, feed_scale=0.002), 400)
+    missed = runs - exact
+    assert np.all(missed[..., 1:] == 0.0)
+    assert np.all(missed[:, 0] == 0.0)
+    parts = missed[:, -1, :, 0] / exact[-1, :, 0]
+    assert np.std(parts) == pytest.approx(0.002, rel=0.1)
+    assert missed[:, 1, :, 0] / exact[1, :, 0] == pytest.approx(parts)
+
+
+@pytest.mark.parametrize("unevenness", [0.0, 0.5, 1.0])
+def test_every_axis_has_its_own_lag_and_speed(unevenness: float) -> None:
+    setup = Setup(DISPLAY, plan("level-up-peak"), replace(NONE, unevenness=unevenness))
+    fed = np.array([course_of(setup, draw(setup, seed))[: PIECES + 1, :, 0] for seed in range(400)])
+    progress = fed / fed[:, -1:]
+    assert np.all(np.diff(progress, axis=1) >= 0.0)
+    assert np.all(progress[:, 0] == 0.0)
+    middle = progress[:, PIECES // 2]
+    late, early = np.mean(middle == 0.0), np.mean(middle == 1.0)
+    # Half a step late: never if at most that; of all lags up to a whole step, half of them.
+    assert late == pytest.approx(0.5 if unevenness == 1.0 else 0.0, abs=0.05)
+    assert (early > 0.0) == (unevenness == 1.0)
+    assert (np.std(middle) > 0.1) == (unevenness > 0.0)
 
 
 def test_segments_are_counted_by_themselves_and_together() -> None:
