@@ -14,7 +14,7 @@ from curveline.units import to_deg, to_mm
 from .conftest import SHAPES, Run
 
 SHAPE = SHAPES / "level-up-peak.toml"
-ROUGH = ("--monte-carlo", 20, "--feed-error-mm", 30)
+ROUGH = ("--monte-carlo", 20, "--feed-error-mm", 60)
 """Errors of the feed that many runs do not survive."""
 
 
@@ -46,7 +46,7 @@ def test_json_is_one_document_and_the_file_is_the_plan(run: Run, tmp_path: Path)
     plan = read_plan(file)
     assert from_json(json.dumps(document["plan"]), "stdout") == plan
     found = document["monte_carlo"]
-    assert (found["runs"], found["seed"], found["confidence"], found["errors"]["feed_mm"]) == (20, 7, 0.95, 30.0)
+    assert (found["runs"], found["seed"], found["confidence"], found["errors"]["feed_mm"]) == (20, 7, 0.95, 60.0)
     assert found["wanted"]["low"] < found["wanted"]["share"] < found["wanted"]["high"]
     assert [each["wanted"] for each in found["segments"]] == ["peak"]
     assert sum(each["runs"] for each in found["failures"]) == 20 - found["wanted"]["count"]
