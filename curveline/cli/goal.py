@@ -1,4 +1,4 @@
-"""What a display is to show: shapes one after the other, or nothing, which is home; and the plan that leads there."""
+"""What a display is to show: shapes one after the other, then nothing, which is home; and the plan that leads there."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from curveline.cli import show
+from curveline.cli.bar import Bar
 from curveline.errors import InvalidInput
 from curveline.scene import Display, Scene
 
@@ -17,13 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Goal:
-    """The shapes of one display in the order in which it is to show them; home if there are none."""
+    """The shapes of one display in the order in which it is to show them, and whether it is to go home after them."""
 
     display: Display
     scenes: tuple[Scene, ...] = ()
+    ends_home: bool = False
 
 
-def read_goal(paths: Sequence[str]) -> Goal:
+def read_goal(paths: Sequence[str], *, ends_home: bool = False) -> Goal:
     """The shapes in some files, at least one; InvalidInput if they are of different displays."""
     from curveline.shapefile import read_shape
 
@@ -34,21 +36,22 @@ def read_goal(paths: Sequence[str]) -> Goal:
                 f"{path} is a shape of display {scene.display.name}, {paths[0]} one of {scenes[0].display.name}",
                 "a tour is of one display; send the shapes of each display by themselves",
             )
-    return Goal(scenes[0].display, scenes)
+    return Goal(scenes[0].display, scenes, ends_home)
 
 
 def home_of(display: str) -> Goal:
     """Home of a built-in display, or of one in a file."""
     from curveline.shapefile import read_display
 
-    return Goal(read_display(display))
+    return Goal(read_display(display), ends_home=True)
 
 
 def plan_goal(goal: Goal, start: tuple[Counts, ...] | None, shows: tuple[str, ...] = ()) -> Plan:
     """A plan from encoder counts, home if None, where the segments are in the states `shows`, "" where not known."""
-    from curveline.planning import make_home_plan, make_tour
+    from curveline.planning import make_home_plan, make_round_trip, make_tour
 
     show.announce_compilation()
-    if goal.scenes:
-        return make_tour(goal.scenes, start, shows)
-    return make_home_plan(goal.display, start or ((0, 0, 0),) * goal.display.node_count, shows)
+    with Bar("planning, steps proven:", None) as bar:
+        if not goal.scenes:
+            return make_home_plan(goal.display, start, shows, bar.step)
+        return (make_round_trip if goal.ends_home else make_tour)(goal.scenes, start, shows, bar.step)

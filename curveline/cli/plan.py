@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from curveline.cli import show, trials
-from curveline.cli.bar import Bar
 from curveline.cli.planfiles import PLAN, check_outputs, write_outputs
 from curveline.errors import InvalidInput
 
@@ -90,17 +90,12 @@ def _look_at(paths: Sequence[str]) -> Plan:
 
 def _work_out(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
     """A plan through some shapes, and home."""
-    from curveline.cli.goal import read_goal
-    from curveline.planning import make_home_plan, make_round_trip, make_tour, start_at
+    from curveline.cli.goal import plan_goal, read_goal
+    from curveline.planning import start_at
     from curveline.shapefile import read_shape
 
     if not paths and (begin is None or not goes_home):
         raise InvalidInput("no shape to plan", "name shapes, or the one that is shown: --from SHAPE --home")
-    scenes = read_goal([*paths, *([] if begin is None else [begin])]).scenes[: len(paths)]
-    shown = None if begin is None else read_shape(begin)
-    start, shows = (None, ()) if shown is None else start_at(shown)
-    show.announce_compilation()
-    with Bar("planning, steps proven:", None) as bar:
-        if not scenes and shown is not None:
-            return make_home_plan(shown.display, start, shows, bar.step)
-        return (make_round_trip if goes_home else make_tour)(scenes, start, shows, bar.step)
+    goal = read_goal([*paths, *([] if begin is None else [begin])], ends_home=goes_home)
+    start, shows = (None, ()) if begin is None else start_at(read_shape(begin))
+    return plan_goal(replace(goal, scenes=goal.scenes[: len(paths)]), start, shows)

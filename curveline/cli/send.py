@@ -33,7 +33,10 @@ def send(
         typer.Argument(metavar="PLAN|SHAPE...", help="Plan (.json), or shapes (.toml) to plan and send in a row."),
     ] = None,
     home: Annotated[
-        bool, typer.Option("--home", help="Bring a display home: level, upright, the rod straight.")
+        bool,
+        typer.Option(
+            "--home", help="Bring the display home, after the shapes if any: level, upright, the rod straight."
+        ),
     ] = False,
     display: Annotated[
         str | None,
@@ -63,7 +66,7 @@ def send(
     step; again, it holds at once; again, it is an emergency stop.
     """
     folder = nodes.runs_folder(runs)
-    wanted = _wanted(what or [], resume, _home(display, asked=home), folder)
+    wanted = _wanted(_Asked(tuple(what or ()), resume, display, home), folder)
     if touched and not isinstance(wanted, Goal):
         raise InvalidInput(
             "--touched is for shapes and for --home: this plan is made already", "send the shape instead"
@@ -98,6 +101,16 @@ def _conclude(ending: Ending, spec: str, *, as_json: bool) -> NoReturn:
 
 
 @dataclass(frozen=True)
+class _Asked:
+    """What was named on the command line."""
+
+    files: tuple[str, ...]
+    resume: str | None
+    display: str | None
+    home: bool
+
+
+@dataclass(frozen=True)
 class _Way:
     """How to send: through which radio, with the records where, and what the operator allows."""
 
@@ -108,37 +121,31 @@ class _Way:
     touched: bool
 
 
-def _wanted(what: Sequence[str], resume: str | None, home: str | None, runs: Path) -> Plan | Goal | BrokenRun:
+def _wanted(asked: _Asked, runs: Path) -> Plan | Goal | BrokenRun:
     """What is to be sent; InvalidInput unless it is one thing, and can be read."""
-    if bool(what) + (resume is not None) + (home is not None) != 1:
+    if bool(asked.files or asked.home) is (asked.resume is not None):
         raise InvalidInput("name a plan, shapes, --home, or a run to --resume, and only one of them")
-    if resume is not None:
-        return _broken_off(resume, runs)
-    return home_of(home) if home is not None else _read(what)
+    if asked.display is not None and (asked.files or not asked.home):
+        raise InvalidInput("--display is for --home alone", "a plan or a shape names its own display")
+    if asked.resume is not None:
+        return _broken_off(asked.resume, runs)
+    return _read(asked.files, ends_home=asked.home) if asked.files else home_of(asked.display or "single")
 
 
-def _home(display: str | None, *, asked: bool) -> str | None:
-    """The display that is to be brought home, if that was asked for."""
-    if display is not None and not asked:
-        raise InvalidInput("--display is for --home", "a plan or a shape names its own display")
-    return (display or "single") if asked else None
-
-
-def _read(paths: Sequence[str]) -> Plan | Goal:
+def _read(paths: Sequence[str], *, ends_home: bool) -> Plan | Goal:
     """The plan in a file, or the shapes in some; the suffix says which."""
     suffixes = {path: os.path.splitext(path)[1].lower() for path in paths}
     for path, suffix in suffixes.items():
         if suffix not in (".json", ".toml"):
             raise InvalidInput(f"{path}: neither a plan (.json) nor a shape (.toml)", "the suffix says what a file is")
-        if suffix == ".json" and len(paths) > 1:
-            raise InvalidInput(
-                f"{path}: a plan is sent by itself", "`curveline plan SHAPE...` makes one plan of several shapes"
-            )
+        if suffix == ".json" and (len(paths) > 1 or ends_home):
+            hint = "`curveline plan SHAPE...` makes one plan of several shapes, `curveline send --home` goes home"
+            raise InvalidInput(f"{path}: a plan is sent by itself", hint)
     if ".json" in suffixes.values():
         from curveline.plan import read_plan
 
         return read_plan(paths[0])
-    return read_goal(paths)
+    return read_goal(paths, ends_home=ends_home)
 
 
 def _broken_off(name: str, runs: Path) -> BrokenRun:

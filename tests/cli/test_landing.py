@@ -66,7 +66,8 @@ def test_a_tour_of_all_shapes_shows_each_of_them_and_ends_at_home(run: Run) -> N
     assert document["rod"]["states"] == document["wanted"]
     home = sent(run, "--home", "--radio", f"{BAD},seed=6")
     assert home["plan"] == "home"
-    assert (home["wanted"], home["rod"]["states"], home["shapes"]) == (["straight"], ["straight"], [])
+    assert home["wanted"] == home["rod"]["states"] == ["straight"]
+    assert [stop["shape"] for stop in home["shapes"]] == ["home"]
     assert all(abs(count) <= 22 for node in home["nodes"] for count in node["counts"])
 
 
@@ -81,6 +82,13 @@ def test_a_row_goes_from_shape_to_shape_and_home(run: Run, tmp_path: Path) -> No
     assert [stop["states"] for stop in tour["shapes"]] == [list(states[1]), list(states[0])]
     home = sent(run, "--home", "--display", "quad", "--radio", f"{BAD},seed=3")
     assert home["rod"]["states"] == ["straight"] * 4
+
+
+def test_a_round_trip_shows_its_shapes_and_ends_at_home(run: Run) -> None:
+    document = sent(run, *PAPER[:2], "--home", "--radio", f"{BAD},seed=4")
+    assert [stop["states"] for stop in document["shapes"]] == [["peak"], ["valley"], ["straight"]]
+    assert document["wanted"] == document["rod"]["states"] == ["straight"]
+    assert all(abs(count) <= 22 for node in document["nodes"] for count in node["counts"])
 
 
 def stopping(plan: Plan, **shapes: str) -> Plan:

@@ -306,8 +306,9 @@ def test_usage(run: Run, plan_file: Path) -> None:
         (plan_file, "--touched"),
         (plan_file, plan_file),
         (shape, plan_file),
-        (shape, "--home"),
+        (plan_file, "--home"),
         (shape, "--display", "single"),
+        (shape, "--home", "--display", "single"),
         ("--home", "--resume", "last"),
         (),
     )
