@@ -160,7 +160,7 @@ def load_at(name: str, load: float, deflection: float, edges: int) -> float:
     """The load near another one that holds a deflection, by interpolation between records of a traced branch."""
     track = traced(name, edges)
     near = track.near(CASES[name], load, deflection)
-    place = slice(near - 2, near + 4)
+    place = slice(near - 4, near + 6)
     return float(BarycentricInterpolator(track.deflections[place], track.loads[place])(deflection))
 
 
