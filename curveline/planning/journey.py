@@ -22,7 +22,7 @@ from curveline.planning.layout import (
     lengths_of,
     posed,
 )
-from curveline.planning.moves import Leg, Stage, Travel, advance
+from curveline.planning.moves import Leg, Travel, advance
 from curveline.planning.proof import Prover, Refused
 from curveline.planning.routes import RECIPE, Way, travel_along, ways
 from curveline.scene import Scene
@@ -115,16 +115,35 @@ def _through_funnel(prover: Prover, travel: Travel, goal: Goal) -> Travel:
 
 
 def _to_neutral(prover: Prover, travel: Travel) -> Travel:
-    """Bring a display that is not at home to level, untilted nodes, in whatever state its rod may be."""
-    here = travel.stage.layout
-    free = Travel(travel.moves, Stage(here, (None,) * len(here.segments)))
-    level = (0.0,) * len(here.nodes)
-    if max(map(abs, heights_of(here))) > AT_HOME:
-        here = posed(here, angles_of(here), level)
-        free = advance(prover, free, Leg("level", here))
-    if max(map(abs, angles_of(here))) > LEVEL_SLACK:
-        free = advance(prover, free, Leg("neutral", posed(here, level, level)))
-    return free
+    """Bring a display to level, untilted nodes; states that are known may be lost on the way."""
+    stage = travel.stage
+    free = Travel(travel.moves, replace(stage, keeps=False))
+    refusals = []
+    for way in _ways_back(prover, stage.layout):
+        try:
+            for leg in way:
+                free = advance(prover, free, leg)
+        except Refused as refusal:
+            refusals.append(refusal)
+            free = Travel(travel.moves, replace(stage, keeps=False))
+        else:
+            return free
+    raise Refused(
+        f"the way back: {refusals[0].message}; bring the nodes home by hand and start there", step=refusals[0].step
+    )
+
+
+def _ways_back(prover: Prover, here: Layout) -> Iterator[tuple[Leg, ...]]:
+    """Orders in which nodes become level and untilted."""
+    zeros = (0.0,) * len(here.nodes)
+    is_tilted = max(map(abs, angles_of(here))) > LEVEL_SLACK
+    is_level = max(map(abs, heights_of(here))) <= AT_HOME
+    level = () if is_level else (Leg("level", posed(here, angles_of(here), zeros)),)
+    neutral = (Leg("neutral", posed(here, zeros, zeros)),) if is_tilted else ()
+    yield (*level, *neutral)
+    if not is_level and is_tilted:
+        yield Leg("neutral", posed(here, zeros, heights_of(here))), Leg("level", posed(here, zeros, zeros))
+        yield (Leg("swing", posed(here, zeros, zeros)),)
 
 
 def _into_states(prover: Prover, travel: Travel, goal: Goal, gate: Gate) -> Travel:

@@ -20,10 +20,14 @@ SLACK = 1e-9
 
 @dataclass(frozen=True)
 class Stage:
-    """Where a display stands and the state of every segment, None where it can be in any."""
+    """Where a display stands and the state of every segment, None where it can be in any.
+
+    A stage that `keeps` its states must not lose them; where it does not, a state that would be lost may become any.
+    """
 
     layout: Layout
     holds: tuple[Hold | None, ...]
+    keeps: bool = True
 
 
 @dataclass(frozen=True)
@@ -103,7 +107,8 @@ def _step(prover: Prover, travel: Travel, leg: Leg) -> Travel:
         corners=sum(each.corners for each in passed),
     )
     prover.tell()
-    return Travel((*travel.moves, move), Stage(goal, tuple(each.hold for each in passed)))
+    keeps = stage.keeps or bool(leg.funnels)
+    return Travel((*travel.moves, move), Stage(goal, tuple(each.hold for each in passed), keeps))
 
 
 def _pass(prover: Prover, stage: Stage, goal: Layout, which: tuple[int, str]) -> Passed:
@@ -115,11 +120,9 @@ def _pass(prover: Prover, stage: Stage, goal: Layout, which: tuple[int, str]) ->
     try:
         if wanted:
             return prover.funnel(before, after, box, wanted)
-        if hold is None:
-            return prover.allow(before, after, box)
-        passed = prover.keep(before, after, box, hold)
-        assert passed.hold is not None
-        return replace(passed, names=prover.name_of(after, passed.hold))
+        if hold is not None and (stage.keeps or prover.can_keep(before, after, box, hold)):
+            return prover.keep(before, after, box, hold)
+        return prover.allow(before, after, box)
     except Refused as refusal:
         text = f"segment {segment + 1}: {refusal.message}"
         raise Refused(text, segment + 1, is_hopeless=refusal.is_hopeless) from None

@@ -136,7 +136,16 @@ class Prover:
             if np.max(np.abs(back.angles - end.angles)) > SAME_STATE:
                 raise Refused(f"uneven progress by way of {describe(corner)} would end in another state")
             lowest, demand = min(lowest, first, second), demand.joined(asked).joined(more)
-        return Passed(end, "", lowest, lowest / STIFFEST, STABILITY, demand, len(corners))
+        name = self.name_of(after, end)
+        return Passed(end, name, lowest, lowest / STIFFEST, STABILITY, demand, len(corners))
+
+    def can_keep(self, before: Pose, after: Pose, box: Box, hold: Hold) -> bool:
+        """True if a known state would survive a step."""
+        try:
+            self.keep(before, after, box, hold)
+        except Refused:
+            return False
+        return True
 
     def allow(self, before: Pose, after: Pose, box: Box) -> Passed:
         """Let the rod be in any state through a step; Refused where it would be taut."""
