@@ -216,8 +216,12 @@ def test_the_same_plan_is_the_same_bytes_whatever_the_users_style(svg: str) -> N
     assert "<dc:date>" not in svg
 
 
-def test_a_png_is_as_wide_as_its_panels() -> None:
-    image = imread(io.BytesIO(plans.draw_plan(plan(PEAK), DISPLAY, "png")))
+def test_a_png_is_as_wide_as_its_panels_and_tells_how_far_it_is() -> None:
+    heard: list[int] = []
+    image = imread(io.BytesIO(plans.draw_plan(plan(PEAK), DISPLAY, "png", heard.append)))
+    # How often matplotlib draws a panel is its own affair.
+    assert heard == list(range(1, len(heard) + 1))
+    assert 2 * 6 <= len(heard) <= plans.parts_of(plan(PEAK)) == 3 * 6
     assert image.shape[1] == round(3 * plans.PANEL_WIDTHS[1] * PIXELS_PER_INCH)
 
 

@@ -47,20 +47,18 @@ def write_outputs(plan: Plan, paths: Sequence[str], *, force: bool) -> None:
 
 
 def _picture(plan: Plan, suffix: str) -> bytes:
-    """A figure or a film of a plan, with a progress bar for the film."""
+    """A figure or a film of a plan."""
     from curveline.cli.bar import Bar
     from curveline.cli.run import display_of
+    from curveline.figures import planfilms, plans
 
     display = display_of(plan)
     show.announce_compilation()
-    if suffix != FILM:
-        from curveline.figures.plans import draw_plan
-
-        return draw_plan(plan, display, suffix.removeprefix("."))
-    from curveline.figures.planfilms import animate_plan, parts_of
-
-    with Bar("film", parts_of(plan)) as bar:
-        return animate_plan(plan, display, bar.reach)
+    if suffix == FILM:
+        with Bar("film, parts", planfilms.parts_of(plan)) as bar:
+            return planfilms.animate_plan(plan, display, bar.reach)
+    with Bar("figure, parts", plans.parts_of(plan)) as bar:
+        return plans.draw_plan(plan, display, suffix.removeprefix("."), bar.reach)
 
 
 def _suffix(path: str) -> str:

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import count, pairwise
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
@@ -83,48 +83,61 @@ class Panel:
     moved: tuple[tuple[NodeTarget, NodeTarget], ...] = ()
 
 
-def draw_plan(plan: Plan, display: Display, kind: str) -> bytes:
+def parts_of(plan: Plan) -> int:
+    """How many parts `draw_plan` reports at most: every panel is filled, and drawn to be measured and for good."""
+    return 3 * len(_chosen(plan))
+
+
+def draw_plan(plan: Plan, display: Display, kind: str, heard: Callable[[int], None] = lambda _: None) -> bytes:
     """A figure of a plan's steps, "svg" or "png", all to one scale; MissingExtra without matplotlib.
 
     Of a plan with more steps than `MOST_PANELS` those that complete a shape are shown first, and the figure says so.
+    `heard` is told how many of `parts_of` parts are done.
     """
-    panels = _panels(plan, stills(plan, display))
-    chosen = chosen_of(len(panels), [index for index, step in enumerate(plan.steps, start=1) if step.shape])
+    panels, chosen = _panels(plan, stills(plan, display)), _chosen(plan)
     width = PANEL_WIDTHS.get(len(plan.wanted), max(WIDE, PER_SEGMENT * len(plan.wanted)))
     across = min(max(1, int(ROW_WIDTH / width)), len(chosen))
     (left, right), (low, high) = _frame(panels, display)
     steepness = (high - low) / (right - left)
     lines = [max(panels[index].heading.count("\n") + 1 for index in row) for row in _rows(chosen, across)]
-    heights = [(width - SIDE_ROOM) * steepness + count * LINE_HEIGHT + FRAME_ROOM for count in lines]
+    heights = [(width - SIDE_ROOM) * steepness + number * LINE_HEIGHT + FRAME_ROOM for number in lines]
     with new_figure(width * across, sum(heights) + EDGE_ROOM, kind) as figure:
         rows = figure.subplots(len(heights), across, squeeze=False, sharex=True, sharey=True, height_ratios=heights)
         axes = list(rows.flatten())
         axes[0].set(xlim=(left, right), ylim=(low, high))
+        done = count(1)
         for place, index in zip(axes, chosen, strict=False):
             _draw_panel(place, panels[index], display, index)
+            heard(next(done))
+            _when_drawn(place, lambda: heard(next(done)))
         _dress_edges(axes, across, len(chosen))
         figure.suptitle(_title(plan, width * across, len(chosen)), fontweight="bold")
         _draw_legend(figure, [panels[index] for index in chosen])
         return bytes_of(figure, kind)
 
 
-def chosen_of(count: int, complete: Sequence[int] = ()) -> list[int]:
-    """Which of `count` panels are drawn: all, or `MOST_PANELS` of them.
+def _chosen(plan: Plan) -> list[int]:
+    """The panels of a plan that are drawn, by number: 0 is the start."""
+    return chosen_of(len(plan.steps) + 1, [index for index, step in enumerate(plan.steps, start=1) if step.shape])
+
+
+def chosen_of(panels: int, complete: Sequence[int] = ()) -> list[int]:
+    """Which of so many `panels` are drawn: all, or `MOST_PANELS` of them.
 
     The first, the last and those of `complete` shapes come before others; what is left out is spread evenly.
     """
-    if count <= MOST_PANELS:
-        return list(range(count))
-    first = sorted({0, *complete, count - 1})
+    if panels <= MOST_PANELS:
+        return list(range(panels))
+    first = sorted({0, *complete, panels - 1})
     if len(first) >= MOST_PANELS:
         return _spread(first, MOST_PANELS)
-    others = sorted(set(range(count)) - set(first))
+    others = sorted(set(range(panels)) - set(first))
     return sorted([*first, *_spread(others, MOST_PANELS - len(first))])
 
 
-def _spread(items: Sequence[int], count: int) -> list[int]:
-    """`count` of the items, evenly, the first and the last among them."""
-    return [items[round(place * (len(items) - 1) / max(1, count - 1))] for place in range(count)]
+def _spread(items: Sequence[int], number: int) -> list[int]:
+    """`number` of the items, evenly, the first and the last among them."""
+    return [items[round(place * (len(items) - 1) / max(1, number - 1))] for place in range(number)]
 
 
 def _rows(chosen: Sequence[int], across: int) -> list[Sequence[int]]:
@@ -176,7 +189,7 @@ def told(states: Sequence[str]) -> str:
     """The states of a row of segments as text: one by one, or counted where they are many."""
     if len(states) <= TOLD:
         return ", ".join(states)
-    return ", ".join(f"{count} times {name}" for name, count in Counter(states).items())
+    return ", ".join(f"{number} times {name}" for name, number in Counter(states).items())
 
 
 def _number(value: float) -> str:
@@ -267,16 +280,29 @@ def _arrow(place: Axes, points: Sequence[Any] | Array) -> None:
     place.add_patch(FancyArrowPatch(path=Path(np.asarray(points)), color=ARROW, zorder=6, **style))
 
 
+def _when_drawn(place: Axes, tell: Callable[[], None]) -> None:
+    """Have it told when a panel comes to be drawn, which is long after it was filled."""
+    from matplotlib.artist import Artist
+
+    class Herald(Artist):
+        def draw(self, renderer: Any) -> None:
+            tell()
+
+    herald = Herald()
+    herald.set_in_layout(False)
+    place.add_artist(herald)
+
+
 def _in_mm(curve: Array) -> Array:
     return to_mm(1.0) * curve
 
 
-def _dress_edges(places: Sequence[Axes], across: int, count: int) -> None:
+def _dress_edges(places: Sequence[Axes], across: int, shown: int) -> None:
     """Labels at the left and at the lowest panel of every column; no panel where there is no step."""
-    for place in places[count:]:
+    for place in places[shown:]:
         place.set_axis_off()
-    for number, place in enumerate(places[:count]):
-        is_lowest = number + across >= count
+    for number, place in enumerate(places[:shown]):
+        is_lowest = number + across >= shown
         place.tick_params(labelbottom=is_lowest)
         place.set_xlabel(X_LABEL if is_lowest else "")
         place.set_ylabel(Y_LABEL if number % across == 0 else "")
