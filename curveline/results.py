@@ -298,18 +298,24 @@ def _without_curves(record: Document) -> Document:
 
 
 def _provenance(report: Report) -> Document:
-    scene, settings = report.scene, report.settings
+    settings = report.settings
+    asked = {
+        "tolerance_mm": to_mm(settings.tolerance),
+        "points": settings.points,
+        "windings": list(settings.windings),
+        "model": settings.model,
+    }
+    return provenance(report.scene, asked, settings.argv)
+
+
+def provenance(scene: Scene, settings: Document, argv: Sequence[str]) -> Document:
+    """Where a result comes from: versions, the files it was made from, what was asked for, the command as typed."""
     return {
         "versions": {"curveline": curveline.__version__, "python": platform.python_version(), **_versions()},
         "shape": {"path": scene.path, "sha256": scene.digest},
         "display": {"name": scene.display.name, "sha256": scene.display.digest},
-        "settings": {
-            "tolerance_mm": to_mm(settings.tolerance),
-            "points": settings.points,
-            "windings": list(settings.windings),
-            "model": settings.model,
-        },
-        "argv": list(settings.argv),
+        "settings": settings,
+        "argv": list(argv),
     }
 
 

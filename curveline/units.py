@@ -52,6 +52,11 @@ def to_nmm(value: float) -> float:
     return value * 1e3
 
 
+def to_n_per_mm(value: float) -> float:
+    """Stiffness in N/m to N/mm."""
+    return value * 1e-3
+
+
 def to_mj(value: float) -> float:
     """Energy in J to mJ."""
     return value * 1e3

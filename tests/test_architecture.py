@@ -18,7 +18,7 @@ LAYERS = (
     {"files", "measured", "records", "scene", "toml_document", "toml_location", "workers"},
     {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
     {"batch", "bench", "capability", "figures", "linkbench", "planning", "playback", "results", "simulation"}
-    | {"explanation", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"},
+    | {"explanation", "loadfiles", "loading", "loadmap", "pushes", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"},
     {"cli"},
 )
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}
@@ -38,8 +38,11 @@ ONLY_IN = {
         "rod",
         "bench",
         "figures",
+        "loading",
+        "loadmap",
         "planning",
         "playback",
+        "pushes",
         "results",
         "simulation",
         "sweepfiles",

@@ -16,7 +16,7 @@ from curveline.plan import NodeTarget, Plan, Step, drive_table, write_plan
 from curveline.shapefile import read_display
 
 HEAVY = {"numpy", "numba", "scipy", "matplotlib", "cv2", "serial", "pyrf24"}
-COMMANDS = ("simulate", "plan", "send", "status", "stop", "keys", "bench")
+COMMANDS = ("simulate", "plan", "send", "status", "stop", "load", "keys", "bench")
 
 SCRIPT = """
 import json, sys

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from curveline import __version__
-from curveline.cli import bench, plan, send, show, simulate, status, stop
+from curveline.cli import bench, load, plan, send, show, simulate, status, stop
 from curveline.cli.display import check
 from curveline.cli.display import show as show_display
 from curveline.cli.keys import adopt, new, node
@@ -32,7 +32,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (simulate.simulate, plan.plan, send.send, status.status, stop.stop, bench.bench):
+for _command in (simulate.simulate, plan.plan, send.send, status.status, stop.stop, load.load, bench.bench):
     app.command(epilog=EPILOG, no_args_is_help=_command not in (status.status, stop.stop, bench.bench))(_command)
 keys = typer.Typer(help="The keys of a site: make them, load them, learn who the nodes are.", no_args_is_help=True)
 for _key_command in (new.new, node.node, adopt.adopt, show_keys.show):

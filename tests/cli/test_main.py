@@ -15,7 +15,7 @@ from curveline.cli import show
 
 from .conftest import BROKEN, SHAPES, Run
 
-COMMANDS = ("simulate", "plan", "send", "status", "stop", "bench")
+COMMANDS = ("simulate", "plan", "send", "status", "stop", "load", "bench")
 COMMAND = (sys.executable, "-m", "curveline")
 SHAPE = str(SHAPES / "level-up-peak.toml")
 
@@ -42,7 +42,9 @@ def test_every_command_has_help_for_every_option(run: Run, command: str) -> None
     assert all(len(line) <= 80 for line in out.splitlines())
 
 
-@pytest.mark.parametrize("arguments", [(), ("simulate",), ("plan",), ("send",), ("simulat",), ("status", "x")])
+@pytest.mark.parametrize(
+    "arguments", [(), ("simulate",), ("plan",), ("send",), ("load",), ("simulat",), ("status", "x")]
+)
 def test_wrong_usage_is_told_on_stderr(run: Run, arguments: tuple[str, ...]) -> None:
     code, out, err = run(*arguments)
     assert (code, out) == (2, "")

@@ -1,0 +1,122 @@
+"""What pushing a shape showed, in text for terminals of 80 columns."""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+from collections.abc import Iterator, Sequence
+from typing import TypeVar
+
+from curveline.cli import show
+from curveline.cli.bar import Bar
+from curveline.loadfiles import EITHER, either
+from curveline.loading import LOST, Loading, load
+from curveline.loadmap import LoadMap, Point, Verdict, load_map
+from curveline.pushes import Push, Stand
+from curveline.scene import Scene
+from curveline.units import to_mm, to_n_per_mm
+
+MAP_POINTS = 41
+ROWS = 21
+"""Of a table, so that it fits a screen with what is said around it."""
+WIDTH = 80
+Row = TypeVar("Row")
+TASKS = {1.0: "searching for a target", 2.0: "following a contour, lightly", 5.0: "following a contour, firmly"}
+"""What fingers do with the forces of a map [N]."""
+
+
+def pushed(scene: Scene, push: Push) -> Loading:
+    """Push one point."""
+    return load(scene, push)
+
+
+def mapped(scene: Scene, push: Push, points: int) -> LoadMap:
+    """Push all points, with a bar that shows how far it is."""
+    with Bar("pushing", points) as bar:
+        return load_map(scene, push, points, bar.reach)
+
+
+def is_lost(found: Loading | LoadMap) -> bool:
+    """True if somewhere a branch was lost before it came to a special point."""
+    kinds = [point.kind for point in found.points] if isinstance(found, LoadMap) else [found.snap and found.snap.kind]
+    return LOST in kinds
+
+
+def describe(found: Loading | LoadMap) -> Iterator[str]:
+    """Lines of text on what was found."""
+    head = _of_loading(found) if isinstance(found, Loading) else _of_map(found)
+    yield show.paint(found.scene.name, show.BOLD, sys.stdout)
+    yield from head
+
+
+def _of_loading(loading: Loading) -> Iterator[str]:
+    stand, snap = loading.stand, loading.snap
+    place = _where(stand.seen(stand.place(stand.state)))
+    yield f"{_what(loading.push, stand)}, at {loading.push.at:g} of its length: {place}"
+    lines = show.table([("force N", "deflection mm"), *(_row(row) for row in thinned(loading.rows))], frozenset())
+    yield show.paint(lines[0], show.DIM, sys.stdout)
+    yield from lines[1:]
+    stiffness = "not known" if loading.stiffness is None else f"{to_n_per_mm(loading.stiffness):.4g} N/mm"
+    yield f"stiffness without load: {stiffness}"
+    if snap is None:
+        yield f"no snap-through up to {loading.push.most:g} N"
+    elif snap.kind == LOST:
+        yield f"followed to {snap.force:.4g} N, and lost there"
+    else:
+        sentence = f"snaps through at {snap.force:.4g} N ({snap.kind}), lands in {_or(either(snap.landings, 'name'))}"
+        yield from textwrap.wrap(f"{sentence}; released it is in {_or(either(snap.landings, 'released'))}", WIDTH)
+    if loading.leaves_plane is not None:
+        yield f"from {loading.leaves_plane:.4g} N on the rod would not stay in its plane, which is not modelled"
+    yield f"curves known to {to_mm(loading.error):.1g} mm, {1e3 * loading.seconds:.0f} ms"
+
+
+def _of_map(found: LoadMap) -> Iterator[str]:
+    yield f"{_what(found.push, found.stand)}, at {len(found.points)} points"
+    head = ("at", "x mm", "y mm", "snaps at N", "how")
+    lines = show.table([head, *map(_cells, thinned(found.points))], frozenset({4}))
+    yield show.paint(lines[0], show.DIM, sys.stdout)
+    yield from lines[1:]
+    if found.weakest is None:
+        yield f"weakest point: none, all of them withstand {found.push.most:g} N"
+    else:
+        place = _where((found.weakest.x, found.weakest.y))
+        yield f"weakest point: {found.weakest.force:.4g} N ({found.weakest.kind}) at {found.weakest.at:.4g}: {place}"
+    for verdict in found.verdicts:
+        yield from textwrap.wrap(_verdict(verdict), WIDTH, subsequent_indent="  ")
+    yield f"{found.seconds:.1f} s"
+
+
+def thinned(rows: Sequence[Row]) -> Sequence[Row]:
+    """As many rows, about evenly chosen, as fit a screen; the first and the last among them."""
+    if len(rows) <= ROWS:
+        return rows
+    return [rows[round(number * (len(rows) - 1) / (ROWS - 1))] for number in range(ROWS)]
+
+
+def _what(push: Push, stand: Stand) -> str:
+    way = {"down": "down", "normal": "across the curve"}.get(push.direction, f"towards {push.direction}")
+    return f"segment {push.segment + 1}, {stand.state.name} pushed {way}"
+
+
+def _where(place: tuple[float, float]) -> str:
+    return f"x {show.decimal(to_mm(place[0]))}, y {show.decimal(to_mm(place[1]))} mm"
+
+
+def _row(row: tuple[float, float]) -> tuple[str, str]:
+    return f"{row[0]:.4g}", f"{to_mm(row[1]):.3f}"
+
+
+def _cells(point: Point) -> tuple[str, ...]:
+    force = "-" if point.force is None else f"{point.force:.3f}"
+    return f"{point.at:.4f}", show.decimal(to_mm(point.x)), show.decimal(to_mm(point.y)), force, point.kind
+
+
+def _verdict(verdict: Verdict) -> str:
+    what = f"{verdict.force:g} N ({TASKS[verdict.force]})"
+    if verdict.everywhere:
+        return f"withstands {what} everywhere"
+    return f"does not withstand {what} between {', '.join(f'{a:.3f} and {b:.3f}' for a, b in verdict.stretches)}"
+
+
+def _or(names: str) -> str:
+    return names.replace(EITHER, " or ")

@@ -1,0 +1,292 @@
+"""Push at a point of a shape's rod, harder and harder, until it snaps through: deflection, snap-through load, landing.
+
+The load is dead and the nodes stay where they are. In the paper's section VI this is done by hand, in steps of 0.5 N.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.errors import InvalidInput
+from curveline.pushes import TOLERANCE, Push, Stand, most_on, stand_of
+from curveline.rod.arclength import Reach, trace
+from curveline.rod.continuation import start_along
+from curveline.rod.equilibrium import Equilibrium, Outcome, refine
+from curveline.rod.fidelity import lateral, probe
+from curveline.rod.problem import mesh
+from curveline.rod.special_points import Fall, Kind, SpecialPoint, critical, falls
+from curveline.rod.states import find_states, named
+from curveline.scene import Scene
+
+SAME = 1e-3
+"""Curves that are nearer to each other than this part of the length are one."""
+JUST = 1e-4
+"""How long before the snap-through, as a part of its load, the last stable state is shown."""
+TRACE_EDGES = 96
+SHORT_STEP = 0.03
+"""Of the traced branch, for a figure: the root mean square of the edges' turn [rad] and the fraction of the way."""
+MOST_ROWS = 10_000
+MOST_FALLS = 5
+UNKNOWN = "unknown"
+LOST = Kind.LOST.value
+HALVINGS = 12
+FINE = 1e-9
+"""Bound on the error of the curves that tell the stiffness [m]."""
+FEEBLE = 0.01
+"""A first push, in EI/L^2, that tells how stiff a point is."""
+PROBING = 1e-4
+"""Deflection, as a part of the length, over which the stiffness is taken."""
+GENTLE = 0.02
+"""Largest push for that, as a part of the last one."""
+FEWEST = 100.0
+"""Deflection, over `FINE`, that tells a stiffness."""
+
+
+class Landing(NamedTuple):
+    """Where the rod goes when it snaps: the state it falls into, under the load, by name; where it is once released.
+
+    Names are those that `simulate` gives; "unknown" where none was reached.
+    """
+
+    name: str
+    released: str
+    state: Equilibrium | None
+
+
+class Limit(NamedTuple):
+    """Where a pushed state ceases to be stable: load and its error [N], the kind of that special point, and the point.
+
+    "lost" is the kind of one that could be followed so far, but neither further nor to a special point.
+    """
+
+    force: float
+    error: float
+    kind: str
+    point: SpecialPoint
+
+
+@dataclass(frozen=True)
+class SnapThrough:
+    """How a pushed state ends: load [N] and its error [N], "fold", "bifurcation" or "lost", and where the rod goes.
+
+    At a bifurcation the rod leaves to either side: there are two landings if these differ.
+    """
+
+    force: float
+    error: float
+    kind: str
+    landings: tuple[Landing, ...]
+
+
+class BranchPoint(NamedTuple):
+    """A state of the branch that is pushed: load [N], deflection along it [m], number of unstable directions."""
+
+    force: float
+    deflection: float
+    unstable: int
+
+
+@dataclass(frozen=True)
+class Loading:
+    """What came of a push: `rows` of load [N] and deflection along it [m], the last of them the snap-through.
+
+    `stiffness` [N/m] is that of the unloaded point, None if it cannot be told. From `leaves_plane` [N] on the rod would
+    not stay in the display's plane; None if it does until it snaps. `error` bounds that of the rows [m]. `last` is the
+    state at the end of the rows, or just before the snap-through; `branch` goes on with unstable ones.
+    """
+
+    scene: Scene
+    push: Push
+    stand: Stand
+    rows: tuple[tuple[float, float], ...]
+    error: float
+    stiffness: float | None
+    snap: SnapThrough | None
+    leaves_plane: float | None
+    last: Equilibrium
+    branch: tuple[BranchPoint, ...]
+    seconds: float
+
+
+def load(scene: Scene, push: Push) -> Loading:
+    """Push a shape until it snaps through, or to the most.
+
+    InvalidInput for a push that makes no sense; Infeasible if there is no such state, or not under the file's loads.
+    """
+    begin = time.perf_counter()
+    stand = stand_of(scene, push)
+    push = push._replace(most=push.most or most_on(stand.rod))
+    _check_steps(push)
+    limit = limit_of(stand, push.most)
+    states = list(_states(stand, push, limit))
+    rows = [(force, stand.deflection(state)) for force, state in states]
+    if limit is not None:
+        rows[-1] = limit.force, _deflection_at(stand, limit.point)
+    return Loading(
+        scene,
+        push,
+        stand,
+        rows=tuple(rows),
+        error=max(state.error for _, state in states),
+        stiffness=_stiffness(stand, GENTLE * rows[-1][0]),
+        snap=None if limit is None else SnapThrough(*limit[:3], tuple(_landings(stand, push.most, limit))),
+        leaves_plane=_leaves_plane(stand, states),
+        last=states[-1][1],
+        branch=tuple(_branch(stand, push.most)),
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def limit_of(stand: Stand, most: float) -> Limit | None:
+    """Where the state that is pushed ceases to be stable, None if it has not by `most` [N]."""
+    way = stand.way(0.0, most)
+    point = critical(way, stand.rod.bearing, *start_along(way, stand.state))
+    if point.kind is Kind.NONE:
+        return None
+    if point.kind is Kind.LOST:
+        return Limit(point.reached * most, math.inf, point.kind.value, point)
+    return Limit(point.fraction * most, point.error * most, point.kind.value, point)
+
+
+def _check_steps(push: Push) -> None:
+    """InvalidInput unless the push grows to its end in steps that can be counted."""
+    if not (math.isfinite(push.step) and math.isfinite(push.most)):
+        raise InvalidInput(f"{push.most:g} N in steps of {push.step:g} N never ends", "choose finite numbers")
+    if push.step * MOST_ROWS < push.most:
+        hint = f"take steps of at least {push.most / MOST_ROWS:g} N"
+        raise InvalidInput(f"{push.most:g} N in steps of {push.step:g} N are more than {MOST_ROWS} rows", hint)
+
+
+def _states(stand: Stand, push: Push, limit: Limit | None) -> Iterator[tuple[float, Equilibrium]]:
+    """The load [N] and the state under it at every step, then at the snap-through or the most."""
+    here = 0.0, stand.state
+    yield here
+    last = push.most if limit is None else limit.force
+    for number in range(1, math.ceil(last / push.step)):
+        force = number * push.step
+        here = stand.reach(force, here)
+        if here[0] != force:
+            break
+        yield here
+    yield stand.reach(last if limit is None else last * (1.0 - JUST), here)
+
+
+def _deflection_at(stand: Stand, point: SpecialPoint) -> float:
+    """How far the point that is pushed has moved along the push at the special point [m], on its finest level."""
+    rod = stand.rod
+    ends = np.cumsum(point.edges) * rod.free_length + 0.5 * rod.clamp
+    beyond = int(np.argmin(np.abs(ends - stand.at * rod.length))) + 1
+    steps = rod.free_length * point.edges[:beyond]
+    x, y = float(steps @ np.cos(point.phi[:beyond])), float(steps @ np.sin(point.phi[:beyond]))
+    return stand.moved((rod.free_start[0] + x, rod.free_start[1] + y))
+
+
+def _branch(stand: Stand, most: float) -> Iterator[BranchPoint]:
+    """The branch of the state that is pushed up to `most` [N], past special points, until it is stable once more."""
+    way = stand.way(0.0, most)
+    track = trace(way, stand.rod.bearing, *start_along(way, stand.state, TRACE_EDGES), Reach(step=SHORT_STEP))
+    was_unstable = False
+    for number, unstable in enumerate(track.unstable):
+        if was_unstable and not unstable:
+            break
+        was_unstable = bool(unstable)
+        force = float(track.fractions[number]) * most
+        rod = stand.loaded(force)
+        edges = mesh(rod.scaled().at, track.phi.shape[1])
+        state = refine(rod, edges, track.phi[number].copy(), track.multipliers[number].copy(), TOLERANCE)
+        # Next to a fold of the edges it was traced on a rod of finer ones may have no such state.
+        if state.outcome is not Outcome.LOST and state.stable != was_unstable:
+            yield BranchPoint(force, stand.deflection(state), int(unstable))
+
+
+def _stiffness(stand: Stand, most: float) -> float | None:
+    """Slope of load over deflection of the unloaded point [N/m], by differences over pushes of at most `most` [N]."""
+    rod = stand.rod
+    force = min(most, FEEBLE * rod.stiffness / rod.free_length**2)
+    move = abs(_compliance(stand, force)) * force
+    # As far as moves the point by a little, but no farther than that the curve goes on straight.
+    force = min(most, force * PROBING * rod.length / max(move, FINE))
+    wide, narrow = _compliance(stand, force), _compliance(stand, 0.5 * force)
+    compliance = narrow + (narrow - wide) / 3.0
+    # What moves by no more than its curve is known to has no stiffness that could be told.
+    return 1.0 / compliance if compliance * force > FEWEST * FINE else None
+
+
+def _compliance(stand: Stand, force: float) -> float:
+    """Deflection over load [m/N], by central differences over pushes of `force` [N]."""
+    there, back = (stand.deflection(stand.near(sign * force, stand.state, FINE)) for sign in (1.0, -1.0))
+    return (there - back) / (2.0 * force)
+
+
+def _leaves_plane(stand: Stand, states: Sequence[tuple[float, Equilibrium]]) -> float | None:
+    """The load [N] from which on the rod would not stay in its plane, to a hundredth of a step."""
+    before = states[0]
+    for after in states:
+        if not _stays(stand, after[1]):
+            for _ in range(HALVINGS if after is not before else 0):
+                middle = stand.reach(0.5 * (before[0] + after[0]), before)
+                before, after = (middle, after) if _stays(stand, middle[1]) else (before, middle)
+            return after[0]
+        before = after
+    return None
+
+
+def _stays(stand: Stand, state: Equilibrium) -> bool:
+    """True if a state is stable also against leaving the plane."""
+    return lateral(probe(state), stand.section).stays
+
+
+def _landings(stand: Stand, most: float, limit: Limit) -> Iterator[Landing]:
+    """Where the rod falls from the end of a branch; of two ways that end alike, one."""
+    bare = find_states(stand.rod, TOLERANCE)
+    known: list[tuple[str, str]] = []
+    for fall in () if limit.kind == LOST else falls(stand.way(0.0, most), stand.rod.bearing, limit.point):
+        force = fall.at * most
+        state = _landed(stand, force, fall)
+        there = _released(stand, force, state)
+        landing = Landing(_name(state, find_states(stand.loaded(force), TOLERANCE)), _name(there, bare), state)
+        if landing[:2] not in known:
+            known.append(landing[:2])
+            yield landing
+
+
+def _landed(stand: Stand, force: float, fall: Fall) -> Equilibrium | None:
+    """The stable state under a push [N] that a fall led to, if it did."""
+    if not fall.landed:
+        return None
+    state = refine(stand.loaded(force), fall.edges, fall.phi.copy(), fall.multipliers.copy(), TOLERANCE)
+    return state if state.stable else None
+
+
+def _released(stand: Stand, force: float, state: Equilibrium | None) -> Equilibrium | None:
+    """What a stable state under a push [N] becomes when that is taken away, falling on where it loses stability."""
+    for _ in range(MOST_FALLS):
+        if state is None:
+            return None
+        way = stand.way(force, 0.0)
+        point = critical(way, stand.rod.bearing, *start_along(way, state))
+        if point.kind is Kind.NONE:
+            return stand.reach(0.0, (force, state))[1]
+        if point.kind is Kind.LOST:
+            return None
+        fall = falls(way, stand.rod.bearing, point)[0]
+        force *= 1.0 - fall.at
+        state = _landed(stand, force, fall)
+    return None
+
+
+def _name(state: Equilibrium | None, among: Sequence[Equilibrium]) -> str:
+    """What a state is called among all of the same rod."""
+    if state is None:
+        return UNKNOWN
+    for other in among:
+        gap = float(np.max(np.abs(other.curve(33) - state.curve(33))))
+        if gap < SAME * state.rod.length:
+            return other.name
+    return named([state])[0].name

@@ -1,0 +1,221 @@
+"""What is pushed, where and which way; and the rod of that segment under a push of any size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.errors import Infeasible, InvalidInput
+from curveline.rod.approach import fitting_mesh
+from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.ladder import interpolate
+from curveline.rod.models import Ask, model_states
+from curveline.rod.problem import Array
+from curveline.rod.section import Section
+from curveline.rod.way import Way, loading
+from curveline.scene import Scene
+from curveline.simulation import section_of, spatial_segment
+from curveline.units import deg
+
+DOWN = "down"
+NORMAL = "normal"
+DOWNWARDS = (0.0, -1.0)
+TOLERANCE = 1e-6
+"""Bound on the error of a loaded curve [m]."""
+EDGES = (96, 384, 1536)
+"""Of the coarsest level of a loaded curve; the finer ones near a fold, which coarse edges have earlier."""
+NARROWEST = 1e-9
+"""A step of the push, as a part of its end, that is halved no more."""
+MOST = 20.0
+"""Largest push to try on the built-in rod [N]."""
+STRONG = 150.0
+"""A push, in EI/L^2, that hardly any state withstands: those of the paper's shapes snap through at half of it."""
+LARGEST_TURN = deg(10.0)
+"""The rod turns by less than this in one step of the push, or the step is halved: it may have jumped."""
+
+
+class Push(NamedTuple):
+    """What is pushed, where and how far: `segment` from 0, `at` a fraction of its arc length from pivot to pivot.
+
+    `direction` is "down", "normal" (to the unloaded curve, downwards) or a vector "x,y"; the load grows by `step` [N]
+    up to `most` [N], if 0 one that suits the rod. `state` is pushed, the one that the shape wants if empty.
+    """
+
+    segment: int = 0
+    at: float = 0.5
+    direction: str = DOWN
+    step: float = 0.5
+    most: float = 0.0
+    state: str = ""
+
+
+@dataclass(frozen=True)
+class Stand:
+    """The rod of a segment in the `state` that is pushed, under its own loads, and where and which way it is pushed.
+
+    `origin` is its left pivot in the display's frame [m], `toward` a unit vector.
+    """
+
+    rod: ClampedRod
+    section: Section
+    origin: tuple[float, float]
+    state: Equilibrium
+    at: float
+    toward: tuple[float, float]
+
+    def moved_to(self, at: float, direction: str) -> Stand:
+        """The same rod in the same state, pushed elsewhere; `direction` as in `Push`."""
+        there = replace(self, at=at)
+        # Cut into the same edges as under a push, what is left of its error goes out of the deflections.
+        state = replace(there.near(0.0, self.state), name=self.state.name)
+        angle = float(tangents(state, np.array([at]))[0])
+        return replace(there, state=state, toward=direction_of(direction, angle))
+
+    def loaded(self, force: float) -> ClampedRod:
+        """The rod under a push of `force` [N]."""
+        pushed = (self.at, force * self.toward[0], force * self.toward[1])
+        return replace(self.rod, loads=tuple(sorted((*self.rod.loads, pushed), key=lambda load: load[0])))
+
+    def way(self, before: float, after: float) -> Way:
+        """The way from one push to another [N]."""
+        begin, end = (np.array(self.loaded(force).loads) for force in (before, after))
+        way: Way = loading(self.rod.pose, begin[:, 0].copy(), begin[:, 1:].copy(), end[:, 1:].copy())
+        return way
+
+    def place(self, state: Equilibrium) -> tuple[float, float]:
+        """Where the point that is pushed is in a state, seen from the left pivot [m]."""
+        out = np.empty((1, 2))
+        along = np.array([self.at * self.rod.length - 0.5 * self.rod.clamp])
+        interpolate(state.vertices_table, state.edges, along, out)
+        return float(out[0, 0]), float(out[0, 1])
+
+    def seen(self, place: Sequence[float]) -> tuple[float, float]:
+        """A place of the segment in the display's frame [m]."""
+        return place[0] + self.origin[0], place[1] + self.origin[1]
+
+    def deflection(self, state: Equilibrium) -> float:
+        """How far that point has moved along the push in a state [m]."""
+        return self.moved(self.place(state))
+
+    def moved(self, place: Sequence[float]) -> float:
+        """How far a place, seen from the left pivot, is along the push from where the point begins [m]."""
+        begin = self.place(self.state)
+        return (place[0] - begin[0]) * self.toward[0] + (place[1] - begin[1]) * self.toward[1]
+
+    def near(self, force: float, state: Equilibrium, tolerance: float = TOLERANCE) -> Equilibrium:
+        """The state under a push of `force` [N] that Newton finds from another one; see its outcome."""
+        rod = self.loaded(force)
+        for count in EDGES:
+            edges = fitting_mesh(rod.scaled(), count)
+            found = refine(rod, edges, *state.start_on(edges), tolerance)
+            if found.outcome is not Outcome.LOST:
+                break
+        return found
+
+    def reach(self, force: float, begin: tuple[float, Equilibrium]) -> tuple[float, Equilibrium]:
+        """What `begin`, a push [N] and the stable state under it, becomes as the push changes to `force`.
+
+        Ends before where the state is lost.
+        """
+        reached, state = begin
+        step = force - reached
+        while reached != force and abs(step) >= NARROWEST * abs(force):
+            target = force if abs(step) >= abs(force - reached) else reached + step
+            trial = self.near(target, state)
+            if trial.stable and turned(state, trial) < LARGEST_TURN:
+                reached, state = target, trial
+                step *= 2.0
+            else:
+                step *= 0.5
+        return reached, state
+
+
+def stand_of(scene: Scene, push: Push) -> Stand:
+    """The rod that is pushed, in its state.
+
+    InvalidInput for a push that makes no sense; Infeasible if there is no such state, or not under the file's loads.
+    """
+    if beyond := scene.beyond_the_plane:
+        hint = "`curveline simulate` finds its states in space; to push it, take that out of the file"
+        raise InvalidInput(f"{scene.name} has {beyond[0]}, and pushing is computed in the plane", hint)
+    check_place(scene, push)
+    described = spatial_segment(scene, push.segment)
+    state = _state(scene, push)
+    origin = (push.segment * scene.display.span, scene.nodes[push.segment].height)
+    stand = Stand(described.rod, section_of(scene.display), origin, state, push.at, DOWNWARDS)
+    return stand.moved_to(push.at, push.direction)
+
+
+def check_place(scene: Scene, push: Push) -> None:
+    """InvalidInput unless the push acts on free rod of a segment that there is, by steps that come to an end."""
+    count = len(scene.segments)
+    if not 0 <= push.segment < count:
+        hint = f"{scene.name} has {count} segment{'s' if count > 1 else ''}, numbered from 1, from the left"
+        raise InvalidInput(f"there is no segment {push.segment + 1}", hint)
+    bearing = 0.5 * scene.display.clamp / scene.segments[push.segment].length
+    if not bearing < push.at < 1.0 - bearing:
+        hint = f"push between {bearing:.4g} and {1.0 - bearing:.4g}"
+        raise InvalidInput(f"at {push.at:g} of its length the rod is inside a node's bearing", hint)
+
+
+def most_on(rod: ClampedRod) -> float:
+    """The largest push to try on a rod [N]: `MOST`, or ten, a hundred, ... times that for stiffer ones."""
+    strong = STRONG * rod.stiffness / rod.free_length**2
+    most = MOST
+    while most < strong:
+        most *= 10.0
+    return most
+
+
+def direction_of(text: str, tangent: float) -> tuple[float, float]:
+    """The unit vector of a push: see `Push`; `tangent` is the curve's angle there [rad]. InvalidInput if it is none."""
+    if text == DOWN:
+        return DOWNWARDS
+    if text == NORMAL:
+        # Of the two normals the one below the rod, also where it stands upright or has turned over.
+        side = 1.0 if math.cos(tangent) >= 0.0 else -1.0
+        return side * math.sin(tangent), -side * math.cos(tangent)
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = math.nan
+    size = math.hypot(x, y)
+    if not 0.0 < size < math.inf:
+        raise InvalidInput(f"a push towards {text!r} points nowhere", "say down, normal, or a vector such as 1,-1")
+    return x / size, y / size
+
+
+def tangents(state: Equilibrium, at: Array) -> Array:
+    """Angles (m,) [rad] of a curve's tangent at fractions `at (m,)` of its arc length, pivot to pivot."""
+    ends = np.concatenate([[0.0], np.cumsum(state.edges)]) + 0.5 * state.rod.clamp
+    return np.interp(at * state.rod.length, ends, state.vertices_table[:, 2])
+
+
+def turned(one: Equilibrium, other: Equilibrium) -> float:
+    """The largest angle between the tangents of two states at one place of their rods [rad]."""
+    places = np.linspace(0.0, 1.0, 65)
+    return float(np.max(np.abs(tangents(one, places) - tangents(other, places))))
+
+
+def _state(scene: Scene, push: Push) -> Equilibrium:
+    """The state that is pushed."""
+    name = push.state or scene.segments[push.segment].state
+    ask = Ask(TOLERANCE, (0,), PLANAR)
+    there = model_states(spatial_segment(scene, push.segment), ask).states
+    shown = [state for state in there if state.simple and state.stable]
+    for state in shown:
+        if state.name == name:
+            return state
+    names = " and ".join(state.name for state in shown) or "none that stays in the plane"
+    where = f"{scene.name}, segment {push.segment + 1}"
+    bare = spatial_segment(replace(scene, loads=()), push.segment)
+    if bare.rod.loads != spatial_segment(scene, push.segment).rod.loads:
+        without = model_states(bare, ask).states
+        if any(state.name == name and state.simple and state.stable for state in without):
+            message = f"{where}: the {name} does not withstand the loads in the file; under them there is {names}"
+            raise Infeasible(message, "make these loads smaller, or take them out, and push again")
+    raise Infeasible(f"{where} has no stable {name} to push; there is {names}", "choose another one with --state")
