@@ -112,6 +112,7 @@ def _point(point: Point) -> Document:
         "snap_through_N": point.force,
         "snap_through_error_N": None if point.force is None else _known(point.error),
         "kind": point.kind or None,
+        "leaves_plane_N": point.leaves_plane,
     }
 
 

@@ -23,6 +23,7 @@ from curveline.rod.problem import mesh
 from curveline.rod.special_points import Fall, Kind, SpecialPoint, critical, falls
 from curveline.rod.states import find_states, named
 from curveline.scene import Scene
+from curveline.simulation import DEFAULT_TOLERANCE
 
 SAME = 1e-3
 """Curves that are nearer to each other than this part of the length are one."""
@@ -35,7 +36,9 @@ MOST_ROWS = 10_000
 MOST_FALLS = 5
 UNKNOWN = "unknown"
 LOST = Kind.LOST.value
-HALVINGS = 12
+LOOKS = 8
+"""Loads at which a rod is tried for leaving its plane; where it does is sought between two of them, by `HALVINGS`."""
+HALVINGS = 10
 FINE = 1e-9
 """Bound on the error of the curves that tell the stiffness [m]."""
 FEEBLE = 0.01
@@ -136,7 +139,7 @@ def load(scene: Scene, push: Push) -> Loading:
         error=max(state.error for _, state in states),
         stiffness=_stiffness(stand, GENTLE * rows[-1][0]),
         snap=None if limit is None else SnapThrough(*limit[:3], tuple(_landings(stand, push.most, limit))),
-        leaves_plane=_leaves_plane(stand, states),
+        leaves_plane=leaves_plane(stand, states[-1][0]),
         last=states[-1][1],
         branch=tuple(_branch(stand, push.most)),
         seconds=time.perf_counter() - begin,
@@ -167,14 +170,18 @@ def _states(stand: Stand, push: Push, limit: Limit | None) -> Iterator[tuple[flo
     """The load [N] and the state under it at every step, then at the snap-through or the most."""
     here = 0.0, stand.state
     yield here
-    last = push.most if limit is None else limit.force
-    for number in range(1, math.ceil(last / push.step)):
+    for number in range(1, math.ceil((push.most if limit is None else limit.force) / push.step)):
         force = number * push.step
         here = stand.reach(force, here)
         if here[0] != force:
             break
         yield here
-    yield stand.reach(last if limit is None else last * (1.0 - JUST), here)
+    yield stand.reach(push.most if limit is None else before(limit.force), here)
+
+
+def before(force: float) -> float:
+    """The last load [N] under which a state is looked at that ends under `force`."""
+    return force * (1.0 - JUST)
 
 
 def _deflection_at(stand: Stand, point: SpecialPoint) -> float:
@@ -224,16 +231,18 @@ def _compliance(stand: Stand, force: float) -> float:
     return (there - back) / (2.0 * force)
 
 
-def _leaves_plane(stand: Stand, states: Sequence[tuple[float, Equilibrium]]) -> float | None:
-    """The load [N] from which on the rod would not stay in its plane, to a hundredth of a step."""
-    before = states[0]
-    for after in states:
-        if not _stays(stand, after[1]):
-            for _ in range(HALVINGS if after is not before else 0):
-                middle = stand.reach(0.5 * (before[0] + after[0]), before)
-                before, after = (middle, after) if _stays(stand, middle[1]) else (before, middle)
+def leaves_plane(stand: Stand, last: float) -> float | None:
+    """The load [N] from which on the rod would not stay in its plane, None if it does up to the `last` one."""
+    below = here = (0.0, stand.state)
+    for number in range(1, LOOKS + 1):
+        here = stand.reach(last * number / LOOKS, here, DEFAULT_TOLERANCE)
+        if not _stays(stand, here[1]):
+            after = here
+            for _ in range(HALVINGS):
+                middle = stand.reach(0.5 * (below[0] + after[0]), below, DEFAULT_TOLERANCE)
+                below, after = (middle, after) if _stays(stand, middle[1]) else (below, middle)
             return after[0]
-        before = after
+        below = here
     return None
 
 

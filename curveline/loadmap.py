@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import InvalidInput
-from curveline.loading import limit_of
+from curveline.loading import before, leaves_plane, limit_of
 from curveline.pushes import Push, Stand, most_on, stand_of
 from curveline.scene import Scene
 
@@ -35,7 +35,8 @@ ALIKE = 2e-6
 class Point(NamedTuple):
     """A point of the curve, as a fraction of arc length and in the display's frame [m], and what it bears.
 
-    `force` [N] is that of snap-through, None if it bears the most; `kind` is empty then.
+    `force` [N] is that of snap-through, None if it bears the most; `kind` is empty then. From `leaves_plane` [N] on the
+    rod would not stay in the display's plane; None if it does until then.
     """
 
     at: float
@@ -44,6 +45,7 @@ class Point(NamedTuple):
     force: float | None
     error: float
     kind: str
+    leaves_plane: float | None
 
 
 class Verdict(NamedTuple):
@@ -80,13 +82,19 @@ class _Mapping:
         self.push = push._replace(most=push.most or most_on(self.stand.rod))
 
     def point(self, at: float) -> Point:
-        """What one point bears."""
+        """What one point bears; whether the rod stays in its plane is not looked at."""
         stand = self.stand.moved_to(at, self.push.direction)
         limit = limit_of(stand, self.push.most)
         x, y = stand.seen(stand.place(stand.state))
         if limit is None:
-            return Point(at, x, y, None, 0.0, "")
-        return Point(at, x, y, limit.force, limit.error, limit.kind)
+            return Point(at, x, y, None, 0.0, "", None)
+        return Point(at, x, y, limit.force, limit.error, limit.kind, None)
+
+    def looked_at(self, point: Point) -> Point:
+        """The same point, and whether the rod stays in its plane until that snaps."""
+        stand = self.stand.moved_to(point.at, self.push.direction)
+        last = self.push.most if point.force is None else before(point.force)
+        return point._replace(leaves_plane=leaves_plane(stand, last))
 
     def weakest(self, points: Sequence[Point]) -> Point | None:
         """The weakest point of the curve, between those of the grid, too."""
@@ -100,7 +108,7 @@ class _Mapping:
                 between = self._narrowed(left.at, right.at)
                 # Of two points that are as weak, as on a symmetric curve, the left one.
                 if _strength(between) < (1.0 - ALIKE) * _strength(found):
-                    found = between
+                    found = self.looked_at(between)
         return found
 
     def _narrowed(self, low: float, high: float) -> Point:
@@ -153,8 +161,10 @@ def load_map(scene: Scene, push: Push, count: int, progress: Callable[[int], Non
     mapping = _Mapping(scene, push._replace(at=0.5))
     bearing = 0.5 * scene.display.clamp / scene.segments[push.segment].length
     points = []
-    for number, at in enumerate(np.linspace(bearing, 1.0 - bearing, count + 2)[1:-1], start=1):
-        points.append(mapping.point(float(at)))
+    for number in range(1, count + 1):
+        along = number / (count + 1)
+        # Written so that half of the way is half, which decides what a symmetric curve does.
+        points.append(mapping.looked_at(mapping.point(along + bearing * (1.0 - 2.0 * along))))
         progress(number)
     weakest = mapping.weakest(points)
     known = sorted({*points, *([weakest] if weakest else [])}, key=lambda point: point.at)

@@ -116,7 +116,9 @@ class Stand:
                 break
         return found
 
-    def reach(self, force: float, begin: tuple[float, Equilibrium]) -> tuple[float, Equilibrium]:
+    def reach(
+        self, force: float, begin: tuple[float, Equilibrium], tolerance: float = TOLERANCE
+    ) -> tuple[float, Equilibrium]:
         """What `begin`, a push [N] and the stable state under it, becomes as the push changes to `force`.
 
         Ends before where the state is lost.
@@ -125,7 +127,7 @@ class Stand:
         step = force - reached
         while reached != force and abs(step) >= NARROWEST * abs(force):
             target = force if abs(step) >= abs(force - reached) else reached + step
-            trial = self.near(target, state)
+            trial = self.near(target, state, tolerance)
             if trial.stable and turned(state, trial) < LARGEST_TURN:
                 reached, state = target, trial
                 step *= 2.0

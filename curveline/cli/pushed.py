@@ -66,7 +66,7 @@ def _of_loading(loading: Loading) -> Iterator[str]:
         sentence = f"snaps through at {snap.force:.4g} N ({snap.kind}), lands in {_or(either(snap.landings, 'name'))}"
         yield from textwrap.wrap(f"{sentence}; released it is in {_or(either(snap.landings, 'released'))}", WIDTH)
     if loading.leaves_plane is not None:
-        yield f"from {loading.leaves_plane:.4g} N on the rod would not stay in its plane, which is not modelled"
+        yield f"from {loading.leaves_plane:.4g} N on the rod would leave its plane, which is not modelled"
     yield f"curves known to {to_mm(loading.error):.1g} mm, {1e3 * loading.seconds:.0f} ms"
 
 
@@ -81,6 +81,11 @@ def _of_map(found: LoadMap) -> Iterator[str]:
     else:
         place = _where((found.weakest.x, found.weakest.y))
         yield f"weakest point: {found.weakest.force:.4g} N ({found.weakest.kind}) at {found.weakest.at:.4g}: {place}"
+    if leaving := [point for point in found.points if point.leaves_plane is not None]:
+        least = min(point.leaves_plane for point in leaving if point.leaves_plane is not None)
+        points = f"{len(leaving)} point{'s' if len(leaving) > 1 else ''}"
+        text = f"pushed at {points} the rod would leave its plane before it snaps, at {least:.4g} N or more"
+        yield from textwrap.wrap(f"{text}: that is not modelled", WIDTH, subsequent_indent="  ")
     for verdict in found.verdicts:
         yield from textwrap.wrap(_verdict(verdict), WIDTH, subsequent_indent="  ")
     yield f"{found.seconds:.1f} s"
