@@ -18,7 +18,8 @@ LAYERS = (
     {"files", "measured", "records", "scene", "toml_document", "toml_location", "workers"},
     {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
     {"batch", "bench", "capability", "figures", "linkbench", "planning", "playback", "results", "simulation"}
-    | {"explanation", "loadfiles", "loading", "loadmap", "pushes", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"},
+    | {"explanation", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"}
+    | {"loadfiles", "loading", "loadmap", "pushes"},
     {"cli"},
 )
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}

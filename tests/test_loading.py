@@ -182,7 +182,7 @@ def test_a_narrow_rod_leaves_its_plane_before_it_snaps() -> None:
     assert loading.snap is not None
     point = load_map(replace(scene, display=narrow), Push(), 3).points[1]
     assert point.at == 0.5
-    assert point.leaves_plane == pytest.approx(loading.leaves_plane)
+    assert point.leaves_plane == pytest.approx(loading.leaves_plane, rel=1e-3)
     for factor, stays in ((0.97, True), (1.03, False)):
         loaded = replace(scene, display=narrow, loads=(Load(0, 0.5, (0.0, -factor * loading.leaves_plane)),))
         (segment,) = curveline.simulate(loaded, model="planar")
