@@ -14,6 +14,8 @@ from curveline.radio.link import Control, Progress, Request
 
 REDRAW_SECONDS = 0.1
 BAR = 20
+MOST_BARS = 16
+"""Nodes that are shown, those first which have most of their way before them: more would not fit a terminal."""
 WISHES = {
     Request.PAUSE: "pausing at the barrier; Ctrl-C again holds at once",
     Request.HOLD: "holding; Ctrl-C again is an emergency stop",
@@ -85,7 +87,10 @@ class Picture:
         newest = max(self._news.values(), key=lambda news: news.seconds)
         action = self._plan.steps[newest.step - 1].action
         head = f"{newest.seconds:.1f} s  step {newest.step} of {newest.steps}: {action}  ({newest.phase.value})"
-        return [head, *(_bar(self._news[node]) for node in sorted(self._news))]
+        behind = sorted(self._news.values(), key=lambda news: news.fraction)[:MOST_BARS]
+        rest = len(self._news) - len(behind)
+        more = [f"  {rest} more node{'s' if rest > 1 else ''}, none of them behind these"] if rest else []
+        return [head, *map(_bar, sorted(behind, key=lambda news: news.status.node)), *more]
 
 
 def _bar(news: Progress) -> str:

@@ -17,6 +17,7 @@ from curveline import __version__
 from curveline.cli import nodes, show
 from curveline.cli.broken import PLAN_NAME, BrokenRun
 from curveline.cli.progress import watch
+from curveline.cli.segments import alike, spans
 from curveline.errors import EXIT_INTERRUPTED, InvalidInput, LinkError
 from curveline.plan import Plan, write_plan
 from curveline.radio import Radio
@@ -148,9 +149,10 @@ def _rod_lines(playback: Playback | None, plan: Plan) -> list[str]:
         f"{snap.seconds:.1f} s: segment {snap.segment} snapped from {snap.before} to {snap.after}"
         for snap in playback.snaps
     ]
-    for number, (state, wanted) in enumerate(zip(playback.states, plan.wanted, strict=True), start=1):
+    for segments, (state, wanted) in alike(list(zip(playback.states, plan.wanted, strict=True))):
         verdict = "as wanted" if state == wanted else f"not the wanted {wanted}"
-        lines.append(f"segment {number}: the rod is {posture(state)}, {verdict}")
+        which = f"segment{'s' if len(segments) > 1 else ''} {spans(segments)}"
+        lines.append(f"{which}: the rod is {posture(state)}, {verdict}")
     return lines
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from curveline.cli.broken import PLAN_NAME
 from curveline.cli.nodes import mock_of
+from curveline.cli.segments import in_words
 from curveline.errors import InvalidInput
 from curveline.files import read_file
 from curveline.plan import MAX_BYTES, DriveTable, Plan, from_json
@@ -44,7 +45,7 @@ class Shown:
         """What a plan takes for granted, as text."""
         if not any(self.states):
             return "which curve the display shows is not known"
-        return f"the display shows: {', '.join(name or 'not known' for name in self.states)} ({self.source})"
+        return f"the display shows: {in_words([name or 'not known' for name in self.states])} ({self.source})"
 
 
 def shown_states(radio: Radio, drive: DriveTable, nodes: Sequence[NodeStatus], runs: Path) -> Shown:

@@ -13,6 +13,7 @@ import typer
 
 from curveline.cli import nodes, show
 from curveline.cli.nodes import DisplayOption, RadioOption, RunsOption
+from curveline.cli.segments import in_words, wrapped
 from curveline.errors import EXIT_DONE, EXIT_LINK, InvalidInput
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ class _Answer(NamedTuple):
 
     def lines(self) -> list[str]:
         """The answer as text."""
-        rod = [] if self.rod is None else [f"rod: {', '.join(self.rod) or 'not known'}"]
+        rod = [] if self.rod is None else wrapped(f"rod: {in_words(self.rod) or 'not known'}")
         return [
             f"display {self.asked.drive.display} over {self.asked.spec}",
             *nodes.table(self.statuses, self.asked.drive),

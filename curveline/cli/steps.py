@@ -6,31 +6,37 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from curveline.cli import show
+from curveline.cli.segments import alike, in_words, spans, wrapped
 from curveline.plan import NodeTarget, Plan, Step
 
-STEP_HEAD = ("step", "action", "time s", "rod mm", "state after", "strain %", "force N", "N mm", "margin")
+STEP_HEAD = ("step", "action", "time s", "strain %", "force N", "N mm", "margin")
+SINGLE_HEAD = ("rod mm", "state after")
+"""Columns of the steps of a single segment; the segments of a row have a table of their own."""
+SEGMENT_HEAD = ("step", "segment", "rod mm", "state after")
 TARGET_HEAD = ("step", "node", "extrude mm", "bias deg", "height mm", "extrude", "bias", "translate")
 
 
 def describe(plan: Plan) -> Iterator[str]:
-    """Lines of text: the steps with what was proven of them, then where every node goes."""
+    """Lines of text: the steps with what was proven of them, the rod of every segment, then where every node goes."""
     yield show.paint(plan.name, show.BOLD, sys.stdout)
-    yield summary(plan)
-    yield from _headed(show.table([STEP_HEAD, *map(_step_cells, plan.steps)], frozenset({1, 4})))
-    yield from (f"margin of step {numbers}: {text}" for text, numbers in _margins(plan))
+    yield from wrapped(summary(plan))
+    is_single = len(plan.wanted) == 1
+    head = STEP_HEAD[:3] + SINGLE_HEAD * is_single + STEP_HEAD[3:]
+    rows = [_step_cells(step, is_single=is_single) for step in plan.steps]
+    yield from _headed(show.table([head, *rows], frozenset({1, 4} if is_single else {1})))
+    for text, numbers in _margins(plan):
+        yield from wrapped(f"margin of step {spans(numbers)}: {text}")
+    if not is_single:
+        yield "rod and states after a step, where it changes them"
+        yield from _headed(show.table([SEGMENT_HEAD, *_segment_rows(plan)], frozenset({1, 3})))
     yield "targets in mm and deg, then in encoder counts from home"
-    rows = [
-        _target_cells(str(step.number) if node == 1 else "", node, target)
-        for step in plan.steps
-        for node, target in enumerate(step.targets, start=1)
-    ]
-    yield from _headed(show.table([TARGET_HEAD, *rows], frozenset()))
+    yield from _headed(show.table([TARGET_HEAD, *_target_rows(plan)], frozenset()))
 
 
 def summary(plan: Plan) -> str:
-    """One line on a plan as a whole."""
+    """A plan as a whole in a few words."""
     steps = f"{len(plan.steps)} step{'s' if len(plan.steps) > 1 else ''}"
-    return f"display {plan.drive.display}, {steps}, {plan.seconds:.1f} s, ends in: {', '.join(plan.wanted)}"
+    return f"display {plan.drive.display}, {steps}, {plan.seconds:.1f} s, ends in: {in_words(plan.wanted)}"
 
 
 def _headed(lines: Sequence[str]) -> Iterator[str]:
@@ -38,26 +44,54 @@ def _headed(lines: Sequence[str]) -> Iterator[str]:
     yield from lines[1:]
 
 
-def _margins(plan: Plan) -> Iterator[tuple[str, str]]:
+def _margins(plan: Plan) -> Iterator[tuple[str, list[int]]]:
     """What the margins are of, each with the numbers of its steps."""
-    steps: dict[str, list[str]] = {}
+    steps: dict[str, list[int]] = {}
     for step in plan.steps:
-        steps.setdefault(step.margin_of, []).append(str(step.number))
-    yield from ((text, ", ".join(numbers)) for text, numbers in steps.items())
+        steps.setdefault(step.margin_of, []).append(step.number)
+    yield from steps.items()
 
 
-def _step_cells(step: Step) -> tuple[str, ...]:
+def _step_cells(step: Step, *, is_single: bool) -> tuple[str, ...]:
+    """A row of the steps' table: the worst values of all segments and nodes."""
+    single = (f"{step.lengths_mm[0]:.1f}", step.states[0]) if is_single else ()
     return (
         str(step.number),
         step.action,
         f"{step.seconds:.1f}",
-        " ".join(f"{length:.1f}" for length in step.lengths_mm),
-        " ".join(step.states),
+        *single,
         f"{100.0 * step.max_strain:.2f}",
         f"{step.max_force_N:.2f}",
         f"{step.max_moment_Nmm:.0f}",
         f"{step.margin:.2f}",
     )
+
+
+def _segment_rows(plan: Plan) -> Iterator[tuple[str, ...]]:
+    """What a step changes of the segments, equal neighbours in one row; of the first step, all."""
+    before: tuple[tuple[str, str], ...] = (("", ""),) * len(plan.wanted)
+    for step in plan.steps:
+        after = tuple((f"{length:.1f}", state) for length, state in zip(step.lengths_mm, step.states, strict=True))
+        changed = [each if each != old else None for each, old in zip(after, before, strict=True)]
+        number = str(step.number)
+        for segments, each in alike(changed):
+            if each is not None:
+                yield (number, spans(segments), *each)
+                number = ""
+        before = after
+
+
+def _target_rows(plan: Plan) -> Iterator[tuple[str, ...]]:
+    """Where a step takes the nodes that it moves; all of them if it moves none."""
+    before = plan.start
+    for step in plan.steps:
+        moves = [new.counts != old.counts for new, old in zip(step.targets, before, strict=True)]
+        number = str(step.number)
+        for node, target in enumerate(step.targets, start=1):
+            if moves[node - 1] or not any(moves):
+                yield _target_cells(number, node, target)
+                number = ""
+        before = step.targets
 
 
 def _target_cells(step: str, node: int, target: NodeTarget) -> tuple[str, ...]:

@@ -1,0 +1,47 @@
+"""Many segments, nodes and steps in few words: equal neighbours are named together."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
+from typing import TypeVar
+
+Value = TypeVar("Value")
+
+WIDTH = 80
+MOST_RUNS = 8
+"""Runs of equal states that are told one by one; of more, only how many segments are in which."""
+
+
+def alike(values: Sequence[Value]) -> Iterator[tuple[range, Value]]:
+    """Equal neighbours: their numbers, from 1, and what they have in common."""
+    first = 1
+    for value, group in groupby(values):
+        count = len(list(group))
+        yield range(first, first + count), value
+        first += count
+
+
+def in_words(states: Sequence[str]) -> str:
+    """The states of all segments, from the left: `valley, 3 x peak`."""
+    found = [(len(numbers), state) for numbers, state in alike(states)]
+    if len(found) > MOST_RUNS:
+        found = [(states.count(state), state) for state in sorted(set(states), key=states.index)]
+    return ", ".join(state if count == 1 else f"{count} x {state}" for count, state in found)
+
+
+def spans(numbers: Iterable[int]) -> str:
+    """Whole numbers, rising, with those in a row joined: `1-4, 7`."""
+    parts: list[list[int]] = []
+    for number in numbers:
+        if parts and number == parts[-1][-1] + 1:
+            parts[-1] = [parts[-1][0], number]
+        else:
+            parts.append([number])
+    return ", ".join("-".join(map(str, part)) for part in parts)
+
+
+def wrapped(text: str) -> list[str]:
+    """Lines of a sentence, those after the first indented."""
+    return textwrap.wrap(text, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
