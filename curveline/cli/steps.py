@@ -26,6 +26,7 @@ def describe(plan: Plan) -> Iterator[str]:
     yield from _headed(show.table([head, *rows], frozenset({1, 4} if is_single else {1})))
     for text, numbers in _margins(plan):
         yield from wrapped(f"margin of step {spans(numbers)}: {text}")
+    yield from _remarks(plan)
     if not is_single:
         yield "rod and states after a step, where it changes them"
         yield from _headed(show.table([SEGMENT_HEAD, *_segment_rows(plan)], frozenset({1, 3})))
@@ -50,6 +51,16 @@ def _margins(plan: Plan) -> Iterator[tuple[str, list[int]]]:
     for step in plan.steps:
         steps.setdefault(step.margin_of, []).append(step.number)
     yield from steps.items()
+
+
+def _remarks(plan: Plan) -> Iterator[str]:
+    """What was followed besides the steps in lockstep, and where each shape of a tour is complete."""
+    corners = sum(step.corners for step in plan.steps)
+    if corners:
+        yield f"{corners} mixture{'s' if corners > 1 else ''} of uneven progress were followed"
+    complete = [f"{step.shape} after step {step.number}" for step in plan.steps if step.shape]
+    if len(complete) > 1:
+        yield from wrapped(f"complete: {', '.join(complete)}")
 
 
 def _step_cells(step: Step, *, is_single: bool) -> tuple[str, ...]:

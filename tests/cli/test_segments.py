@@ -66,7 +66,7 @@ def test_a_plan_is_shown_on_80_columns_however_many_segments_it_has(count: int) 
     lines = list(describe(row_plan(count)))
     assert all(len(line) <= 80 for line in lines)
     assert "margin of step 1, 3: stability" in lines
-    assert any(line.startswith("1     extrude  ") and "7.25" in line for line in lines)
+    assert any(line.split()[:2] == ["1", "extrude"] and "7.25" in line for line in lines)
 
 
 def test_segments_are_told_only_where_a_step_changes_them() -> None:
@@ -79,10 +79,20 @@ def test_segments_are_told_only_where_a_step_changes_them() -> None:
         ["4", "530.0", "peak"],
         ["3", "4", "531.0", "peak"],
     ]
-    # Of the targets, too: the last step moves the last node alone.
+    # Of the targets, too: the first step leaves the node in the middle, the last one moves but the last node.
     targets = lines[lines.index("targets in mm and deg, then in encoder counts from home") + 2 :]
-    assert len(targets) == 5 + 5 + 1
+    assert len(targets) == 4 + 5 + 1
     assert targets[-1].split()[:5] == ["3", "5", "-61.00", "15.00", "-12.50"]
+
+
+def test_what_was_followed_and_which_step_ends_a_shape_of_a_tour_is_told() -> None:
+    plan = row_plan(4)
+    assert not any("mixture" in line or "complete" in line for line in describe(plan))
+    first, second, third = plan.steps
+    steps = (replace(first, corners=12), replace(second, corners=30, shape="one"), replace(third, shape="two"))
+    lines = list(describe(replace(plan, steps=steps)))
+    assert "42 mixtures of uneven progress were followed" in lines
+    assert "complete: one after step 2, two after step 3" in lines
 
 
 def test_a_step_that_moves_nothing_still_shows_where_the_nodes_are() -> None:
