@@ -10,7 +10,9 @@ from curveline.planning import make_plan
 from curveline.scene import Scene
 from curveline.shapefile import read_shape
 
-SHAPES = {path.stem: path for path in sorted((Path(__file__).parent.parent / "shapes").glob("*.toml"))}
+FILES = {path.stem: path for path in sorted((Path(__file__).parent.parent / "shapes").glob("*.toml"))}
+SHAPES = {name: path for name, path in FILES.items() if name.endswith(("-peak", "-valley"))}
+"""The paper's, of one segment."""
 TICK = 0.02
 """Seconds between samples of a motion."""
 
@@ -20,7 +22,7 @@ Frame = tuple[float, tuple[Counts, ...]]
 
 @cache
 def scene(name: str) -> Scene:
-    return read_shape(SHAPES[name])
+    return read_shape(FILES[name])
 
 
 @cache

@@ -1,4 +1,4 @@
-"""The committed shape files are the paper's sixteen, and say what they show."""
+"""The committed shape files are the paper's sixteen and a roofline in four segments, and say what they show."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_shape_has_the_boundary_conditions_of_the_paper(case: str, state: str) -
 
 def test_every_file_says_in_its_own_words_what_it_shows() -> None:
     files = sorted(SHAPES.glob("*.toml"))
-    assert len(files) >= 16
+    assert len(files) == 17
     comments = [file.read_text(encoding="utf-8").split("\n")[0] for file in files]
     assert all(comment.startswith("# ") and len(comment) > 40 for comment in comments)
     assert len(set(comments)) == len(files)
@@ -49,6 +49,52 @@ def test_every_file_says_in_its_own_words_what_it_shows() -> None:
 @pytest.mark.parametrize("file", sorted(SHAPES.glob("*.toml")), ids=lambda file: file.stem)
 def test_every_file_is_valid_and_named_for_its_stem(file: Path) -> None:
     assert read_shape(file).name == file.stem
+
+
+def test_the_roofline_is_that_of_a_teardrop_coupe() -> None:
+    scene = read_shape(SHAPES / "roofline.toml")
+    states = [segment.wanted for segment in simulate(scene)]
+    outline = np.concatenate(
+        [
+            state.curve(101)[:-1] + [index * scene.display.span, node.height]
+            for index, (state, node) in enumerate(zip(states, scene.nodes, strict=False))
+            if state is not None
+        ]
+    )
+    assert outline.shape == (400, 2)
+    x, height = outline.T
+    assert np.all(np.diff(x) > 0.0)
+    # A low, nearly level bonnet, a steep windscreen, the highest point behind it; from there a tail that only falls.
+    assert np.ptp(height[x < 0.35]) < mm(20.0)
+    top = int(np.argmax(height))
+    assert 1.1 < x[top] < 1.35
+    assert height[top] - height[x < 0.35].max() > mm(330.0)
+    assert np.all(np.diff(height[top:]) < 0.0)
+    assert np.all(np.diff(height[(x > 0.4) & (x <= x[top])]) > 0.0)
+    slope = to_deg(1.0) * np.arctan2(np.diff(height), np.diff(x))
+    assert 0.6 < x[np.argmax(slope)] < 0.8
+    assert 30.0 < slope.max() < 45.0
+    # The slope falls along the bonnet, rises to the windscreen, and falls from there on: no ripples beside these.
+    bends = [slope[0], slope[x[:-1] < 0.35].min(), slope.max(), slope[-1]]
+    assert np.abs(np.diff(slope)).sum() < np.abs(np.diff(bends)).sum() + 2.0
+
+
+def test_the_roofline_is_comfortably_held() -> None:
+    scene = read_shape(SHAPES / "roofline.toml")
+    rod, drive = scene.display.rod, scene.display.drive
+    forces, moments = np.zeros((5, 2)), np.zeros(5)
+    for index, segment in enumerate(simulate(scene)):
+        state = segment.wanted
+        assert state is not None
+        assert state.outcome is Outcome.CONVERGED
+        assert state.lowest_eigenvalue > 0.6 * 4.0 * math.pi**2
+        assert state.max_curvature < 0.2 * rod.max_curvature
+        forces[index : index + 2] += state.clamp_force
+        moments[index : index + 2] += state.clamp_moment
+    # A node's motors hold the difference between its two neighbours.
+    assert np.abs(forces).max() < 0.3 * drive.max_force
+    assert np.abs(moments).max() < 0.3 * drive.max_moment
+    assert sum(segment.length for segment in scene.segments) < rod.total_length
 
 
 @pytest.mark.parametrize("file", SPACE, ids=lambda file: file.stem)

@@ -17,7 +17,8 @@ from curveline.simulation import simulate, spatial_segment
 from curveline.units import deg, mm
 
 HERE = Path(__file__).parent
-SHAPES = sorted((HERE.parent / "shapes").glob("*.toml"))
+SHAPES = sorted((HERE.parent / "shapes").glob("*-*.toml"))
+"""The paper's, of one segment: they are named for boundary conditions and state."""
 REFERENCE = {case["id"]: case for case in json.loads((HERE / "data" / "reference_display.json").read_text())["cases"]}
 IDS = {
     "level-neutral": "P1",

@@ -209,7 +209,7 @@ def all_states(scenes: Sequence[Scene]) -> Iterator[Row]:
     found = sum(len(find_states(rod, mm(0.1))) for rod in rods)
     took = best(lambda: [find_states(rod, mm(0.1)) for rod in rods])
     yield Row(f"{found} states of {len(rods)} boundaries", 1e3 * took, "ms", "< 20", "all stable states, 0.1 mm")
-    times = [best(partial(simulate, scene, model=PLANAR), 0.05) for scene in scenes]
+    times = [best(partial(simulate, scene, model=PLANAR), 0.05) / len(scene.segments) for scene in scenes]
     yield Row("simulate a segment", 1e3 * float(np.median(times)), "ms", "< 1", f"median of {len(scenes)} shapes")
     yield Row("simulate, slowest shape", 1e3 * max(times), "ms", "< 1", "all its stable states")
 

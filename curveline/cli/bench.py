@@ -109,9 +109,9 @@ def _link_figures() -> Iterator[Row]:
 
 
 def _own_shapes() -> list[Path]:
-    """The shape files of the source tree that this package runs from."""
+    """The paper's shapes in the source tree that this package runs from: of one segment, named condition and state."""
     folder = Path(__file__).parents[2] / "shapes"
-    found = sorted(folder.glob("*.toml"))
+    found = sorted(folder.glob("*-*.toml"))
     if not found:
         raise InvalidInput("no shape files to measure with", "name some: curveline bench SHAPE...")
     return found
