@@ -56,7 +56,7 @@ def test_the_roofline_is_that_of_a_teardrop_coupe() -> None:
     states = [segment.wanted for segment in simulate(scene)]
     outline = np.concatenate(
         [
-            state.curve(101)[:-1] + [index * scene.display.span, node.height]
+            np.add(state.curve(101)[:-1], [index * scene.display.span, node.height])
             for index, (state, node) in enumerate(zip(states, scene.nodes, strict=False))
             if state is not None
         ]
