@@ -67,6 +67,13 @@ def test_only_a_share_that_was_asked_for_is_missed(run: Run) -> None:
     assert run("plan", SHAPE, "--monte-carlo", 5, "--least-share", 1.0).code == 0
 
 
+def test_what_the_display_shows_before_is_where_the_runs_begin(run: Run) -> None:
+    # Directly from one peak to the next: no run may begin in the valley, into which the weight pulls most rods.
+    out = run("plan", SHAPE, "--from", SHAPES / "level-asymmetric-peak.toml", "--monte-carlo", 20).out
+    assert "display single, 1 step," in out
+    assert "peak    20 of 20" in out
+
+
 @pytest.mark.parametrize(
     "options", [("--bow-mm", 1), ("--least-share", 0.5), ("--monte-carlo", 5, "--unevenness", 2), ("--monte-carlo", 0)]
 )
