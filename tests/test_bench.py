@@ -211,7 +211,7 @@ def test_the_table_fits_a_terminal(clamps: CaseSet):
     for line in table(wide):
         assert len(line) <= 80, line
     assert table(wide)[2].startswith("*  PyElastica  1e-08 tol")
-    for row in (*quick.all_states([read_shape(SHAPE)]), *quick.many_segments()):
+    for row in (*quick.all_states([read_shape(SHAPE)]), *quick.many_segments((2, 3))):
         assert len(command._line(row)) <= 80, row
 
 

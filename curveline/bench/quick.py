@@ -23,6 +23,7 @@ from curveline.bench.peers.collocation import solve as collocate
 from curveline.bench.row import row
 from curveline.bench.trade import distance, fitted_exponent, is_installed
 from curveline.measured import Row
+from curveline.planning import make_plan
 from curveline.rod import relax
 from curveline.rod.elastica import clamped_arch
 from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, ClampedRod, refine
@@ -35,7 +36,7 @@ from curveline.rod.states import SEARCH_EDGES, find_states
 from curveline.scene import Scene
 from curveline.shapefile import read_shape
 from curveline.simulation import simulate, spatial_segment
-from curveline.units import deg, mm, to_mm
+from curveline.units import deg, mm, to_mm, to_ms
 
 YARDSTICK = Path(__file__).parents[2] / "tests" / "benchmarks" / "bare_newton.py"
 """Bare Newton, of the source tree alone: what is measured with it is left out elsewhere."""
@@ -214,10 +215,15 @@ def all_states(scenes: Sequence[Scene]) -> Iterator[Row]:
     yield Row("simulate, slowest shape", 1e3 * max(times), "ms", "< 1", "all its stable states")
 
 
-def many_segments() -> Iterator[Row]:
-    """Displays of many segments, no two alike: every state of each, and how the time grows with their number."""
-    spent = [best(partial(simulate, row(count)), 0.2) for count in SEGMENTS]
-    name = f"simulate {SEGMENTS[-1]} segments"
-    yield Row(name, 1e3 * spent[-1], "ms", "< 50", "no two alike")
-    how = f"{SEGMENTS[0]} to {SEGMENTS[-1]} segments"
-    yield Row("its power of the segments", fitted_exponent(SEGMENTS, spent), "", "< 1.1", how)
+def many_segments(sizes: Sequence[int] = SEGMENTS) -> Iterator[Row]:
+    """Displays of many segments, no two alike: every state of each, a proven plan, and how their times grow."""
+    scenes = [row(size) for size in sizes]
+    for name, unit, action, goal in (
+        ("simulate", "ms", simulate, "< 50"),
+        ("plan", "s", make_plan, "< 5"),
+    ):
+        spent = [best(partial(action, scene), 0.2) for scene in scenes]
+        last = to_ms(spent[-1]) if unit == "ms" else spent[-1]
+        yield Row(f"{name} {sizes[-1]} segments", last, unit, goal, "no two alike")
+        how = f"{sizes[0]} to {sizes[-1]} segments"
+        yield Row(f"{name} time, power of segments", fitted_exponent(sizes, spent), "", "< 1.1", how)

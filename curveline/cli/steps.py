@@ -13,6 +13,8 @@ STEP_HEAD = ("step", "action", "time s", "strain %", "force N", "N mm", "margin"
 SINGLE_HEAD = ("rod mm", "state after")
 """Columns of the steps of a single segment; the segments of a row have a table of their own."""
 SEGMENT_HEAD = ("step", "segment", "rod mm", "state after")
+MOST_ROWS = 300
+"""Rows of a table that are shown."""
 TARGET_HEAD = ("step", "node", "extrude mm", "bias deg", "height mm", "extrude", "bias", "translate")
 
 
@@ -29,15 +31,23 @@ def describe(plan: Plan) -> Iterator[str]:
     yield from _remarks(plan)
     if not is_single:
         yield "rod and states after a step, where it changes them"
-        yield from _headed(show.table([SEGMENT_HEAD, *_segment_rows(plan)], frozenset({1, 3})))
+        yield from _unless_many([SEGMENT_HEAD, *_segment_rows(plan)], frozenset({1, 3}))
     yield "targets in mm and deg, then in encoder counts from home"
-    yield from _headed(show.table([TARGET_HEAD, *_target_rows(plan)], frozenset()))
+    yield from _unless_many([TARGET_HEAD, *_target_rows(plan)], frozenset())
 
 
 def summary(plan: Plan) -> str:
     """A plan as a whole in a few words."""
     steps = f"{len(plan.steps)} step{'s' if len(plan.steps) > 1 else ''}"
     return f"display {plan.drive.display}, {steps}, {plan.seconds:.1f} s, ends in: {in_words(plan.wanted)}"
+
+
+def _unless_many(rows: Sequence[tuple[str, ...]], left: frozenset[int]) -> Iterator[str]:
+    """A table that a person may want to read, or how many rows it would have."""
+    if len(rows) > MOST_ROWS:
+        yield f"  {len(rows) - 1} rows, too many for a terminal: --json, or the file that -o writes, has them"
+    else:
+        yield from _headed(show.table(rows, left))
 
 
 def _headed(lines: Sequence[str]) -> Iterator[str]:

@@ -18,7 +18,7 @@ from curveline.radio.link import Control, LinkTally, NodeStatus, Phase, Progress
 from curveline.shapefile import read_display
 from rows import row
 
-from .conftest import Run
+from .conftest import SHAPES, Run
 
 
 def test_equal_neighbours_are_named_together() -> None:
@@ -95,6 +95,14 @@ def test_what_was_followed_and_which_step_ends_a_shape_of_a_tour_is_told() -> No
     assert "complete: one after step 2, two after step 3" in lines
 
 
+def test_a_table_that_nobody_would_read_is_not_shown() -> None:
+    plan = row_plan(64)
+    steps = [replace(plan.steps[i % 2], number=i + 1) for i in range(6)]
+    lines = list(describe(replace(plan, steps=tuple(steps))))
+    assert len(lines) < 310
+    assert lines[-1] == "  389 rows, too many for a terminal: --json, or the file that -o writes, has them"
+
+
 def test_a_step_that_moves_nothing_still_shows_where_the_nodes_are() -> None:
     plan = row_plan(2)
     stays = replace(plan, steps=(replace(plan.steps[0], targets=plan.start),))
@@ -118,6 +126,18 @@ def test_a_row_is_sent_and_its_status_asked_on_80_columns(run: Run, tmp_path: Pa
     assert out.count("ready") == 5
     assert all(len(line) <= 80 for line in out.splitlines())
     assert re.search(r"^rod: ", out, re.MULTILINE)
+
+
+def test_four_segments_are_simulated_and_drawn_on_80_columns(run: Run) -> None:
+    code, out, err = run("simulate", SHAPES / "roofline.toml")
+    assert (code, err) == (0, "")
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert out.count("wanted, ") == 4
+    assert out.count("\n* peak") == 3
+    # Five nodes and a curve from one side to the other.
+    drawing = out[out.rindex("mm\n") :].splitlines()
+    assert sum(line.count("●") for line in drawing) == 5
+    assert max(map(len, drawing)) > 60
 
 
 def test_how_a_run_ended_names_equal_neighbours_together() -> None:
