@@ -46,6 +46,37 @@ class Box:
         sides = [(low,) if high - low < SAME else (low, high) for low, high in zip(self.low, self.high, strict=True)]
         yield from itertools.starmap(Pose, itertools.product(*sides))
 
+    def edges(self, before: Pose, after: Pose) -> Iterator[tuple[Pose, Pose]]:
+        """Every edge, from the corner nearest to `before` outwards, so that each begins where another has ended.
+
+        Along the edges one number changes after the other, in every order. The first of the ways leads from `before` to
+        its corner, and the last one to `after` from its own, if they are no corners themselves.
+        """
+        root, last = self._nearest(before), self._nearest(after)
+        if root != before:
+            yield before, root
+        axes = [axis for axis, (low, high) in enumerate(zip(self.low, self.high, strict=True)) if high - low >= SAME]
+        for size in range(len(axes)):
+            for moved in itertools.combinations(axes, size):
+                here = self._across(root, moved)
+                for axis in axes:
+                    if axis not in moved:
+                        yield here, self._across(here, (axis,))
+        if last != after:
+            yield last, after
+
+    def _nearest(self, pose: Pose) -> Pose:
+        """The corner nearest to a pose."""
+        sides = zip(self.low, self.high, pose, strict=True)
+        return Pose(*(low if high - low < SAME or here - low <= high - here else high for low, high, here in sides))
+
+    def _across(self, corner: Pose, axes: Sequence[int]) -> Pose:
+        """The corner on the other side in some of the numbers."""
+        numbers = list(corner)
+        for axis in axes:
+            numbers[axis] = self.low[axis] if corner[axis] == self.high[axis] else self.high[axis]
+        return Pose(*numbers)
+
 
 def home(display: Display) -> Layout:
     """Nodes level and upright, the rod straight."""

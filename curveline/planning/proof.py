@@ -1,7 +1,7 @@
 """The rod of one segment during one step: in which states it can be, how near it comes to losing one, what it asks.
 
-A rod in a known state is followed to every corner of the box of uneven progress, and from there to the end of the step,
-where all ways must meet in one state. A rod in an unknown state may be in any; then every one is weighed.
+A rod in a known state is followed straight to the end of the step, and along every edge of the box of uneven progress;
+where ways meet, they must do so in one state. A rod in an unknown state may be in any; then every one is weighed.
 """
 
 from __future__ import annotations
@@ -129,13 +129,13 @@ class Prover:
     def keep(self, before: Pose, after: Pose, box: Box, hold: Hold) -> Passed:
         """Follow a known state through a step; Refused where it would be lost or comes too near to it."""
         end, lowest, demand = self._follow(before, after, hold, is_hopeless=True)
-        corners = [corner for corner in box.corners() if corner not in (before, after)]
-        for corner in corners:
-            there, first, asked = self._follow(before, corner, hold)
-            back, second, more = self._follow(corner, after, there)
-            if np.max(np.abs(back.angles - end.angles)) > SAME_STATE:
-                raise Refused(f"uneven progress by way of {describe(corner)} would end in another state")
-            lowest, demand = min(lowest, first, second), demand.joined(asked).joined(more)
+        holds = {before: hold, after: end}
+        for here, there in box.edges(before, after):
+            reached, least, asked = self._follow(here, there, holds[here])
+            if np.max(np.abs(holds.setdefault(there, reached).angles - reached.angles)) > SAME_STATE:
+                raise Refused(f"uneven progress by way of {describe(here)} would end in another state")
+            lowest, demand = min(lowest, least), demand.joined(asked)
+        corners = set(box.corners()) - {before, after}
         name = self.name_of(after, end)
         return Passed(end, name, lowest, lowest / STIFFEST, STABILITY, demand, len(corners))
 
