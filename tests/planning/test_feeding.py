@@ -56,26 +56,60 @@ def jobs(draw: st.DrawFn) -> Job:
 
 
 @few
-@given(jobs(), st.randoms(use_true_random=False))
-def test_no_segment_runs_short_or_over_however_unevenly_nodes_feed(job: Job, chance: object) -> None:
+@given(jobs())
+def test_no_segment_runs_short_or_over_however_unevenly_nodes_feed(job: Job) -> None:
     room, before = job.room, job.feeds
-    count = 0
-    for count, after in enumerate(schedule(SPAN, job.feeds, job.goal, room), start=1):  # noqa: B007
-        for side in itertools.product((0, 1), repeat=2):
-            # The extremes of a segment are the extremes of its two nodes, whatever the others do.
-            for segment, (least, most) in enumerate(zip(room.least, room.most, strict=True)):
-                left = (before[segment], after[segment])[side[0]]
-                right = (before[segment + 1], after[segment + 1])[side[1]]
+    for after in schedule(SPAN, job.feeds, job.goal, room):
+        for segment, (least, most) in enumerate(zip(room.least, room.most, strict=True)):
+            # Either node of a segment may be done before the other one begins.
+            pair = slice(segment, segment + 2)
+            for left, right in itertools.product(*zip(before[pair], after[pair], strict=True)):
                 assert least - SLACK <= SPAN + left - right <= most + SLACK
         for old, new, there in zip(before, after, job.goal, strict=True):
             assert abs(there - new) <= abs(there - old)
         before = after
     assert before == pytest.approx(job.goal, abs=1e-7)
-    way = max(abs(there - here) for there, here in zip(job.goal, job.feeds, strict=True))
-    give = min(most - max(pair) for most, pair in zip(room.most, _pairs(job), strict=True))
-    # Rod comes in waves of at most `give` each; while one passes, those behind it wait.
-    assert count <= 2 * len(job.goal) + 3 * math.ceil(way / give)
 
 
-def _pairs(job: Job) -> list[tuple[float, float]]:
-    return list(zip(lengths_for(job.feeds), lengths_for(job.goal), strict=True))
+@few
+@given(jobs())
+def test_rod_travels_in_waves_as_many_as_it_takes(job: Job) -> None:
+    count = len(list(schedule(SPAN, job.feeds, job.goal, job.room)))
+    farthest = max(abs(there - here) for there, here in zip(job.goal, job.feeds, strict=True))
+    # A segment takes a wave, then gives it on; the last wave begins when the first may still be under way.
+    assert count <= 2 * math.ceil(farthest / give_of(job)) + len(job.goal)
+
+
+def give_of(job: Job) -> float:
+    """By how much the segments may grow."""
+    pairs = zip(job.room.most, lengths_for(job.feeds), lengths_for(job.goal), strict=True)
+    return min(most - max(here, there) for most, here, there in pairs)
+
+
+def test_nothing_to_do_takes_no_step_and_plain_jobs_one() -> None:
+    here = job_of([0.6, 0.55], [0.6, 0.55], (0.1, 0.1), 0.1)
+    assert list(schedule(SPAN, here.feeds, here.goal, here.room)) == []
+    lone = job_of([0.5], [0.62], (0.0, 0.06), 0.01)
+    assert list(schedule(SPAN, lone.feeds, lone.goal, lone.room)) == [lone.goal]
+    # All rod that is needed comes from the tails on either side at once.
+    two = job_of([0.5, 0.5], [0.62, 0.62], (0.0, 0.12), 0.01)
+    assert list(schedule(SPAN, two.feeds, two.goal, two.room)) == [two.goal]
+
+
+@pytest.mark.parametrize("count", [1, 2, 7])
+def test_without_room_rod_cannot_be_moved_through(count: int) -> None:
+    job = job_of([0.6] * count, [0.6] * count, (0.0, 0.05), 0.0)
+    with pytest.raises(Refused, match="no room to move the rod .* must keep 600 to 600 mm"):
+        list(schedule(SPAN, job.feeds, job.goal, job.room))
+    roomy = job_of([0.6] * count, [0.6] * count, (0.0, 0.05), 0.01)
+    assert list(schedule(SPAN, roomy.feeds, roomy.goal, roomy.room))[-1] == roomy.goal
+
+
+def test_one_segment_without_room_stops_the_rod_that_must_pass_it() -> None:
+    job = job_of([0.6] * 3, [0.6] * 3, (0.0, 0.05), 0.1)
+    narrow = Room(job.room.least, (0.65, 0.6, 0.65))
+    with pytest.raises(Refused, match="no room"):
+        list(schedule(SPAN, job.feeds, job.goal, narrow))
+    # The other two may still trade with the tails.
+    apart = job_of([0.6] * 3, [0.62, 0.6, 0.63], (0.0, 0.02), 0.1)
+    assert list(schedule(SPAN, apart.feeds, apart.goal, Room(apart.room.least, (0.65, 0.6, 0.65))))[-1] == apart.goal
