@@ -99,7 +99,7 @@ def test_nothing_to_do_takes_no_step_and_plain_jobs_one() -> None:
 @pytest.mark.parametrize("count", [1, 2, 7])
 def test_without_room_rod_cannot_be_moved_through(count: int) -> None:
     job = job_of([0.6] * count, [0.6] * count, (0.0, 0.05), 0.0)
-    with pytest.raises(Refused, match="no room to move the rod .* must keep 600 to 600 mm"):
+    with pytest.raises(Refused, match=r"no room to move the rod .* must keep 600 to 600 mm"):
         list(schedule(SPAN, job.feeds, job.goal, job.room))
     roomy = job_of([0.6] * count, [0.6] * count, (0.0, 0.05), 0.01)
     assert list(schedule(SPAN, roomy.feeds, roomy.goal, roomy.room))[-1] == roomy.goal
