@@ -18,14 +18,20 @@ from collections.abc import Callable, Sequence
 
 from curveline.errors import Infeasible, InvalidInput
 from curveline.plan import Plan, drive_table
+from curveline.planning.advice import nearest
 from curveline.planning.goals import check_goal, check_home
 from curveline.planning.journey import goal_of, travel_home, travel_to
 from curveline.planning.layout import home, layout_of, pose_of
 from curveline.planning.moves import Stage, Travel
-from curveline.planning.proof import STRAIGHT, Prover
+from curveline.planning.proof import STRAIGHT, Prover, Refused
 from curveline.planning.targets import Counts, layout_at, targets_of
 from curveline.planning.writing import Ending, plan_of
 from curveline.scene import Display, Scene
+
+OTHERWISE = "change length or angles, or plan a shape between this one and the last"
+
+ADVICE_TRIES = 3
+"""Changed shapes that are planned in full before none is advised."""
 
 Start = Sequence[Counts] | None
 """Encoder counts of every node; home if None."""
@@ -95,12 +101,17 @@ def _through(prover: Prover, travel: Travel, scenes: Sequence[Scene]) -> Travel:
             hint = "plan the shapes of each display for themselves"
             raise InvalidInput(f"{scene.name} is for display {scene.display.name}, not {display.name}", hint)
     for scene in scenes:
-        check_goal(prover, scene)
         try:
-            travel = travel_to(prover, travel, goal_of(scene))
-        except Infeasible as refusal:
-            raise _refusal(scene, refusal) from None
+            travel = _into(prover, travel, scene)
+        except Refused as refusal:
+            raise _refusal(prover, travel, scene, refusal) from None
     return travel
+
+
+def _into(prover: Prover, travel: Travel, scene: Scene) -> Travel:
+    """Go on to one shape; Refused where that is not possible."""
+    check_goal(prover, scene)
+    return travel_to(prover, travel, goal_of(scene))
 
 
 def _begin(prover: Prover, start: Start, shows: Sequence[str]) -> Travel:
@@ -116,8 +127,18 @@ def _begin(prover: Prover, start: Start, shows: Sequence[str]) -> Travel:
     return Travel((), Stage(layout, tuple(holds)))
 
 
-def _refusal(scene: Scene, refusal: Infeasible) -> Infeasible:
-    """What a user reads when no way to a shape is safe."""
+def _refusal(prover: Prover, travel: Travel, scene: Scene, refusal: Refused) -> Infeasible:
+    """What a user reads when no way to a shape is safe: why, and the nearest shape to which there is one."""
+
+    def works(other: Scene) -> str:
+        try:
+            _into(prover, travel, other)
+        except Infeasible as error:
+            return error.message
+        return ""
+
+    is_lone = len(scene.segments) == 1
+    advice = nearest(scene, max(refusal.segment, 1) - 1, works, ADVICE_TRIES) if is_lone or refusal.segment else None
     wanted = ", ".join(dict.fromkeys(segment.state for segment in scene.segments))
     message = f"{scene.name}: no safe plan reaches the {wanted}: {refusal.message}"
-    return Infeasible(message, "change length or angles, or plan a shape between this one and the last")
+    return Infeasible(message, OTHERWISE if advice is None else advice.sentence)

@@ -31,7 +31,7 @@ def check_home(scene: Scene) -> None:
 
 
 def check_goal(prover: Prover, scene: Scene) -> None:
-    """Raise Infeasible unless every wanted state exists, is stable with a margin and asks no more than there is."""
+    """Raise Refused unless every wanted state exists, is stable with a margin and asks no more than there is."""
     layout = layout_of(scene)
     demands = []
     for number, segment in enumerate(scene.segments, start=1):
@@ -40,27 +40,20 @@ def check_goal(prover: Prover, scene: Scene) -> None:
         wanted = next((state for state in states if state.name == segment.state), None)
         if wanted is None:
             others = " and ".join(state.name for state in states) or "none that was found and a display can show"
-            raise Infeasible(
-                f"{scene.name}: segment {number} has no stable {segment.state} at {describe(pose)}; it has: {others}",
-                f'ask for state = "{states[0].name}", or change length or angles'
-                if states
-                else "change length or angles",
-            )
+            text = f"segment {number} has no stable {segment.state} at {describe(pose)}; it has: {others}"
+            raise Refused(text, number)
         _check_loads(prover, scene, number, wanted)
         try:
             demands.append(prover.keep(pose, pose, Box(pose, pose), prover.hold_of(wanted)).demand)
         except Refused as refusal:
-            raise Infeasible(
-                f"{scene.name}: segment {number}, the {segment.state} itself: {refusal.message}",
-                "ask for a longer rod or smaller angles",
-            ) from None
+            raise Refused(f"segment {number}, the {segment.state} itself: {refusal.message}", number) from None
     reason = overload(scene.display, tuple(demands))
     if reason:
-        raise Infeasible(f"{scene.name}: the shape itself: {reason}", "ask for a longer rod or smaller angles")
+        raise Refused(f"the shape itself: {reason}")
 
 
 def _check_loads(prover: Prover, scene: Scene, number: int, state: Equilibrium) -> None:
-    """Raise Infeasible unless a wanted state stays what it is when the loads of its segment are put on."""
+    """Raise Refused unless a wanted state stays what it is when the loads of its segment are put on."""
     loads = sorted((load.at, *load.force) for load in scene.loads if load.segment == number - 1)
     if not loads:
         return
@@ -68,8 +61,6 @@ def _check_loads(prover: Prover, scene: Scene, number: int, state: Equilibrium) 
     way = loading(state.rod.pose, table[:, 0].copy(), np.zeros((len(loads), 2)), table[:, 1:].copy())
     branch = follow(way, prover.bearing, *start_along(way, state))
     if branch.reached < 1.0:
-        raise Infeasible(
-            f"{scene.name}: segment {number}: the {state.name} does not withstand the loads: it snaps through at "
-            f"{100.0 * branch.reached:.0f} % of them",
-            "`curveline load` shows what it bears; take the loads out to plan the shape without them",
-        )
+        share = 100.0 * branch.reached
+        text = f"segment {number}: the {state.name} does not withstand the loads: it snaps at {share:.0f} % of them"
+        raise Refused(text, number)

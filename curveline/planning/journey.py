@@ -36,7 +36,7 @@ LEVEL_SLACK = deg(0.01)
 PARKED = 0.12
 """Excess length, as a fraction of the span, with which segments wait in their states while others are in a funnel."""
 TRIES = 12
-FAILURES = 3
+FAILURES = 2
 """Funnels, and funnels from which no way led on, after which the goal is given up: mostly it fails from all."""
 
 
@@ -55,7 +55,7 @@ def goal_of(scene: Scene) -> Goal:
 
 
 def travel_to(prover: Prover, travel: Travel, goal: Goal) -> Travel:
-    """Go on to `goal`; Infeasible with the most telling reason where no way is safe."""
+    """Go on to `goal`; Refused with the most telling reason where no way is safe."""
     if all(hold is not None for hold in travel.stage.holds):
         for way in _direct_ways(prover, travel.stage.layout, goal.layout):
             try:
@@ -110,7 +110,7 @@ def _through_funnel(prover: Prover, travel: Travel, goal: Goal) -> Travel:
             if failures == FAILURES:
                 break
     if not refusals:
-        raise Infeasible("the display's limits leave no room for a funnel")
+        raise Refused("the display's limits leave no room for a funnel")
     raise max(refusals, key=lambda refusal: refusal.step)
 
 

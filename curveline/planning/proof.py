@@ -48,9 +48,9 @@ STRAIGHT = "straight"
 
 
 class Refused(Infeasible):
-    """A step is not safe: `segment` from 1, 0 if it concerns all; `is_hopeless` if smaller steps would not help.
+    """A step, or a shape, is not safe: `segment` from 1, 0 if it concerns all; `step` is its number if that is known.
 
-    `step` is its number where that is known.
+    `is_hopeless` if smaller steps would not help.
     """
 
     def __init__(self, message: str, segment: int = 0, *, step: int = 0, is_hopeless: bool = False) -> None:
