@@ -140,5 +140,5 @@ def _refusal(prover: Prover, travel: Travel, scene: Scene, refusal: Refused) -> 
     is_lone = len(scene.segments) == 1
     advice = nearest(scene, max(refusal.segment, 1) - 1, works, ADVICE_TRIES) if is_lone or refusal.segment else None
     wanted = ", ".join(dict.fromkeys(segment.state for segment in scene.segments))
-    message = f"{scene.name}: no safe plan reaches the {wanted}: {refusal.message}"
-    return Infeasible(message, OTHERWISE if advice is None else advice.sentence)
+    way = f"no safe plan reaches the {wanted}: " if refusal.step else ""
+    return Infeasible(f"{scene.name}: {way}{refusal.message}", OTHERWISE if advice is None else advice.sentence)
