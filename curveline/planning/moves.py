@@ -9,7 +9,8 @@ from curveline.plan import MAX_STEP_SECONDS
 from curveline.planning.demand import Load, load_of, overload
 from curveline.planning.layout import Layout, between, box_of, pose_of, tails_of
 from curveline.planning.proof import Hold, Passed, Prover, Refused
-from curveline.planning.targets import seconds_between
+from curveline.planning.targets import seconds_between, targets_of
+from curveline.radio.motion import axes_of, outside
 from curveline.scene import Display
 from curveline.units import to_deg, to_mm
 
@@ -88,6 +89,7 @@ def _step(prover: Prover, travel: Travel, leg: Leg) -> Travel:
     """Prove a single step."""
     display, stage, goal = prover.display, travel.stage, leg.goal
     _check_limits(display, goal)
+    check_reach(prover, goal)
     if seconds_between(prover.drive, stage.layout, goal) > MAX_STEP_SECONDS:
         raise Refused(f"the step would take longer than {MAX_STEP_SECONDS:.0f} s")
     passed = [_pass(prover, stage, goal, (segment, leg.funnels.get(segment, ""))) for segment in goal.segments]
@@ -140,3 +142,14 @@ def _check_limits(display: Display, layout: Layout) -> None:
         if tail < -SLACK:
             text = f"the rod is too short: its {side} tail would be {to_mm(-tail):.0f} mm inside the last node"
             raise Refused(text, is_hopeless=True)
+
+
+def check_reach(prover: Prover, layout: Layout) -> None:
+    """Refused unless every node can tell how much rod it has fed: the radio's positions end somewhere."""
+    axes = axes_of(prover.drive)
+    for number, target in enumerate(targets_of(prover.drive, layout), start=1):
+        if outside(axes, target.counts):
+            raise Refused(
+                f"node {number} would have to feed {target.extrude_mm:.0f} mm, more than it can tell by radio",
+                is_hopeless=True,
+            )

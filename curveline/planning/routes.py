@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from curveline.planning.feeding import CLOSE, Room, schedule
 from curveline.planning.layout import SAME, Layout, angles_of, centred, heights_of, lengths_of, posed
-from curveline.planning.moves import HALVINGS, Leg, Travel, advance
+from curveline.planning.moves import HALVINGS, Leg, Travel, advance, check_reach
 from curveline.planning.proof import Prover, Refused
 
 RECIPE = ("extrude", "bias", "translate")
@@ -39,8 +39,9 @@ def _extrude(prover: Prover, travel: Travel, goal: Layout) -> Travel:
     """Feed rod to where `goal` has it; one step even if nothing moves.
 
     In a row, in even waves if any do: where steps must be cut smaller, no segment meets a length twice, and each is
-    proven anew.
+    proven anew. Refused before any of them is proven if a node would feed more than it can tell.
     """
+    check_reach(prover, goal)
     for give in GIVES if len(travel.stage.holds) > 1 else ():
         try:
             return _feed(prover, travel, goal, (give, 0))
