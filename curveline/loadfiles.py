@@ -37,8 +37,8 @@ def document(loading: Loading, argv: Sequence[str] = ()) -> Document:
         "snap_through_N": None if snap is None else snap.force,
         "snap_through_error_N": None if snap is None else _known(snap.error),
         "kind": None if snap is None else snap.kind,
-        "lands_in": None if snap is None else either(snap.landings, "name"),
-        "released_in": None if snap is None else either(snap.landings, "released"),
+        "lands_in": _landing(loading, "name"),
+        "released_in": _landing(loading, "released"),
         "ways": [] if snap is None else [{"lands_in": way.name, "released_in": way.released} for way in snap.landings],
         "leaves_plane_N": loading.leaves_plane,
         "curve": _pairs(loading.rows),
@@ -74,6 +74,11 @@ def map_document(found: LoadMap, argv: Sequence[str] = ()) -> Document:
 def either(landings: Sequence[Landing], what: str) -> str:
     """The names of the states that the rod may land in: "name" under the load, "released" without it."""
     return EITHER.join(dict.fromkeys(getattr(landing, what) for landing in landings))
+
+
+def _landing(loading: Loading, what: str) -> str | None:
+    """These names, None where nothing is known to snap."""
+    return either(loading.snap.landings, what) if loading.snap and loading.snap.landings else None
 
 
 def curve_mm(stand: Stand, state: Equilibrium) -> list[list[float]]:

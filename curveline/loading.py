@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,6 +22,7 @@ from curveline.rod.fidelity import lateral, probe
 from curveline.rod.problem import mesh
 from curveline.rod.special_points import Fall, Kind, SpecialPoint, critical, falls
 from curveline.rod.states import find_states, named
+from curveline.rod.way import Way
 from curveline.scene import Scene
 from curveline.simulation import DEFAULT_TOLERANCE
 
@@ -117,8 +118,8 @@ class Loading:
     seconds: float
 
 
-def load(scene: Scene, push: Push) -> Loading:
-    """Push a shape until it snaps through, or to the most.
+def load(scene: Scene, push: Push, progress: Callable[[int], None] = lambda _: None) -> Loading:
+    """Push a shape until it snaps through, or to the most; `progress` is told the percentage of the load reached.
 
     InvalidInput for a push that makes no sense; Infeasible if there is no such state, or not under the file's loads.
     """
@@ -127,7 +128,10 @@ def load(scene: Scene, push: Push) -> Loading:
     push = push._replace(most=push.most or most_on(stand.rod))
     _check_steps(push)
     limit = limit_of(stand, push.most)
-    states = list(_states(stand, push, limit))
+    states = []
+    for force, state in _states(stand, push, limit):
+        states.append((force, state))
+        progress(round(100.0 * force / (push.most if limit is None else limit.force)))
     rows = [(force, stand.deflection(state)) for force, state in states]
     if limit is not None:
         rows[-1] = limit.force, _deflection_at(stand, limit.point)
@@ -206,7 +210,7 @@ def _branch(stand: Stand, most: float) -> Iterator[BranchPoint]:
         force = float(track.fractions[number]) * most
         rod = stand.loaded(force)
         edges = mesh(rod.scaled().at, track.phi.shape[1])
-        state = refine(rod, edges, track.phi[number].copy(), track.multipliers[number].copy(), TOLERANCE)
+        state = refine(rod, edges, track.phi[number].copy(), track.multipliers[number].copy(), DEFAULT_TOLERANCE)
         # Next to a fold of the edges it was traced on a rod of finer ones may have no such state.
         if state.outcome is not Outcome.LOST and state.stable != was_unstable:
             yield BranchPoint(force, stand.deflection(state), int(unstable))
@@ -253,9 +257,11 @@ def _stays(stand: Stand, state: Equilibrium) -> bool:
 
 def _landings(stand: Stand, most: float, limit: Limit) -> Iterator[Landing]:
     """Where the rod falls from the end of a branch; of two ways that end alike, one."""
+    if limit.kind == LOST:
+        return
     bare = find_states(stand.rod, TOLERANCE)
     known: list[tuple[str, str]] = []
-    for fall in () if limit.kind == LOST else falls(stand.way(0.0, most), stand.rod.bearing, limit.point):
+    for fall in _falls(stand, stand.way(0.0, most), limit.point):
         force = fall.at * most
         state = _landed(stand, force, fall)
         there = _released(stand, force, state)
@@ -263,6 +269,12 @@ def _landings(stand: Stand, most: float, limit: Limit) -> Iterator[Landing]:
         if landing[:2] not in known:
             known.append(landing[:2])
             yield landing
+
+
+def _falls(stand: Stand, way: Way, point: SpecialPoint) -> tuple[Fall, ...]:
+    """Both ways off a bifurcation; off a fold there is but the one on which the branch led."""
+    found = falls(way, stand.rod.bearing, point)
+    return found[:1] if point.kind is Kind.FOLD else found
 
 
 def _landed(stand: Stand, force: float, fall: Fall) -> Equilibrium | None:
@@ -284,7 +296,7 @@ def _released(stand: Stand, force: float, state: Equilibrium | None) -> Equilibr
             return stand.reach(0.0, (force, state))[1]
         if point.kind is Kind.LOST:
             return None
-        fall = falls(way, stand.rod.bearing, point)[0]
+        fall = _falls(stand, way, point)[0]
         force *= 1.0 - fall.at
         state = _landed(stand, force, fall)
     return None

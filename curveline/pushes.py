@@ -11,7 +11,7 @@ import numpy as np
 
 from curveline.errors import Infeasible, InvalidInput
 from curveline.rod.approach import fitting_mesh
-from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium, refine
 from curveline.rod.ladder import interpolate
 from curveline.rod.models import Ask, model_states
 from curveline.rod.problem import Array
@@ -26,7 +26,7 @@ NORMAL = "normal"
 DOWNWARDS = (0.0, -1.0)
 TOLERANCE = 1e-6
 """Bound on the error of a loaded curve [m]."""
-EDGES = (96, 384, 1536)
+EDGES = (96, 384, 1536, 6144)
 """Of the coarsest level of a loaded curve; the finer ones near a fold, which coarse edges have earlier."""
 NARROWEST = 1e-9
 """A step of the push, as a part of its end, that is halved no more."""
@@ -107,12 +107,12 @@ class Stand:
         return (place[0] - begin[0]) * self.toward[0] + (place[1] - begin[1]) * self.toward[1]
 
     def near(self, force: float, state: Equilibrium, tolerance: float = TOLERANCE) -> Equilibrium:
-        """The state under a push of `force` [N] that Newton finds from another one; see its outcome."""
+        """The state under a push of `force` [N] that Newton finds from another one, if there is one a stable one."""
         rod = self.loaded(force)
         for count in EDGES:
             edges = fitting_mesh(rod.scaled(), count)
             found = refine(rod, edges, *state.start_on(edges), tolerance)
-            if found.outcome is not Outcome.LOST:
+            if found.stable:
                 break
         return found
 

@@ -15,6 +15,7 @@ from scipy.interpolate import CubicSpline
 
 import curveline
 from curveline.errors import Infeasible, InvalidInput
+from curveline.loadfiles import document
 from curveline.loading import Loading, limit_of, load
 from curveline.loadmap import load_map
 from curveline.pushes import Push, direction_of, most_on, stand_of
@@ -129,7 +130,11 @@ def test_what_the_load_does_is_what_the_rod_takes_up() -> None:
 
 def test_the_neutral_peak_snaps_to_the_valley_and_a_pull_does_not() -> None:
     scene = shape("level-neutral-peak")
-    down = load(scene, Push())
+    told: list[int] = []
+    down = load(scene, Push(), told.append)
+    assert told[0] == 0
+    assert told[-1] == 100
+    assert told == sorted(told)
     assert down.snap is not None
     assert [landing[:2] for landing in down.snap.landings] == [("valley", "valley")]
     assert down.stand.state.name == "peak"
@@ -258,3 +263,27 @@ def test_a_map_knows_the_weakest_point_and_where_a_finger_is_too_strong() -> Non
     for begin, end in firmly.stretches:
         for at, yields in ((begin - 0.01, False), (begin + 0.01, True), (end - 0.01, True), (end + 0.01, False)):
             assert (limit_of(stand_of(scene, Push(at=at, direction="normal")), 5.0) is not None) == yields
+
+
+def test_two_ways_off_a_bifurcation_that_differ_are_both_told() -> None:
+    loading = load(shape("level-up-peak"), Push(step=3.0))
+    assert loading.snap is not None
+    (one,) = loading.snap.landings
+    other = one._replace(name="peak", released="peak")
+    found = document(replace(loading, snap=replace(loading.snap, landings=(one, other))))
+    assert (found["lands_in"], found["released_in"]) == ("valley|peak", "valley|peak")
+    assert [way["lands_in"] for way in found["ways"]] == ["valley", "peak"]
+    assert len(found["landed_mm"]) == 2
+
+
+def test_rows_come_as_near_to_the_snap_as_they_are_asked_to() -> None:
+    scene = replace(shape("level-up-peak"), display=bare_display(80.0 * 0.028224))
+    push = Push(at=0.12, step=1.0)
+    limit = limit_of(stand_of(scene, push), 2000.0)
+    assert limit is not None
+    push = push._replace(step=limit.force / 40.0 * (1.0 - 1e-5), most=2000.0)
+    loading = load(scene, push)
+    assert len(loading.rows) == 42
+    forces, deflections = np.array(loading.rows).T
+    assert np.all(np.diff(deflections) > 0.0)
+    assert forces[-2] == pytest.approx(forces[-1], rel=2e-5)

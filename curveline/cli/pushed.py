@@ -26,8 +26,9 @@ TASKS = {1.0: "searching for a target", 2.0: "following a contour, lightly", 5.0
 
 
 def pushed(scene: Scene, push: Push) -> Loading:
-    """Push one point."""
-    return load(scene, push)
+    """Push one point, with a bar that shows how far the load has grown, in percent."""
+    with Bar("pushing", 100) as bar:
+        return load(scene, push, bar.reach)
 
 
 def mapped(scene: Scene, push: Push, points: int) -> LoadMap:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import sys
 from pathlib import Path
@@ -12,9 +13,10 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from curveline import loading, loadmap
 from curveline.cli import pushed
-from curveline.loading import load
-from curveline.pushes import Push
+from curveline.loading import Limit, limit_of, load
+from curveline.pushes import Push, Stand
 from curveline.shapefile import read_shape
 
 from .conftest import BROKEN, SHAPES, Run
@@ -55,12 +57,12 @@ def test_json_is_the_documented_document(run: Run) -> None:
     code, out, err = run("load", SHAPE, "--at", "0.4", "--json")
     assert (code, err) == (0, "")
     found = said(out)
-    loading = load(read_shape(SHAPE), Push(at=0.4))
-    assert loading.snap is not None
-    assert loading.stiffness is not None
-    assert found["snap_through_N"] == loading.snap.force
+    pushed_once = load(read_shape(SHAPE), Push(at=0.4))
+    assert pushed_once.snap is not None
+    assert pushed_once.stiffness is not None
+    assert found["snap_through_N"] == pushed_once.snap.force
     assert 0.0 < found["snap_through_error_N"] < 1e-3
-    assert found["stiffness_N_per_mm"] == pytest.approx(loading.stiffness / 1e3)
+    assert found["stiffness_N_per_mm"] == pytest.approx(pushed_once.stiffness / 1e3)
     assert (found["kind"], found["lands_in"], found["released_in"]) == ("fold", "valley", "valley")
     assert found["ways"] == [{"lands_in": "valley", "released_in": "valley"}]
     assert found["leaves_plane_N"] is None
@@ -69,7 +71,7 @@ def test_json_is_the_documented_document(run: Run) -> None:
     forces, deflections = np.array(found["curve"]).T
     assert forces[:-1] == pytest.approx(0.5 * np.arange(len(forces) - 1))
     assert forces[-1] == found["snap_through_N"]
-    assert deflections == pytest.approx(1e3 * np.array(loading.rows)[:, 1])
+    assert deflections == pytest.approx(1e3 * np.array(pushed_once.rows)[:, 1])
     assert 0.0 < found["curve_error_mm"] < 1e-2
     begin, end = np.array(found["unloaded_mm"]), np.array(found["loaded_mm"])
     assert begin.shape == end.shape == (201, 2)
@@ -217,3 +219,24 @@ def test_a_long_table_is_thinned_to_its_ends_and_between() -> None:
     rows = list(range(101))
     assert pushed.thinned(rows) == list(range(0, 101, 5))
     assert pushed.thinned(rows[:21]) == rows[:21]
+
+
+def test_a_branch_that_is_lost_is_exit_1_and_no_number_is_made_up(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(stand: Stand, most: float) -> Limit:
+        found = limit_of(stand, most)
+        assert found is not None
+        return Limit(0.8 * found.force, math.inf, loading.LOST, found.point)
+
+    monkeypatch.setattr(loading, "limit_of", lost)
+    monkeypatch.setattr(loadmap, "limit_of", lost)
+    code, out, err = run("load", SHAPE, "--json")
+    assert code == 1
+    assert "could not be followed" in err
+    found = said(out)
+    assert (found["kind"], found["snap_through_error_N"], found["lands_in"], found["ways"]) == ("lost", None, None, [])
+    code, out, err = run("load", SHAPE)
+    assert code == 1
+    assert "and lost there" in out
+    code, out, err = run("load", SHAPE, "--map", "--points", "3", "--json")
+    assert code == 1
+    assert said(out)["points"][1]["snap_through_error_N"] is None
