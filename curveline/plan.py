@@ -115,7 +115,11 @@ class Step:
 
 @dataclass(frozen=True)
 class Plan:
-    """Steps from `start` to a wanted shape."""
+    """Steps from `start` to a wanted shape.
+
+    `shows` names the state that each segment must be in at the start for what was proven to hold, empty where it does
+    not matter; no names at all if none does.
+    """
 
     name: str
     drive: DriveTable
@@ -123,6 +127,7 @@ class Plan:
     steps: tuple[Step, ...]
     wanted: tuple[str, ...]
     lengths_mm: tuple[float, ...]
+    shows: tuple[str, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -242,6 +247,8 @@ def _check_plan(plan: Plan, found: Decoder) -> None:
     _check_targets(plan.drive, plan.start, "start", found)
     _check_length("wanted", len(plan.wanted), segments, found)
     _check_length("lengths_mm", len(plan.lengths_mm), segments, found)
+    if plan.shows:
+        _check_length("shows", len(plan.shows), segments, found)
     for index, step in enumerate(plan.steps):
         where = f"steps[{index}]"
         if step.number != index + 1:

@@ -25,7 +25,7 @@ from curveline.planning.layout import home, layout_of, pose_of
 from curveline.planning.moves import Stage, Travel
 from curveline.planning.proof import STRAIGHT, Prover, Refused
 from curveline.planning.targets import Counts, layout_at, targets_of
-from curveline.planning.writing import Ending, plan_of
+from curveline.planning.writing import Trip, plan_of
 from curveline.scene import Display, Scene
 
 OTHERWISE = "change length or angles, or plan a shape between this one and the last"
@@ -61,7 +61,7 @@ def make_tour(scenes: Sequence[Scene], start: Start = None, shows: Sequence[str]
     begin = _begin(prover, start, shows)
     travel = _through(prover, begin, scenes)
     wanted = tuple(segment.state for segment in scenes[-1].segments)
-    return plan_of(prover, begin.stage.layout, travel.moves, Ending(tuple(scenes), prover.display, wanted))
+    return plan_of(prover, begin.stage, travel.moves, Trip(tuple(scenes), prover.display, wanted))
 
 
 def make_round_trip(
@@ -71,7 +71,7 @@ def make_round_trip(
     prover = Prover(scenes[0].display, tell)
     begin = _begin(prover, start, shows)
     travel = travel_home(prover, _through(prover, begin, scenes))
-    return plan_of(prover, begin.stage.layout, travel.moves, _home(prover.display, tuple(scenes)))
+    return plan_of(prover, begin.stage, travel.moves, _home(prover.display, tuple(scenes)))
 
 
 def make_home_plan(display: Display, start: Start, shows: Sequence[str] = (), tell: Tell = _nobody) -> Plan:
@@ -79,7 +79,7 @@ def make_home_plan(display: Display, start: Start, shows: Sequence[str] = (), te
     prover = Prover(display, tell)
     begin = _begin(prover, start, shows)
     travel = travel_home(prover, begin)
-    return plan_of(prover, begin.stage.layout, travel.moves, _home(display, ()))
+    return plan_of(prover, begin.stage, travel.moves, _home(display, ()))
 
 
 def start_at(scene: Scene) -> tuple[tuple[Counts, ...], tuple[str, ...]]:
@@ -88,8 +88,8 @@ def start_at(scene: Scene) -> tuple[tuple[Counts, ...], tuple[str, ...]]:
     return tuple(target.counts for target in targets), tuple(segment.state for segment in scene.segments)
 
 
-def _home(display: Display, scenes: tuple[Scene, ...]) -> Ending:
-    return Ending(scenes, display, (STRAIGHT,) * (display.node_count - 1))
+def _home(display: Display, scenes: tuple[Scene, ...]) -> Trip:
+    return Trip(scenes, display, (STRAIGHT,) * (display.node_count - 1))
 
 
 def _through(prover: Prover, travel: Travel, scenes: Sequence[Scene]) -> Travel:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from curveline import __version__
 from curveline.plan import Plan, Step
 from curveline.planning.journey import HOME
-from curveline.planning.layout import Layout, lengths_of
-from curveline.planning.moves import Move
+from curveline.planning.layout import Layout, lengths_of, pose_of
+from curveline.planning.moves import Move, Stage
 from curveline.planning.proof import STRAIGHT, Prover
 from curveline.planning.targets import seconds_between, targets_of
 from curveline.scene import Display, Scene
@@ -17,7 +17,7 @@ from curveline.units import to_mm, to_nmm
 
 
 @dataclass(frozen=True)
-class Ending:
+class Trip:
     """What a plan is for: the shapes it goes through (none for home), the display, the states it ends in."""
 
     scenes: tuple[Scene, ...]
@@ -31,21 +31,26 @@ class Ending:
         return ", ".join([*names, HOME] if STRAIGHT in self.wanted else names)
 
 
-def plan_of(prover: Prover, begin: Layout, moves: Sequence[Move], ending: Ending) -> Plan:
+def plan_of(prover: Prover, begin: Stage, moves: Sequence[Move], trip: Trip) -> Plan:
     """Put proven moves from `begin` on in numbers for the motors."""
-    display, before = prover.display, begin
+    display, before = prover.display, begin.layout
+    shows = tuple(
+        "" if hold is None else prover.name_of(pose_of(display, begin.layout, segment), hold)
+        for segment, hold in enumerate(begin.holds)
+    )
     steps: list[Step] = []
     for number, move in enumerate(moves, start=1):
         steps.append(_step(prover, number, before, move))
         before = move.end
     return Plan(
-        name=ending.name,
+        name=trip.name,
         drive=prover.drive,
-        start=targets_of(prover.drive, begin),
+        start=targets_of(prover.drive, begin.layout),
         steps=tuple(steps),
-        wanted=ending.wanted,
+        wanted=trip.wanted,
         lengths_mm=tuple(map(to_mm, lengths_of(display, before))),
-        provenance=_provenance(ending),
+        shows=shows if any(shows) else (),
+        provenance=_provenance(trip),
     )
 
 
@@ -70,13 +75,13 @@ def _step(prover: Prover, number: int, before: Layout, move: Move) -> Step:
     )
 
 
-def _provenance(ending: Ending) -> dict[str, str]:
+def _provenance(trip: Trip) -> dict[str, str]:
     """Where the plan comes from."""
-    display = ending.display
+    display = trip.display
     return {
         "curveline": __version__,
-        "shape": ", ".join(scene.path for scene in ending.scenes),
-        "shape_sha256": ", ".join(scene.digest for scene in ending.scenes),
+        "shape": ", ".join(scene.path for scene in trip.scenes),
+        "shape_sha256": ", ".join(scene.digest for scene in trip.scenes),
         "display": display.path or display.name,
         "display_sha256": display.digest,
     }
