@@ -78,7 +78,7 @@ def test_a_row_goes_from_shape_to_shape_and_home(run: Run, tmp_path: Path) -> No
     first = sent(run, tmp_path / "a.toml", "--radio", f"{BAD},seed=1")
     assert first["rod"]["states"] == list(states[0])
     tour = sent(run, tmp_path / "b.toml", tmp_path / "a.toml", "--radio", f"{BAD},seed=2")
-    assert "the display shows: peak, peak, valley, peak (the mock display remembers)\n" in tour["said"]
+    assert "the display shows: 2 x peak, valley, peak (the mock display remembers)\n" in tour["said"]
     assert [stop["states"] for stop in tour["shapes"]] == [list(states[1]), list(states[0])]
     home = sent(run, "--home", "--display", "quad", "--radio", f"{BAD},seed=3")
     assert home["rod"]["states"] == ["straight"] * 4
