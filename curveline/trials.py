@@ -41,7 +41,7 @@ DETOUR = mm(1.0)
 """Nodes are out of line where their clamps take up more rod than this beyond the chord: play and stretch give less."""
 
 NEARLY_STRAIGHT = 5e-3
-"""At home, the excess of length over chord below which the rod is as straight as feed errors let it be."""
+"""The excess of length over chord below which a rod is as straight as errors of the feed let it be."""
 
 CONFIDENCE = 0.95
 
@@ -260,10 +260,11 @@ def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
         return TAUT
     shown = setup.shows[segment] if segment < len(setup.shows) else ""
     state, events = ride(poses, first.bearing, known_state(first, shown), bow)
-    if any(event.kind == FELL and event.state is None for event in events):
+    # A rod that is all but straight has nowhere to fall to: it buckles again with more rod to spare.
+    gone = [event.place for event in events if event.kind == FELL and event.state is None]
+    if any(not _is_nearly_straight(_rod_of(setup.display, values[place, segment : segment + 2])) for place in gone):
         return LOST
-    slack = last.free_length / math.hypot(*last.free_chord) - 1.0
-    if setup.plan.wanted[segment] == STRAIGHT and slack < NEARLY_STRAIGHT:
+    if setup.plan.wanted[segment] == STRAIGHT and _is_nearly_straight(last):
         return STRAIGHT
     return name_of(last, state)
 
@@ -279,6 +280,10 @@ def _rod_of(display: Display, values: Array) -> ClampedRod:
     """The rod between two nodes whose axes have `values (2, 3)`."""
     left, right = (Node(float(height), float(angle)) for _, angle, height in values)
     return clamped_rod(display, (left, right), display.span + float(values[0, 0] - values[1, 0]))
+
+
+def _is_nearly_straight(rod: ClampedRod) -> bool:
+    return rod.free_length < math.hypot(*rod.free_chord) * (1.0 + NEARLY_STRAIGHT)
 
 
 def _detour(poses: Array, bearing: Bearing) -> Array:

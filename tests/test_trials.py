@@ -12,6 +12,8 @@ import pytest
 from curveline.errors import InvalidInput
 from curveline.plan import AXES, NodeTarget, Plan, Step, drive_table
 from curveline.playback import replay
+from curveline.rod.course import FELL, Event, State, buckle
+from curveline.rod.problem import Array, Bearing, Pose
 from curveline.scene import Display
 from curveline.shapefile import read_display
 from curveline.trials import (
@@ -256,3 +258,14 @@ def test_sizes_that_mean_nothing_are_refused(wrong: dict[str, float]) -> None:
 def test_a_plan_is_played_on_its_own_display() -> None:
     with pytest.raises(InvalidInput, match="not planned for display quad"):
         Setup(read_display("quad"), plan("level-up-peak"))
+
+
+@pytest.mark.parametrize(("fed", "ending"), [(60.0, LOST), (0.5, "valley")])
+def test_only_a_rod_with_somewhere_to_fall_is_lost(monkeypatch: pytest.MonkeyPatch, fed: float, ending: str) -> None:
+    def falling(poses: Array, bearing: Bearing, start: State | None, bow: float) -> tuple[State | None, list[Event]]:
+        return buckle(Pose(*poses[-1]), bearing), [Event(FELL, PIECES, None)]
+
+    monkeypatch.setattr("curveline.trials.ride", falling)
+    slack = ((fed, 0.0, 0.0), (-fed, 0.0, 0.0))
+    setup = Setup(DISPLAY, by_hand(DISPLAY, slack, slack, wanted=("valley",)), NONE)
+    assert play_run(setup, 1).endings == (ending,)
