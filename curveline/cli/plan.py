@@ -69,12 +69,13 @@ def plan(
     sizes = (feed_error_mm, feed_scale_percent, angle_error_deg, height_error_mm, bow_mm, unevenness)
     request = trials.requested(monte_carlo, (seed, least_share, jobs), sizes)
     made = _look_at(shapes) if shapes and shapes[0].endswith(PLAN) else _work_out(shapes or [], begin, goes_home=home)
+    # Before anything is printed: whoever reads it may stop listening.
+    write_outputs(made, files, force=force)
     is_piped = len(files) < len(output or ())
     if is_piped or (json and request is None):
         show.result(to_json(made).rstrip("\n"))
     elif not json:
         show.result("\n".join(describe(made)))
-    write_outputs(made, files, force=force)
     if request is not None:
         raise typer.Exit(trials.perturb(made, request, as_json=json and not is_piped, aside=is_piped))
 
