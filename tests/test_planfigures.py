@@ -55,7 +55,7 @@ def wave() -> Plan:
         for number, (end, states) in enumerate(zip(ends, names, strict=True), start=1)
     ]
     start = targets(flat, flat, flat)
-    return Plan("wave", drive, start, tuple(steps), names[-1], (540.0,) * 4, {"display": "quad"})
+    return Plan("wave", drive, start, tuple(steps), names[-1], (540.0,) * 4, provenance={"display": "quad"})
 
 
 def long_plan(repeats: int) -> Plan:

@@ -81,7 +81,7 @@ def short_plan() -> Plan:
     home = NodeTarget(0.0, 0.0, 0.0, (0, 0, 0))
     there = NodeTarget(1.0, 0.0, 0.0, (drive.axes[0].counts(1.0), 0, 0))
     step = Step(1, "extrude", 0.3, (there, there), (500.0,), ("valley",), 1.0, 1.0, "a test", 0.0, 0.0, 0.0)
-    return Plan("short", drive, (home, home), (step,), ("valley",), (500.0,), {"display": "single"})
+    return Plan("short", drive, (home, home), (step,), ("valley",), (500.0,), provenance={"display": "single"})
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("--version",), *((command, "--help") for command in COMMANDS)])

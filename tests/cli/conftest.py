@@ -79,7 +79,7 @@ def small_plan(steps: int = 2, seconds: float = 0.5, display: str = "single") ->
         for number in range(1, steps + 1)
     )
     provenance = {"display": found.path or found.name}
-    return Plan("small", drive, (target(0.0),) * 2, moves, ("valley",), moves[-1].lengths_mm, provenance)
+    return Plan("small", drive, (target(0.0),) * 2, moves, ("valley",), moves[-1].lengths_mm, provenance=provenance)
 
 
 @pytest.fixture
