@@ -33,6 +33,9 @@ JUST = 1e-4
 TRACE_EDGES = 96
 SHORT_STEP = 0.03
 """Of the traced branch, for a figure: the root mean square of the edges' turn [rad] and the fraction of the way."""
+NEAR = 1e-6
+NEAREST = 1e-9
+"""Relative error of a snap-through load, and that which fine enough edges for the deflection there come with."""
 MOST_ROWS = 10_000
 MOST_FALLS = 5
 UNKNOWN = "unknown"
@@ -127,7 +130,7 @@ def load(scene: Scene, push: Push, progress: Callable[[int], None] = lambda _: N
     stand = stand_of(scene, push)
     push = push._replace(most=push.most or most_on(stand.rod))
     _check_steps(push)
-    limit = limit_of(stand, push.most)
+    limit = limit_of(stand, push.most, NEAREST)
     states = []
     for force, state in _states(stand, push, limit):
         states.append((force, state))
@@ -150,10 +153,10 @@ def load(scene: Scene, push: Push, progress: Callable[[int], None] = lambda _: N
     )
 
 
-def limit_of(stand: Stand, most: float) -> Limit | None:
-    """Where the state that is pushed ceases to be stable, None if it has not by `most` [N]."""
+def limit_of(stand: Stand, most: float, tolerance: float = NEAR) -> Limit | None:
+    """Where the state that is pushed ends, to a relative `tolerance`; None if it is still stable under `most` [N]."""
     way = stand.way(0.0, most)
-    point = critical(way, stand.rod.bearing, *start_along(way, stand.state))
+    point = critical(way, stand.rod.bearing, *start_along(way, stand.state), tolerance)
     if point.kind is Kind.NONE:
         return None
     if point.kind is Kind.LOST:

@@ -222,7 +222,7 @@ def test_a_long_table_is_thinned_to_its_ends_and_between() -> None:
 
 
 def test_a_branch_that_is_lost_is_exit_1_and_no_number_is_made_up(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def lost(stand: Stand, most: float) -> Limit:
+    def lost(stand: Stand, most: float, _: float = 0.0) -> Limit:
         found = limit_of(stand, most)
         assert found is not None
         return Limit(0.8 * found.force, math.inf, loading.LOST, found.point)
