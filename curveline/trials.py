@@ -74,12 +74,11 @@ class Errors:
 
 @dataclass(frozen=True)
 class Setup:
-    """What is played: a plan on its display, with errors of some size; `shows` names the states at the start."""
+    """What is played: a plan on its display, with errors of some size."""
 
     display: Display
     plan: Plan
     errors: Errors = field(default_factory=Errors)
-    shows: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.plan.drive.digest != self.display.digest:
@@ -258,7 +257,7 @@ def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
     first, last = (_rod_of(setup.display, values[place, segment : segment + 2]) for place in (0, -1))
     if np.any(~has_spare(poses, first.bearing) & (_detour(poses, first.bearing) > DETOUR)):
         return TAUT
-    shown = setup.shows[segment] if segment < len(setup.shows) else ""
+    shown = setup.plan.shows[segment] if setup.plan.shows else ""
     state, events = ride(poses, first.bearing, known_state(first, shown), bow)
     # A rod that is all but straight has nowhere to fall to: it buckles again with more rod to spare.
     gone = [event.place for event in events if event.kind == FELL and event.state is None]

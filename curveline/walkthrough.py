@@ -194,17 +194,6 @@ def _nodes(segments: Sequence[_Stretch]) -> tuple[Node, ...]:
     return (segments[0].nodes[0], *(each.nodes[1] for each in segments))
 
 
-def shown_before(plan: Plan, display: Display) -> tuple[str, ...]:
-    """The state in which every segment must be at the start of `plan`; empty where any that it can be in will do."""
-    names = []
-    for index in range(len(plan.wanted)):
-        begin = _segments(plan, display, _counts(plan.start))[index].rod
-        open_to = _departures(plan, display, index)
-        is_any = len(open_to) == sum(state.simple for state in find_states(begin, DEFAULT_TOLERANCE))
-        names.append("" if is_any else next(iter(open_to), ""))
-    return tuple(names)
-
-
 def _departures(plan: Plan, display: Display, index: int) -> dict[str, State]:
     """By name, the states of a segment at the start from which it comes to where the first step says that it does.
 

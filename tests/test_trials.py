@@ -218,7 +218,7 @@ def test_a_known_state_at_the_start_is_kept() -> None:
     made = plan("level-up-peak")
     there = replace(made, start=made.steps[-1].targets, steps=(replace(made.steps[-1], number=1),))
     for name in ("peak", "valley"):
-        assert play_run(Setup(DISPLAY, there, NONE, (name,)), 1).endings == (name,)
+        assert play_run(Setup(DISPLAY, replace(there, shows=(name,)), NONE), 1).endings == (name,)
 
 
 def test_reasons_are_told_in_words() -> None:

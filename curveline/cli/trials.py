@@ -114,9 +114,8 @@ def play(display: Display, plan: Plan, request: Request) -> Trials:
     """Play `plan` as often as requested, under a progress bar."""
     from curveline.batch import jobs_for
     from curveline.trials import Setup, run_trials, summarise
-    from curveline.walkthrough import shown_before
 
-    setup = Setup(display, plan, request.errors, shown_before(plan, display))
+    setup = Setup(display, plan, request.errors)
     jobs = jobs_for(request.jobs, request.runs)
     begin = time.perf_counter()
     runs = []
