@@ -157,8 +157,8 @@ def describe(trials: Trials) -> Iterator[str]:
     yield from show.table(rows, frozenset({0, 1}))
     yield from (f"{_counted(reason.runs)}: {reason}" for reason in outcome.reasons)
     if outcome.worst is not None:
-        again = f"--monte-carlo 1 --seed {outcome.worst.seed} plays it again"
-        yield f"seed {outcome.worst.seed} fails with the smallest errors; {again}"
+        seed = outcome.worst.seed
+        yield f"seed {seed} fails with the smallest errors; again: --monte-carlo 1 --seed {seed}"
     yield from wrap(", ".join(f"{name} {size:g}{unit}" for name, _, size, unit in _sizes(trials.setup.errors)), COLUMNS)
     processes = f"{trials.jobs} process{'' if trials.jobs == 1 else 'es'}"
     yield f"{trials.seconds:.1f} s on {processes}, {request.runs / trials.seconds:.0f} runs per second"
