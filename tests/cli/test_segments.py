@@ -57,7 +57,13 @@ def row_plan(segments: int, display: str = "") -> Plan:
     ]
     start = targets(*((0.0, 0.0, 0.0),) * (segments + 1))
     return Plan(
-        scene.name, drive, start, tuple(steps), wanted, steps[-1].lengths_mm, {"display": found.path or found.name}
+        scene.name,
+        drive,
+        start,
+        tuple(steps),
+        wanted,
+        steps[-1].lengths_mm,
+        provenance={"display": found.path or found.name},
     )
 
 
