@@ -173,10 +173,23 @@ def _send(wanted: Plan | Goal | BrokenRun, way: _Way) -> Ending | None:
             return go_on(wanted, radio, journal, control) if _agrees(way) else None
     drive = drive_table(wanted.display) if isinstance(wanted, Goal) else wanted.drive
     with closing(open_radio(way.spec, drive, way.runs)) as radio:
-        plan = _plan_from_here(wanted, radio, drive, way) if isinstance(wanted, Goal) else wanted
+        if isinstance(wanted, Goal):
+            plan = _plan_from_here(wanted, radio, drive, way)
+        else:
+            plan = wanted
+            _check_granted(plan, radio, way)
         check_targets(plan)
         show.note(f"{plan.name}: {summary(plan)}")
         return conduct(plan, radio, way.runs, control) if _agrees(way) else None
+
+
+def _check_granted(plan: Plan, radio: Radio, way: _Way) -> None:
+    """Say what is known of the states that a plan begins in; LinkError if the display shows others."""
+    from curveline.cli.shown import check_granted
+    from curveline.radio.link import read_status
+
+    if any(plan.shows) and (known := check_granted(plan, radio, read_status(radio, plan.drive), way.runs)):
+        show.note(known)
 
 
 def _agrees(way: _Way) -> bool:

@@ -11,15 +11,16 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from heapq import nlargest
+from itertools import zip_longest
 from os import scandir
 from pathlib import Path
 
 from curveline.cli.broken import PLAN_NAME
 from curveline.cli.nodes import mock_of
 from curveline.cli.segments import in_words
-from curveline.errors import InvalidInput
+from curveline.errors import InvalidInput, LinkError
 from curveline.files import read_file
-from curveline.plan import MAX_BYTES, DriveTable, Plan, from_json
+from curveline.plan import MAX_BYTES, DriveTable, NodeTarget, Plan, from_json
 from curveline.radio import Radio
 from curveline.radio.asking import was_last_run
 from curveline.radio.link import NodeStatus
@@ -60,6 +61,24 @@ def remembered_states(rod: Sequence[str]) -> Shown:
     return Shown(tuple("" if name == LOST else name for name in rod), "the mock display remembers")
 
 
+def check_granted(plan: Plan, radio: Radio, nodes: Sequence[NodeStatus], runs: Path) -> str:
+    """What is known of the states that a plan takes for granted, as text; LinkError if the display shows others.
+
+    Nodes that stand elsewhere than where the plan starts are the business of its preflight.
+    """
+    if not any(plan.shows) or not _stand_at(plan.start, nodes):
+        return ""
+    shown = shown_states(radio, plan.drive, nodes, runs)
+    is_known = True
+    for segment, (granted, state) in enumerate(zip_longest(plan.shows, shown.states, fillvalue=""), start=1):
+        if granted and state and granted != state:
+            message = f"segment {segment} shows {state}, but the plan takes {granted} for granted ({shown.source})"
+            raise LinkError(message, "send the shape: that is planned from what the display shows")
+        is_known = is_known and bool(state or not granted)
+    granted = in_words([name or "any" for name in plan.shows])
+    return shown.line() if is_known else f"the plan takes for granted what is not known: the display shows {granted}"
+
+
 def _last_run(radio: Radio, drive: DriveTable, nodes: Sequence[NodeStatus], runs: Path) -> Shown:
     """What the run on record led to that all nodes name as their last."""
     asked: set[int] = set()
@@ -68,7 +87,11 @@ def _last_run(radio: Radio, drive: DriveTable, nodes: Sequence[NodeStatus], runs
     if done or not step:
         return Shown()
     for name, plan in _plans(runs, drive):
-        if len(plan.steps) < step or not _stand_at(plan, step, nodes) or (tag := run_tag(plan)) in asked:
+        if (
+            len(plan.steps) < step
+            or not _stand_at(plan.steps[step - 1].targets, nodes)
+            or (tag := run_tag(plan)) in asked
+        ):
             continue
         if was_last_run(radio, drive, tag):
             return Shown(_states_after(plan, step), f"run {name}")
@@ -105,13 +128,12 @@ def _newest(runs: Path) -> list[str]:
         return []
 
 
-def _stand_at(plan: Plan, step: int, nodes: Sequence[NodeStatus]) -> bool:
-    """Whether all nodes stand where a step of the plan ends."""
-    ends = plan.steps[step - 1].targets
+def _stand_at(places: Sequence[NodeTarget], nodes: Sequence[NodeStatus]) -> bool:
+    """Whether every node stands where it is to be."""
     return all(
         node.counts is not None
-        and max(abs(a - b) for a, b in zip(node.counts, end.counts, strict=True)) <= START_TOLERANCE
-        for node, end in zip(nodes, ends, strict=True)
+        and max(abs(a - b) for a, b in zip(node.counts, place.counts, strict=True)) <= START_TOLERANCE
+        for node, place in zip(nodes, places, strict=True)
     )
 
 

@@ -300,6 +300,41 @@ def test_over_a_radio_that_sees_no_rod_the_last_run_tells(
     assert planned_with == [(), ("peak",)]
 
 
+@pytest.mark.parametrize(
+    ("granted", "shown_now", "code", "says"),
+    [
+        ("valley", "valley", 0, "the display shows: valley (the mock display remembers)\n"),
+        ("peak", "valley", 3, "error: segment 1 shows valley, but the plan takes peak for granted (the mock display"),
+        ("valley", "", 0, "the plan takes for granted what is not known: the display shows valley\n"),
+        ("", "valley", 0, ""),
+    ],
+)
+def test_what_a_plan_takes_for_granted_is_held_against_what_is_known(
+    run: Run, tmp_path: Path, granted: str, shown_now: str, code: int, says: str
+) -> None:
+    write_plan(PLAN, tmp_path / "there.json")
+    assert run("send", tmp_path / "there.json", "--radio", "mock", "--yes").code == 1
+    if not shown_now:
+        path = tmp_path / "runs" / "mock-single.json"
+        path.write_text(json.dumps(json.loads(path.read_text()) | {"rod": []}))
+        shutil.rmtree(next((tmp_path / "runs").glob("*-small")))
+    write_plan(replace(back(PLAN), wanted=("straight",), shows=(granted,)), tmp_path / "back.json")
+    before = json.loads(run("status", "--radio", "mock", "--json").out)["nodes"][0]["counts"]
+    result = run("send", tmp_path / "back.json", "--radio", "mock", "--yes")
+    assert result.code == code, result.err
+    assert says in result.err
+    assert ("for granted" in result.err or "shows: " in result.err) is bool(says)
+    after = json.loads(run("status", "--radio", "mock", "--json").out)["nodes"][0]["counts"]
+    assert (after == before) is (code == 3)
+
+
+def test_nodes_that_stand_elsewhere_are_the_first_thing_to_say_of_a_plan(run: Run, tmp_path: Path) -> None:
+    write_plan(replace(back(PLAN), shows=("peak",)), tmp_path / "back.json")
+    result = run("send", tmp_path / "back.json", "--radio", "mock", "--yes")
+    assert result.code == 3
+    assert "does not stand where the plan starts" in result.err
+
+
 def test_usage(run: Run, plan_file: Path) -> None:
     shape = SHAPES / "level-up-peak.toml"
     wrong = (
