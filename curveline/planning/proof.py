@@ -24,7 +24,7 @@ from curveline.rod.states import find_states
 from curveline.rod.way import between, straight
 from curveline.scene import PEAK, VALLEY, Display, Node
 from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
-from curveline.units import mm
+from curveline.units import deg, mm
 
 STIFFEST = 4.0 * math.pi**2
 """Lowest eigenvalue of a straight clamped rod without load, in EI/L^2: the unit of stability margins."""
@@ -37,6 +37,10 @@ FIRST_EXCESS = 5e-4
 """Below this excess of the free rod over its chord, as a fraction, it counts as straight: play and stretch decide."""
 TAUT = mm(0.05)
 """A rod may be shorter than its chord by this: encoder counts and rounding."""
+OUT_OF_LINE = deg(5.0)
+"""Without rod to spare, a clamp that points further away from the chord [rad] asks for more than motors give: under a
+pull T, bending back to the chord takes up sqrt(EI/T)/4 times the angle squared of the rod; of two such clamps of the
+built-in displays, at the 8 N of their motors, all of `FIRST_EXCESS`."""
 SAME_STATE = 0.02
 """Edges of one state, followed on two ways, differ by less than this [rad]."""
 LOOKS = 8
@@ -214,7 +218,8 @@ class Prover:
         """What any of the states at `pose` asks; Refused if the rod is taut there."""
         if pose not in self._weighed:
             rod = self.rod(pose)
-            if rod.free_length < math.hypot(*rod.free_chord) - TAUT:
+            is_pulled = is_straight(rod) and out_of_line(rod) > OUT_OF_LINE
+            if is_pulled or rod.free_length < math.hypot(*rod.free_chord) - TAUT:
                 raise Refused(f"in uneven progress the rod would be pulled taut at {describe(pose)}")
             demand = Demand()
             way = straight(pose, pose)
@@ -227,3 +232,10 @@ class Prover:
 def is_straight(rod: ClampedRod) -> bool:
     """True if there is no rod to spare between the clamps."""
     return rod.free_length <= math.hypot(*rod.free_chord) * (1.0 + FIRST_EXCESS)
+
+
+def out_of_line(rod: ClampedRod) -> float:
+    """How far the clamps point away from the straight line between them, the larger of two angles [rad]."""
+    x, y = rod.free_chord
+    line = math.atan2(y, x)
+    return max(abs(rod.start - line), abs(rod.end - line))

@@ -19,6 +19,7 @@ from curveline.rod.states import find_states
 from curveline.rod.way import straight
 from curveline.scene import Node
 from curveline.shapefile import read_display
+from curveline.units import deg
 
 from .boxes import box_between, mixed, uneven_way
 
@@ -104,8 +105,8 @@ def test_what_passed_is_never_contradicted_by_any_mixture() -> None:
     assert refused > 2
 
 
-# While the right node turns first and the left one follows, before any rod is drawn in, this valley loses its stability,
-# though it is at home in every corner and on the straight ways to them.
+# While the right node turns first and the left one follows, before any rod is drawn in, this valley loses its
+# stability, though it is at home in every corner and on the straight ways to them.
 NARROW = Pose(0.5, 0.114292079, -1.025563604, -0.9648204, 0.67854821)
 NARROWED = Pose(0.5, 0.114292079, -0.039023107, -0.716716723, 0.581545982)
 
@@ -123,7 +124,9 @@ def test_a_box_whose_corners_all_pass_can_be_too_narrow_between_them() -> None:
     tilted = NARROW._replace(end=NARROWED.end)
     turned = follow(straight(NARROW, tilted), prover().bearing, *coarse_start(valley))
     assert turned.reached == 1.0
-    assert follow(straight(tilted, NARROWED._replace(length=NARROW.length)), prover().bearing, *turned[2:]).reached < 1.0
+    assert (
+        follow(straight(tilted, NARROWED._replace(length=NARROW.length)), prover().bearing, *turned[2:]).reached < 1.0
+    )
     with pytest.raises(Refused, match="the state loses its stability at") as caught:
         prover().keep(NARROW, NARROWED, box, prover().hold_of(valley))
     assert not caught.value.is_hopeless
@@ -196,3 +199,18 @@ def test_a_step_that_only_nodes_in_step_survive_is_cut_until_any_do() -> None:
             assert np.max(np.abs(angles - hold.angles)) < SAME
         stage, before = after, move.end
     assert before == goal
+
+
+@pytest.mark.parametrize("spare", [4e-4, 1e-4, 0.0])
+def test_a_rod_without_any_to_spare_is_pulled_taut_between_clamps_out_of_line(spare: float) -> None:
+    for angle in (0.1, -0.5):
+        pose = Pose(SPAN, 0.0, angle, angle, SPAN)
+        chord = math.hypot(*prover().rod(pose).free_chord)
+        pose = pose._replace(length=chord * (1.0 + spare) + SINGLE.clamp)
+        with pytest.raises(Refused, match="pulled taut"):
+            prover().weigh(pose)
+        # With some to spare what is asked is known, and far beyond the motors for the larger angle.
+        slack = prover().weigh(pose._replace(length=chord * 1.0006 + SINGLE.clamp))
+        assert -slack.low[0] > SINGLE.drive.max_force
+    level = Pose(SPAN, 0.0, 0.0, deg(1.0), SPAN * (1.0 + spare))
+    assert np.all(prover().weigh(level).high == -math.inf)

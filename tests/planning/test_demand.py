@@ -1,0 +1,141 @@
+"""What a node does to the rods on both its sides is the slope of their energy, by what its motors move."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from curveline.planning.demand import Demand, demand_of, load_of, node_needs, overload
+from curveline.planning.layout import Box, Layout, layout_of, pose_of
+from curveline.planning.proof import Prover
+from curveline.rod.equilibrium import refine
+from curveline.rod.problem import mesh
+from curveline.scene import Scene
+from rows import row
+
+STEP = 1e-4
+"""Of a difference [m] or [rad]."""
+
+
+def nobody() -> None:
+    pass
+
+
+def demands_of(scene: Scene) -> tuple[Demand, ...]:
+    """What the wanted states of a shape ask while it stands."""
+    prover, layout = Prover(scene.display, nobody), layout_of(scene)
+    demands = []
+    for index, segment in enumerate(scene.segments):
+        pose = pose_of(scene.display, layout, index)
+        state = next(state for state in prover.states(pose) if state.name == segment.state)
+        demands.append(prover.keep(pose, pose, Box(pose, pose), prover.hold_of(state)).demand)
+    return tuple(demands)
+
+
+def energy_of(scene: Scene, layout: Layout) -> float:
+    """Energy [J] of all segments in their wanted states; heights of the rod between bearings count from 0."""
+    total, weight = 0.0, scene.display.rod.weight_per_length
+    prover = Prover(scene.display, nobody)
+    for index, segment in enumerate(scene.segments):
+        states = prover.states(pose_of(scene.display, layout, index))
+        found = next(state for state in states if state.name == segment.state)
+        edges = mesh(found.rod.scaled().at, 400)
+        state = refine(found.rod, edges, *found.start_on(edges), 1e-7)
+        total += state.energy + weight * found.rod.free_length * (layout.nodes[index].height + found.rod.free_start[1])
+    return total
+
+
+def carried(scene: Scene, node: int) -> float:
+    """Energy that rod brings with it per length [N], fed from the end of one segment, or a tail, to the next."""
+    here, held = scene.nodes[node], 0.5 * scene.display.clamp
+    rise = held * math.sin(here.angle)
+    comes, goes = (node > 0) * (here.height - rise), (node < len(scene.segments)) * (here.height + rise)
+    return scene.display.rod.weight_per_length * (goes - comes)
+
+
+def fed(layout: Layout, node: int, by: float) -> Layout:
+    return replace(layout, feeds=tuple(f + by * (i == node) for i, f in enumerate(layout.feeds)))
+
+
+def lifted(layout: Layout, node: int, by: float) -> Layout:
+    nodes = (replace(n, height=n.height + by * (i == node)) for i, n in enumerate(layout.nodes))
+    return replace(layout, nodes=tuple(nodes))
+
+
+def turned(layout: Layout, node: int, by: float) -> Layout:
+    nodes = (replace(n, angle=n.angle + by * (i == node)) for i, n in enumerate(layout.nodes))
+    return replace(layout, nodes=tuple(nodes))
+
+
+@pytest.mark.parametrize("node", [0, 1, 2])
+@pytest.mark.parametrize(("axis", "moved"), list(enumerate((fed, lifted, turned))), ids=["feed", "height", "angle"])
+def test_a_node_gives_the_slope_of_the_energy_of_both_its_segments(
+    node: int, axis: int, moved: Callable[[Layout, int, float], Layout]
+) -> None:
+    scene, layout = row(2), layout_of(row(2))
+    up, down = (energy_of(scene, moved(layout, node, side * STEP)) for side in (1.0, -1.0))
+    slope = (up - down) / (2.0 * STEP) - (axis == 0) * carried(scene, node)
+    demands = demands_of(scene)
+    sides = [demands[i].low[3 * j + axis] for i, j in ((node - 1, 1), (node, 0)) if 0 <= i < 2]
+    assert sum(sides) == pytest.approx(slope, rel=3e-3, abs=3e-4)
+    assert node_needs(demands)[node, axis] == pytest.approx(abs(slope), rel=3e-3, abs=3e-4)
+    assert len(sides) == 1 or min(map(abs, sides)) > 0.01
+
+
+DISPLAY = row(3).display
+FINE = Demand(np.full(6, -0.01), np.full(6, 0.01), 1.0)
+
+
+def asking(axis: int, low: float, high: float, curvature: float = 1.0) -> Demand:
+    """As FINE, but for one of the six."""
+    lows, highs = FINE.low.copy(), FINE.high.copy()
+    lows[axis], highs[axis] = low, high
+    return Demand(lows, highs, curvature)
+
+
+OVERLOADS = {
+    "the height of the first node": ((asking(1, -9.5, 0.0), FINE, FINE), r"at node 1 holding the height takes 9.5 N, "),
+    "feeding at the last one": ((FINE, FINE, asking(3, 0.0, 8.3)), r"at node 4 extruding takes 8.3 N, the .* 8.0 N"),
+    "both sides of a node": (
+        (FINE, asking(5, 0.0, 0.3), asking(2, 0.0, 0.31)),
+        r"at node 3 biasing takes 610 N mm, the motor gives 500 N mm",
+    ),
+    "a bend": (
+        (FINE, asking(0, -9.0, 0.0, 40.0), FINE),
+        r"in segment 2 the rod would bend to a radius of 25 mm, .* 40 mm",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", OVERLOADS)
+def test_an_overload_names_the_node_and_the_numbers(what: str) -> None:
+    demands, reason = OVERLOADS[what]
+    assert re.search(reason, overload(DISPLAY, demands))
+    assert load_of(demands).share(DISPLAY) > 1.0
+
+
+def test_opposite_needs_of_two_segments_are_borne_together_and_bounds_are_not_mixed() -> None:
+    # Pulls on either side cancel at the node between, as far as they are sure.
+    sure = asking(3, 7.0, 7.0), asking(0, -7.0, -7.0), FINE
+    assert overload(DISPLAY, sure) == ""
+    assert node_needs(sure)[1, 0] == pytest.approx(0.0)
+    unsure = asking(3, 7.0, 7.0), asking(0, -7.0, 1.5), FINE
+    assert "at node 2 extruding takes 8.5 N" in overload(DISPLAY, unsure)
+    # Of a straight rod nothing is known, and nothing is asked.
+    assert overload(DISPLAY, (Demand(), FINE, Demand())) == ""
+
+
+def test_a_followed_branch_is_bounded_by_its_samples() -> None:
+    samples = np.random.default_rng(1).normal(size=(20, 9))
+    demand = demand_of(samples)
+    assert np.all(samples[:, 3:] >= demand.low)
+    assert np.all(samples[:, 3:] <= demand.high)
+    assert demand.curvature == samples[:, 2].max()
+    both = demand.joined(FINE)
+    np.testing.assert_array_equal(both.low, np.minimum(demand.low, -0.01))
+    assert demand_of(np.zeros((0, 9))).joined(FINE).curvature == 1.0
