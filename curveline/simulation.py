@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from curveline.errors import InvalidInput
 from curveline.rod.absence import why_none
@@ -128,7 +128,7 @@ def _segment_states(scene: Scene, index: int, ask: Ask) -> SegmentStates:
     described = spatial_segment(scene, index)
     found = model_states(described, ask)
     states = tuple(
-        replace(state, wanted=True) if state.name == segment.state and state.simple and state.stable else state
+        state.but(wanted=True) if state.name == segment.state and state.simple and state.stable else state
         for state in found.states
     )
     origin = (index * scene.display.span, scene.nodes[index].height)

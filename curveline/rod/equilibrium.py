@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -143,6 +144,15 @@ class Equilibrium:
     leaves_plane: bool = False
     space: SpaceCurve | None = None
 
+    def but(self, **changes: Any) -> Equilibrium:
+        """The state with other values of some fields.
+
+        As `dataclasses.replace`, in a tenth of its time: no field depends on another one.
+        """
+        other = object.__new__(Equilibrium)
+        other.__dict__.update(self.__dict__, **changes)
+        return other
+
     @property
     def simple(self) -> bool:
         """True if a planar display can show this state."""
@@ -191,8 +201,10 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
         rod.scaled(), edges, phi, multipliers, tolerance / length, MOST_EDGES
     )
     scalars: list[float] = levelled.tolist()
-    table *= np.array([length, length, 1.0, 1.0 / length, 1.0, 1.0 / length])
-    table[:, :2] += rod.free_start
+    # A copy: a state that is lost has the edges it came with.
+    places = places * length
+    frame = (length, tail_of(rod), rod.natural_curvature)
+    crosses, wraps, apart, area, sharpest = _in_metres(table, places, frame, rod.free_start, rod.chord)
     stable = unstable == 0 and scalars[EIGENVALUE] > NEUTRAL
     force, moment = _clamp_wrench(rod, scalars)
     return Equilibrium(
@@ -206,15 +218,15 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
         iterations=iterations,
         lowest_eigenvalue=scalars[EIGENVALUE],
         winding=rod.winding,
-        crosses_itself=bool(crosses_itself(table)),
-        wraps_clamp=bool(crosses_tails(table, tail_of(rod))),
-        clearance=float(clearance(table)),
-        mean_height=mean_height_over(rod, table, places * length),
+        crosses_itself=crosses,
+        wraps_clamp=wraps,
+        clearance=apart,
+        mean_height=area / max(math.hypot(*rod.chord), 1e-300) / length,
         clamp_force=force,
         clamp_moment=moment,
-        max_curvature=_sharpest(table, rod.natural_curvature),
+        max_curvature=sharpest,
         vertices_table=table,
-        edges=places * length,
+        edges=places,
         rod=rod,
         model=PLANAR if math.isinf(rod.stretching) else EXTENSIBLE,
     )
@@ -275,9 +287,21 @@ def area_under(table, edges, chord):
 
 
 @njit
-def _sharpest(table, natural):
-    """Largest curvature in a table of vertices, away from the natural one."""
+def _in_metres(table, edges, frame, start, chord):
+    """Bring a `table (m+1, 6)` in units of the free length into SI, and look at the curve as a whole.
+
+    `frame` holds the free length and that of a tail [m], and the natural curvature [1/m]; `start` is where the free rod
+    begins, `edges (m,)` lie between its vertices [m]. Returns whether it crosses itself and whether its tails, its
+    clearance [m], the `area_under` it, and its largest curvature [1/m] away from the natural one.
+    """
+    length, tail, natural = frame
+    inverse = 1.0 / length
     sharpest = 0.0
     for j in range(table.shape[0]):
+        table[j, 0] = table[j, 0] * length + start[0]
+        table[j, 1] = table[j, 1] * length + start[1]
+        table[j, 3] *= inverse
+        table[j, 5] *= inverse
         sharpest = max(sharpest, abs(table[j, 3] - natural))
-    return sharpest
+    area = area_under(table, edges, chord)
+    return crosses_itself(table), crosses_tails(table, tail), clearance(table), area, sharpest

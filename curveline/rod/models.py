@@ -101,9 +101,11 @@ def _choice(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float)
 def _leaving(judged: Sequence[Judged]) -> str:
     """A sentence on the states that do not stay in their plane; empty if all do."""
     leaving = [each for each in _shown(judged) if not each.sideways.stays]
+    if not leaving:
+        return ""
     names = " and ".join(each.state.name for each in leaving)
     values = ", ".join(f"{each.sideways.eigenvalue:.3g} EI/L^2" for each in leaving)
-    return f"{names} would not stay in the plane: lowest eigenvalue out of it {values}" if leaving else ""
+    return f"{names} would not stay in the plane: lowest eigenvalue out of it {values}"
 
 
 def _shown(judged: Sequence[Judged]) -> list[Judged]:
@@ -127,7 +129,7 @@ def _stretched(
         elif any(_same(stretched, other) for other in states):
             why.append(f"{state.name} is gone when the rod may stretch: it falls into a state that is listed already")
         else:
-            states.append(replace(stretched, iterations=state.iterations + stretched.iterations))
+            states.append(stretched.but(iterations=state.iterations + stretched.iterations))
     return named(states)
 
 
@@ -142,8 +144,8 @@ def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: floa
         leaves = not sideways.stays and (sideways.leaves or state.leaves_plane)
         if state.outcome in GONE:
             why.append(f"{start.name} was not found in space: {state.outcome.value}")
-            state = replace(start, outcome=state.outcome, stable=False)
-        state = replace(state, leaves_plane=leaves)
+            state = start.but(outcome=state.outcome, stable=False)
+        state = state.but(leaves_plane=leaves)
         if any(_same(state, each.state) for each in states):
             why.append(f"{start.name} falls, in space, into a state that is listed already")
             continue
@@ -163,7 +165,7 @@ def _by_height(judged: Sequence[Judged]) -> list[Judged]:
     for each in others:
         if each.state.simple:
             lost += 1
-            each = each._replace(state=replace(each.state, name=f"{MISSING}-{lost}"))
+            each = each._replace(state=each.state.but(name=f"{MISSING}-{lost}"))
         out.append(each)
     return out
 
@@ -175,7 +177,7 @@ def _renamed(judged: Sequence[Judged]) -> list[Judged]:
     for each in judged:
         if each.state.leaves_plane and each.state.is_untangled:
             buckled += 1
-            each = each._replace(state=replace(each.state, name=f"{BUCKLED}-{buckled}"))
+            each = each._replace(state=each.state.but(name=f"{BUCKLED}-{buckled}"))
         out.append(each)
     return out
 
@@ -194,7 +196,7 @@ def _flagged(segment: SpatialSegment, judged: Judged) -> Judged:
     if beyond(segment):
         bounds = {**bounds, "twist": space_bound(segment, judged)}
     if not sideways.stays:
-        state = replace(state, outcome=Outcome.BUCKLES, stable=False, leaves_plane=True)
+        state = state.but(outcome=Outcome.BUCKLES, stable=False, leaves_plane=True)
     return Judged(state, sideways, bounds)
 
 

@@ -166,7 +166,7 @@ def _search_harder(scaled: ScaledRod) -> Met:
 
 def _is_stable(met: Met) -> bool:
     """True if any of the equilibria is stable."""
-    return any(bool(np.any(found.unstable[: int(found.filled[0])] == 0.0)) for _, found in met)
+    return any(0.0 in found.unstable[: int(found.filled[0])] for _, found in met if found.filled[0])
 
 
 def _add(states: list[Equilibrium], state: Equilibrium) -> None:
@@ -193,4 +193,4 @@ def named(states: list[Equilibrium]) -> list[Equilibrium]:
     for state in states[len(shown) :]:
         kind = "loop" if state.winding else "crossing" if state.crosses_itself else "wrapped"
         names.append(f"{kind}-{1 + sum(name.startswith(kind) for name in names)}")
-    return [replace(state, name=name) for state, name in zip(states, names, strict=True)]
+    return [state.but(name=name) for state, name in zip(states, names, strict=True)]

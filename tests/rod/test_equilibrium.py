@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -165,6 +165,15 @@ def test_the_numbers_of_a_state_are_plain_ones() -> None:
     assert {"stable", "error", "energy", "vertices", "mean_height", "clearance"} <= set(plain)
     assert {key: type(value) for key, value in plain.items() if isinstance(value, np.generic)} == {}
     assert json.loads(json.dumps(plain)) == plain
+
+
+def test_a_state_with_other_values_is_a_new_one_that_is_as_fixed_as_the_first() -> None:
+    state = peak(ROD)
+    other = state.but(name="other", wanted=True)
+    assert vars(other) == vars(replace(state, name="other", wanted=True))
+    assert (state.name, state.wanted) == ("peak", False)
+    with pytest.raises(FrozenInstanceError):
+        other.name = "third"  # type: ignore[misc]
 
 
 def test_two_loads_at_one_place_act_like_their_sum() -> None:
