@@ -18,7 +18,7 @@ SPAN = 0.5
 SLACK = 1e-9
 GIVES = (0.25, 0.1, 0.04, 0.015)
 
-few = settings(max_examples=150, derandomize=True, deadline=None, database=None)
+few = settings(max_examples=80, derandomize=True, deadline=None, database=None)
 
 
 def feeds_for(lengths: Sequence[float], first: float) -> tuple[float, ...]:

@@ -35,7 +35,7 @@ QUAD = read_display("quad")
 ROUNDED = 1.1e-9
 """Poses are rounded to the nanometre."""
 
-few = settings(max_examples=60, derandomize=True, deadline=None, database=None)
+few = settings(max_examples=40, derandomize=True, deadline=None, database=None)
 
 
 @st.composite

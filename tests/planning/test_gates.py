@@ -1,0 +1,125 @@
+"""Funnels: only the wanted state is left in them, with a reserve that is measured by hand."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from curveline.planning.gates import IN_A_ROW, LONE, Gate, gates_for, rounds_of
+from curveline.planning.layout import Box
+from curveline.planning.proof import LEAST_PAST_FOLD, Prover, Refused
+from curveline.rod.problem import Pose
+from curveline.rod.states import find_states
+from curveline.rod.way import between
+from curveline.shapefile import read_display
+from curveline.units import deg
+
+STATES = ("peak", "valley")
+
+
+def nobody() -> None:
+    pass
+
+
+@cache
+def prover(name: str) -> Prover:
+    return Prover(read_display(name), nobody)
+
+
+@cache
+def gates(name: str, wanted: tuple[str, ...]) -> tuple[list[Gate], list[Refused]]:
+    refusals: list[Refused] = []
+    return gates_for(prover(name), wanted, refusals), refusals
+
+
+CASES = [("single", ("peak",)), ("single", ("valley",)), ("quad", ("peak", "valley", "valley", "peak"))]
+
+
+def level(name: str, gate: Gate) -> Pose:
+    return Pose(prover(name).display.span, 0.0, 0.0, 0.0, gate.length)
+
+
+def biased(name: str, gate: Gate, state: str) -> Pose:
+    """The pose of the first segment of a row that the gate takes into a state."""
+    count = prover(name).display.node_count
+    start, end, *others = gate.angles((state,) * (count - 1), range(1), (0.0,) * count)
+    assert others == [0.0] * (count - 2)
+    return level(name, gate)._replace(start=start, end=end)
+
+
+def names(name: str, pose: Pose) -> list[str]:
+    return [state.name for state in find_states(prover(name).rod(pose), 1e-5) if state.simple]
+
+
+@pytest.mark.parametrize(("name", "wanted"), CASES)
+def test_in_a_gate_only_the_wanted_state_is_left_and_before_it_both(name: str, wanted: tuple[str, ...]) -> None:
+    found, _ = gates(name, wanted)
+    assert len(found) >= 3
+    for gate, state in [(gate, state) for gate in found[:3] for state in set(wanted)]:
+        inside, before = biased(name, gate, state), level(name, gate)
+        margin = prover(name).past_fold(inside, state)
+        assert margin >= max(LEAST_PAST_FOLD, gate.headroom)
+        assert names(name, inside) == [state]
+        gone = 1.0 / (1.0 + margin)
+        assert names(name, between(before, inside, gone + 0.005)) == [state]
+        assert names(name, between(before, inside, gone - 0.02)) == list(STATES)
+
+
+@pytest.mark.parametrize(("name", "wanted"), CASES)
+def test_a_gate_is_within_what_display_and_motors_allow(name: str, wanted: tuple[str, ...]) -> None:
+    limits = prover(name).display.limits
+    found, refusals = gates(name, wanted)
+    for gate in found:
+        assert limits.length.contains(gate.length)
+        assert max(map(abs, gate.biases)) <= limits.angle.high
+        assert (gate.biases[0] == 0.0) == (len(wanted) > 1)
+        assert gate.headroom < 1.0
+    assert found[0].headroom > 0.1
+    assert all(refusal.message.startswith("step 2 (bias): ") and refusal.step == 2 for refusal in refusals)
+    if len(wanted) == 1:
+        assert [gate.headroom for gate in found] == sorted((gate.headroom for gate in found), reverse=True)
+    else:
+        assert found[0].headroom >= 0.75 * max(gate.headroom for gate in found)
+
+
+def test_weight_makes_the_way_into_a_peak_the_longer_one() -> None:
+    for gate in gates("quad", STATES)[0][:2]:
+        peak, valley = (prover("quad").past_fold(biased("quad", gate, state), state) for state in STATES)
+        assert LEAST_PAST_FOLD <= peak < valley
+
+
+def test_too_little_bias_is_no_funnel() -> None:
+    single = prover("single")
+    gate = gates("single", ("peak",))[0][0]
+    inside, before = biased("single", gate, "peak"), level("single", gate)
+    margin = single.past_fold(inside, "peak")
+    with pytest.raises(Refused, match="not only the peak exists"):
+        single.past_fold(between(before, inside, 0.9 / (1.0 + margin)), "peak")
+    with pytest.raises(Refused, match="not only the valley exists"):
+        single.past_fold(inside, "valley")
+    # Past the fold, but with too small a reserve.
+    near = between(before, inside, 1.08 / (1.0 + margin))
+    assert single.past_fold(near, "peak") == pytest.approx(0.08, abs=0.005)
+    with pytest.raises(Refused, match="ceases to exist only 8 % before the end of the bias"):
+        single.funnel(before, near, Box(before, near), "peak")
+
+
+def test_neighbours_never_go_through_a_funnel_together_and_everyone_does_once() -> None:
+    for count in range(1, 9):
+        rounds = rounds_of(count)
+        assert sorted(segment for members in rounds for segment in members) == list(range(count))
+        for members in rounds:
+            assert all(abs(one - other) != 1 for one in members for other in members)
+    assert len(rounds_of(1)) == 1
+
+
+def test_a_gate_turns_the_nodes_of_its_segments_alone() -> None:
+    gate = Gate((IN_A_ROW[0] * deg(30.0), IN_A_ROW[1] * deg(30.0)), 0.6, 0.3)
+    before = (0.01, 0.02, 0.03, 0.04, 0.05)
+    first, second = rounds_of(4)
+    wanted = ("peak", "valley", "valley", "peak")
+    assert gate.angles(wanted, first, before) == pytest.approx((0.0, -deg(30.0), 0.0, deg(30.0), 0.05))
+    assert gate.angles(wanted, second, before) == pytest.approx((0.01, 0.0, deg(30.0), 0.0, -deg(30.0)))
+    lone = Gate((LONE[0] * deg(30.0), LONE[1] * deg(30.0)), 0.6, 0.3)
+    assert lone.angles(("peak",), range(1), (0.0, 0.0)) == pytest.approx((deg(30.0), -deg(30.0)))
