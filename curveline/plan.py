@@ -31,6 +31,8 @@ MAX_STEP_SECONDS = 65.535
 DATA_RATES = ("250kbps", "1Mbps", "2Mbps")
 ADDRESS = r"^[0-9A-Fa-f]{10}$"
 MAX_CHANNEL = 125
+STATE = r"[a-z]{1,20}(-[0-9]{1,9})?"
+"""What a single state is called: `peak`, `middle-1`."""
 AXES = ("extrude", "bias", "translate")
 """The order of a node's axes wherever they stand in a row: counts, frames, tables."""
 
@@ -134,6 +136,11 @@ class Plan:
     def seconds(self) -> float:
         """Expected time of all steps together, without the radio's share."""
         return math.fsum(step.seconds for step in self.steps)
+
+    @property
+    def granted(self) -> tuple[str, ...]:
+        """`shows` with a name for every segment, all of them empty if no state matters."""
+        return self.shows or ("",) * len(self.wanted)
 
 
 def drive_table(display: Display) -> DriveTable:
@@ -249,6 +256,9 @@ def _check_plan(plan: Plan, found: Decoder) -> None:
     _check_length("lengths_mm", len(plan.lengths_mm), segments, found)
     if plan.shows:
         _check_length("shows", len(plan.shows), segments, found)
+    for index, name in enumerate(plan.shows):
+        if name and re.fullmatch(STATE, name) is None:
+            found.problem("bad-value", f"shows[{index}] is {name[:40]!r}, which is no name of one state")
     for index, step in enumerate(plan.steps):
         where = f"steps[{index}]"
         if step.number != index + 1:

@@ -257,8 +257,7 @@ def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
     first, last = (_rod_of(setup.display, values[place, segment : segment + 2]) for place in (0, -1))
     if np.any(~has_spare(poses, first.bearing) & (_detour(poses, first.bearing) > DETOUR)):
         return TAUT
-    shown = setup.plan.shows[segment] if setup.plan.shows else ""
-    state, events = ride(poses, first.bearing, known_state(first, shown), bow)
+    state, events = ride(poses, first.bearing, known_state(first, setup.plan.granted[segment]), bow)
     # A rod that is all but straight has nowhere to fall to: it buckles again with more rod to spare.
     gone = [event.place for event in events if event.kind == FELL and event.state is None]
     if any(not _is_nearly_straight(_rod_of(setup.display, values[place, segment : segment + 2])) for place in gone):

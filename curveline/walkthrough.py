@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.plan import NodeTarget, Plan
-from curveline.playback import STRAIGHT, Counts, Snap, name_of, segment_at
+from curveline.playback import STRAIGHT, Counts, Snap, known_state, name_of, segment_at
 from curveline.radio.motion import axes_of, plan_move
-from curveline.rod.continuation import coarse_start
 from curveline.rod.course import FELL, State, has_spare, ride
 from curveline.rod.equilibrium import ClampedRod, refine
 from curveline.rod.problem import Array
@@ -69,9 +68,8 @@ class Course:
 
 
 def stills(plan: Plan, display: Display) -> list[Still]:
-    """The display at the start of `plan`, in any state from which it can be carried out, and after every step."""
-    starts = tuple(BAR.join(_departures(plan, display, index)) for index in range(len(plan.wanted)))
-    stops = [(plan.start, starts), *((step.targets, step.states) for step in plan.steps)]
+    """The display at the start of `plan`, in any state in which that may begin, and after every step."""
+    stops = [(plan.start, plan.granted), *((step.targets, step.states) for step in plan.steps)]
     pictures = []
     for targets, names in stops:
         segments = _segments(plan, display, _counts(targets))
@@ -85,7 +83,11 @@ def play(plan: Plan, display: Display, interval: float, heard: Callable[[int], N
 
     `heard` is told how many moments are done. Raises InvalidInput for a drive whose nodes cannot carry out any plan.
     """
-    riders = [_Rider(index + 1, _departure(plan, display, index)) for index in range(len(plan.wanted))]
+    begin = _segments(plan, display, _counts(plan.start))
+    riders = [
+        _Rider(number, known_state(each.rod, name))
+        for number, (each, name) in enumerate(zip(begin, plan.granted, strict=True), start=1)
+    ]
     moments: list[Moment] = []
     for instant in _instants(plan, interval):
         segments = _segments(plan, display, instant.counts)
@@ -106,7 +108,7 @@ def play(plan: Plan, display: Display, interval: float, heard: Callable[[int], N
 
 
 class _Rider:
-    """The rod of the segment of a number (from 1) on its way from the state `start`, None if that is open.
+    """The rod of the segment of a number (from 1) on its way from the state `start`; None lets it sag where it can.
 
     `name` is that of its state, as last found out.
     """
@@ -192,30 +194,6 @@ def _segments(plan: Plan, display: Display, counts: tuple[Counts, ...]) -> list[
 
 def _nodes(segments: Sequence[_Stretch]) -> tuple[Node, ...]:
     return (segments[0].nodes[0], *(each.nodes[1] for each in segments))
-
-
-def _departures(plan: Plan, display: Display, index: int) -> dict[str, State]:
-    """By name, the states of a segment at the start from which it comes to where the first step says that it does.
-
-    A plan does not say what the display shows before it, but a step out of a known state shows only what that leads to.
-    """
-    begin = _segments(plan, display, _counts(plan.start))[index].rod
-    found = {state.name: coarse_start(state) for state in find_states(begin, DEFAULT_TOLERANCE) if state.simple}
-    if not plan.steps or not _has_spare(begin):
-        return {}
-    end = _segments(plan, display, _counts(plan.steps[0].targets))[index].rod
-    poses, names = np.array([begin.pose, end.pose]), plan.steps[0].states[index].split(BAR)
-    return {name: state for name, state in found.items() if name_of(end, ride(poses, begin.bearing, state)[0]) in names}
-
-
-def _departure(plan: Plan, display: Display, index: int) -> State | None:
-    """The state that a segment is played from; None leaves it to the rod, which sags where it is free to."""
-    open_to = _departures(plan, display, index)
-    begin = _segments(plan, display, _counts(plan.start))[index].rod
-    sagging = ride(np.array([begin.pose]), begin.bearing, None)[0]
-    if not open_to or name_of(begin, sagging) in open_to:
-        return None
-    return next(iter(open_to.values()))
 
 
 def _possible(stretch: _Stretch, names: str) -> Mapping[str, Array]:

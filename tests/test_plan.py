@@ -103,6 +103,16 @@ def test_round_trip_keeps_every_bit(a: float, b: float, feed: float, angle: floa
     assert repr(again) == repr(plan)
 
 
+@pytest.mark.parametrize("shows", [(), ("",), ("peak",), ("middle-1",)])
+def test_states_at_the_start_are_one_per_segment_or_none_at_all(shows: tuple[str, ...]) -> None:
+    plan = from_json(to_json(replace(PLAN, shows=shows)), "plan.json")
+    assert (plan.shows, plan.granted) == (shows, shows or ("",))
+    data = edit(document(), "shows", list(shows))
+    if not any(shows):
+        del data["shows"]
+        assert from_json(json.dumps(data), "plan.json").granted == ("",)
+
+
 def test_reading_a_plan_loads_neither_numpy_nor_pydantic(tmp_path: Path) -> None:
     write_plan(PLAN, tmp_path / "plan.json")
     code = (
@@ -237,6 +247,15 @@ WRONG: list[tuple[str, Any, str, str]] = [
     ("steps.0.lengths_mm", [1.0, 2.0], "segment-count", "steps[0].lengths_mm"),
     ("wanted", [], "segment-count", "wanted"),
     ("lengths_mm", [], "segment-count", "lengths_mm"),
+    ("shows", ["peak", "peak"], "segment-count", "shows has 2 items"),
+    ("shows", [""] * 100_000, "segment-count", "shows has 100000 items"),
+    ("shows", "peak", "wrong-type", "shows must be an array"),
+    ("shows", [None], "wrong-type", "shows[0] must be a string"),
+    ("shows", ["peak|valley"], "bad-value", "shows[0] is 'peak|valley', which is no name of one state"),
+    ("shows", ["none of them"], "bad-value", "shows[0]"),
+    ("shows", ["peak\n"], "bad-value", "shows[0]"),
+    ("shows", ["p" * 100_000], "bad-value", f"shows[0] is '{'p' * 40}', which"),
+    ("shows", ["middle-" + "1" * 100_000], "bad-value", "shows[0]"),
     ("drive.axes.0.counts_per_unit", 0.0, "out-of-range", "drive.axes, extrude"),
     ("drive.axes.1.counts_per_unit", -1.0, "out-of-range", "drive.axes, bias"),
     ("drive.axes.2.speed", 0, "out-of-range", "drive.axes, translate"),

@@ -128,6 +128,15 @@ def test_a_plan_out_of_a_known_state_is_played_from_it() -> None:
     assert [set(curves) for curves in stills(funnel, DISPLAY)[0].curves] == [{"peak", "valley"}]
 
 
+def test_a_plan_that_begins_in_a_state_that_does_not_exist_is_still_drawn_and_played() -> None:
+    """Nobody plans that, but a plan is a file."""
+    there = replace(plan(VALLEY), start=plan(VALLEY).steps[-2].targets, steps=plan(VALLEY).steps[-1:])
+    odd = replace(there, shows=("middle-7",))
+    assert stills(odd, DISPLAY)[0].curves == ({},)
+    assert drawn(plans.draw_plan(odd, DISPLAY, "svg").decode(), "after")[-1] == "1-1-valley"
+    assert play(odd, DISPLAY, INTERVAL).moments[-1].states == ("valley",)
+
+
 def test_the_last_moment_is_the_simulated_shape(course: Course) -> None:
     last = course.moments[-1]
     assert last.states == plan(PEAK).wanted

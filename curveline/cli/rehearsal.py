@@ -79,6 +79,7 @@ def _document(plan: Plan, frames: Sequence[FrameRecord]) -> dict[str, Any]:
         "curveline": __version__,
         "plan": plan.name,
         "display": plan.drive.display,
+        "shows": plan.shows,
         "seconds": plan.seconds,
         "frames": [
             {

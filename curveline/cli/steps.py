@@ -22,6 +22,8 @@ def describe(plan: Plan) -> Iterator[str]:
     """Lines of text: the steps with what was proven of them, the rod of every segment, then where every node goes."""
     yield show.paint(plan.name, show.BOLD, sys.stdout)
     yield from wrapped(summary(plan))
+    if any(plan.shows):
+        yield from wrapped(f"takes for granted that the display shows: {granted(plan)}")
     is_single = len(plan.wanted) == 1
     head = STEP_HEAD[:3] + SINGLE_HEAD * is_single + STEP_HEAD[3:]
     rows = [_step_cells(step, is_single=is_single) for step in plan.steps]
@@ -40,6 +42,11 @@ def summary(plan: Plan) -> str:
     """A plan as a whole in a few words."""
     steps = f"{len(plan.steps)} step{'s' if len(plan.steps) > 1 else ''}"
     return f"display {plan.drive.display}, {steps}, {plan.seconds:.1f} s, ends in: {in_words(plan.wanted)}"
+
+
+def granted(plan: Plan) -> str:
+    """The states that the segments must be in at the start, in a few words."""
+    return in_words([name or "any" for name in plan.granted])
 
 
 def _unless_many(rows: Sequence[tuple[str, ...]], left: frozenset[int]) -> Iterator[str]:

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from curveline.plan import Plan, Step
-from curveline.playback import LOST, STRAIGHT, Motion, Playback, replay
+from curveline.playback import LOST, STRAIGHT, Counts, Motion, Playback, replay
+from curveline.radio.preflight import START_TOLERANCE
 from curveline.scene import Display
 
 
@@ -46,10 +47,10 @@ def posture(state: str) -> str:
 
 
 def play_back(job: Job, motion: Motion, rod: Sequence[str]) -> tuple[Playback, tuple[Stop, ...]]:
-    """Play the nodes' motion, from where the step before the first one ends; `rod` names the states there."""
+    """Play the nodes' motion, from where the step before the first one ends; `rod` names the states known there."""
     pieces: list[Playback] = []
     stops: list[Stop] = []
-    begin, states = 0, tuple(rod)
+    begin, states = 0, _begin(job, motion[0][1], rod)
     for end, step in _completed(job, motion):
         pieces.append(replay(job.display, motion[begin : end + 1], states))
         begin, states = end, pieces[-1].states
@@ -57,6 +58,19 @@ def play_back(job: Job, motion: Motion, rod: Sequence[str]) -> tuple[Playback, t
     pieces.append(replay(job.display, motion[begin:], states))
     snaps = tuple(snap for piece in pieces for snap in piece.snaps)
     return Playback(pieces[0].start, pieces[-1].states, snaps), tuple(stops)
+
+
+def _begin(job: Job, counts: Sequence[Counts], rod: Sequence[str]) -> tuple[str, ...]:
+    """The states as known; where they are not, and the plan starts here, those that it takes for granted."""
+    off = [
+        abs(a - b)
+        for node, at in zip(job.plan.start, counts, strict=True)
+        for a, b in zip(node.counts, at, strict=True)
+    ]
+    if job.first > 1 or max(off) > START_TOLERANCE:
+        return tuple(rod)
+    known = (*rod, *job.plan.granted[len(rod) :])
+    return tuple(granted if name in ("", LOST) else name for name, granted in zip(known, job.plan.granted, strict=False))
 
 
 def _completed(job: Job, motion: Motion) -> Iterator[tuple[int, Step]]:

@@ -75,6 +75,16 @@ def test_a_plan_is_shown_on_80_columns_however_many_segments_it_has(count: int) 
     assert any(line.split()[:2] == ["1", "extrude"] and "7.25" in line for line in lines)
 
 
+def test_what_a_plan_takes_for_granted_is_told() -> None:
+    plan = row_plan(4)
+    assert not any("granted" in line for line in describe(replace(plan, shows=("",) * 4)))
+    lines = list(describe(replace(plan, shows=("", "peak", "peak", "valley"))))
+    assert "takes for granted that the display shows: any, 2 x peak, valley" in lines
+    crowd = list(describe(replace(row_plan(64), shows=("loop-1", "", "peak", "crossing-12") * 16)))
+    assert "display shows: 16 x loop-1, 16 x any, 16 x peak, 16 x crossing-12" in " ".join(" ".join(crowd).split())
+    assert all(len(line) <= 80 for line in crowd)
+
+
 def test_segments_are_told_only_where_a_step_changes_them() -> None:
     lines = list(describe(row_plan(4)))
     begin = lines.index("rod and states after a step, where it changes them")
