@@ -70,7 +70,9 @@ def _begin(job: Job, counts: Sequence[Counts], rod: Sequence[str]) -> tuple[str,
     if job.first > 1 or max(off) > START_TOLERANCE:
         return tuple(rod)
     known = (*rod, *job.plan.granted[len(rod) :])
-    return tuple(granted if name in ("", LOST) else name for name, granted in zip(known, job.plan.granted, strict=False))
+    return tuple(
+        granted if name in ("", LOST) else name for name, granted in zip(known, job.plan.granted, strict=False)
+    )
 
 
 def _completed(job: Job, motion: Motion) -> Iterator[tuple[int, Step]]:
