@@ -10,12 +10,12 @@ import pytest
 
 from curveline.errors import CurvelineError, Infeasible
 from curveline.planning import make_plan
-from curveline.planning.advice import TRIES, Advice, nearest
+from curveline.planning.advice import ANGLE, TRIES, Advice, Quantity, nearest
 from curveline.planning.goals import check_goal
 from curveline.planning.proof import Prover
 from curveline.scene import Load, Node, Scene, Segment
 from curveline.shapefile import read_display
-from curveline.units import deg, mm, nmm
+from curveline.units import deg, mm, nmm, to_deg
 from playing import scene
 
 SINGLE = scene("level-up-peak").display
@@ -110,6 +110,18 @@ def varied(asked: Scene, change: float) -> Iterator[Scene]:
             yield replace(asked, nodes=(raised, right) if node is left else (left, raised))
 
 
+def test_values_that_work_only_between_others_are_found() -> None:
+    refused = shape(550.0, (-65.0, 35.0), 0.0, "peak")
+    turned = [Quantity(ANGLE, 0).put(refused, deg(angle)) for angle in range(-65, 75, 2)]
+    there = [to_deg(each.nodes[0].angle) for each in turned if exists(each)]
+    assert 36.0 < min(there) < max(there) < 75.0
+    found = nearest(refused, 0, lambda _: "")
+    assert found is not None
+    (change,) = found.changes
+    assert change.quantity == Quantity(ANGLE, 0)
+    assert min(there) - 2.0 < to_deg(change.nearest) <= min(there)
+
+
 def test_where_no_single_number_helps_two_are_changed() -> None:
     found = nearest(TWISTED, 0, works)
     assert found is not None
@@ -152,7 +164,7 @@ PEAK_620, VALLEY_620 = Segment(mm(620.0), "peak"), Segment(mm(620.0), "valley")
 
 
 def test_a_node_is_shared_by_its_neighbours() -> None:
-    short = Segment(mm(530.0), "peak")
+    short = Segment(mm(570.0), "peak")
     free = row(VALLEY_620, PEAK_620, short, VALLEY_620, angles_deg=(0.0, 0.0, -65.0, 35.0, 0.0))
     assert not exists(free)
     found = nearest(free, 2, lambda _: "")
@@ -168,12 +180,12 @@ def test_a_node_is_shared_by_its_neighbours() -> None:
 
 def test_loads_stay_on_their_segments() -> None:
     pushed = row(
-        *(PEAK_620, VALLEY_620, PEAK_620, VALLEY_620),
-        angles_deg=(20.0, -20.0, 20.0, -20.0, 20.0),
-        loads=(Load(2, 0.5, (0.0, -12.0)),),
+        *(VALLEY_620, PEAK_620, VALLEY_620, PEAK_620),
+        angles_deg=(-20.0, 20.0, -20.0, 20.0, -20.0),
+        loads=(Load(3, 0.5, (0.0, -12.0)),),
     )
     assert not exists(pushed)
-    found = nearest(pushed, 2, lambda _: "")
+    found = nearest(pushed, 3, lambda _: "")
     assert found is not None
     assert "does not withstand the loads" in found.reason
     assert exists(applied(found, pushed))

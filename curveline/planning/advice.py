@@ -28,6 +28,9 @@ LENGTH, ANGLE, HEIGHT = "length", "angle", "height"
 FIRST = 1.0 / 256.0
 """The first step away from what was asked for, as a part of what the display's limits allow; a degree or two mm."""
 GROWTH = 1.5
+LARGEST = {1: 1.0 / 16.0, 2: 1.0 / 4.0}
+"""The largest step, for one quantity and for two: values that work, but only between others, are not stepped over. Two
+have four times as many ways."""
 BEYOND = 1.0 / 32.0
 """The first change that is tried where nothing is wrong with the shape itself, only with the way to it."""
 TRIES = 6
@@ -152,7 +155,7 @@ class _Ray:
             high = min(low + step, reach)
             if works(self.at(high)):
                 return self.closest(works, low, high)
-            low, step = high, GROWTH * step
+            low, step = high, min(GROWTH * step, LARGEST[len(self.quantities)])
         return None
 
     def closest(self, works: Callable[[Scene], bool], low: float, high: float) -> float:
@@ -233,12 +236,15 @@ class _Fine:
 
 
 class _Sieve:
-    """Whether the wanted states of a segment and its neighbours exist, within what rod and motors give."""
+    """Whether the wanted states of a segment and its neighbours exist, within what rod and motors give.
+
+    Of two neighbours on either side: a change reaches the first, whose far node bears the second, too.
+    """
 
     def __init__(self, scene: Scene, segment: int) -> None:
         self._prover = Prover(scene.display, lambda: None)
-        self._first = max(0, segment - 1)
-        self._behind = segment + 2
+        self._first = max(0, segment - 2)
+        self._behind = segment + 3
 
     def passes(self, scene: Scene) -> bool:
         """True if nothing is wrong."""
