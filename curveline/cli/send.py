@@ -184,7 +184,7 @@ def _send(wanted: Plan | Goal | BrokenRun, way: _Way) -> Ending | None:
 
 
 def _check_granted(plan: Plan, radio: Radio, way: _Way) -> None:
-    """Say what is known of the states that a plan begins in; LinkError if the display shows others."""
+    """Say what is known of the states that a plan begins in; Infeasible if the display shows others."""
     from curveline.cli.shown import check_granted
     from curveline.radio.link import read_status
 

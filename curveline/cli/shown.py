@@ -18,7 +18,8 @@ from pathlib import Path
 from curveline.cli.broken import PLAN_NAME
 from curveline.cli.nodes import mock_of
 from curveline.cli.segments import in_words
-from curveline.errors import InvalidInput, LinkError
+from curveline.cli.steps import granted
+from curveline.errors import Infeasible, InvalidInput
 from curveline.files import read_file
 from curveline.plan import MAX_BYTES, DriveTable, NodeTarget, Plan, from_json
 from curveline.radio import Radio
@@ -62,7 +63,7 @@ def remembered_states(rod: Sequence[str]) -> Shown:
 
 
 def check_granted(plan: Plan, radio: Radio, nodes: Sequence[NodeStatus], runs: Path) -> str:
-    """What is known of the states that a plan takes for granted, as text; LinkError if the display shows others.
+    """What is known of the states that a plan takes for granted, as text; Infeasible if the display shows others.
 
     Nodes that stand elsewhere than where the plan starts are the business of its preflight.
     """
@@ -70,13 +71,14 @@ def check_granted(plan: Plan, radio: Radio, nodes: Sequence[NodeStatus], runs: P
         return ""
     shown = shown_states(radio, plan.drive, nodes, runs)
     is_known = True
-    for segment, (granted, state) in enumerate(zip_longest(plan.shows, shown.states, fillvalue=""), start=1):
-        if granted and state and granted != state:
-            message = f"segment {segment} shows {state}, but the plan takes {granted} for granted ({shown.source})"
-            raise LinkError(message, "send the shape: that is planned from what the display shows")
-        is_known = is_known and bool(state or not granted)
-    granted = in_words([name or "any" for name in plan.shows])
-    return shown.line() if is_known else f"the plan takes for granted what is not known: the display shows {granted}"
+    for segment, (wanted, state) in enumerate(zip_longest(plan.shows, shown.states, fillvalue=""), start=1):
+        if wanted and state and wanted != state:
+            message = f"segment {segment} shows {state}, but the plan takes {wanted} for granted ({shown.source})"
+            raise Infeasible(message, "send the shape: that is planned from what the display shows; or plan again")
+        is_known = is_known and bool(state or not wanted)
+    if is_known:
+        return shown.line()
+    return f"the plan takes for granted what is not known: the display shows {granted(plan)}"
 
 
 def _last_run(radio: Radio, drive: DriveTable, nodes: Sequence[NodeStatus], runs: Path) -> Shown:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 
@@ -95,6 +96,19 @@ def test_a_dry_run_shows_what_is_left_and_touches_nothing(run: Run, asking, plan
     assert "small: goes on with step 2 of 2\n" in err
     assert {frame["step"] for frame in json.loads(out)["frames"]} == {2}
     assert {path: path.read_bytes() for path in before} == before
+
+
+def test_a_run_goes_on_whatever_its_plan_took_for_granted(run: Run, asking, tmp_path: Path) -> None:
+    write_plan(replace(small_plan(), shows=("peak",)), tmp_path / "small.json")
+    asking(Request.PAUSE, 1)
+    paused = run("send", tmp_path / "small.json", "--radio", "mock", "--yes")
+    assert paused.code == 130
+    assert "the plan takes for granted what is not known: the display shows peak\n" in paused.err
+    # By now the display shows what the first step made of it.
+    assert json.loads(run("status", "--radio", "mock", "--json").out)["rod"] == ["valley"]
+    resumed = run("send", "--resume", "last", "--radio", "mock", "--yes")
+    assert resumed.code == 0
+    assert "granted" not in resumed.err
 
 
 def test_what_is_left_of_a_run_is_said(run: Run, plan_file: Path, tmp_path: Path) -> None:
