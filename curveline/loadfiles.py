@@ -28,7 +28,7 @@ def document(loading: Loading, argv: Sequence[str] = ()) -> Document:
     snap, stand = loading.snap, loading.stand
     asked = {**_asked(loading.push), "at": loading.push.at, "step_N": loading.push.step}
     return {
-        **_head(loading.scene, loading.push, stand.state.name),
+        **_head(loading.scene, loading.push, stand.state),
         "at": loading.push.at,
         "place_mm": [to_mm(part) for part in stand.seen(stand.place(stand.state))],
         "direction_xy": list(stand.toward),
@@ -54,7 +54,7 @@ def document(loading: Loading, argv: Sequence[str] = ()) -> Document:
 def map_document(found: LoadMap, argv: Sequence[str] = ()) -> Document:
     """What `curveline load --map --json` prints; plain Python types only."""
     return {
-        **_head(found.scene, found.push, found.stand.state.name),
+        **_head(found.scene, found.push, found.stand.state),
         "seconds": found.seconds,
         "points": [_point(point) for point in found.points],
         "weakest": None if found.weakest is None else _point(found.weakest),
@@ -86,19 +86,26 @@ def curve_mm(stand: Stand, state: Equilibrium) -> list[list[float]]:
     return [[to_mm(x), to_mm(y)] for x, y in map(stand.seen, state.curve(CURVE_POINTS).tolist())]
 
 
-def _head(scene: Scene, push: Push, state: str) -> Document:
+def _head(scene: Scene, push: Push, state: Equilibrium) -> Document:
     return {
         "curveline": curveline.__version__,
         "shape": scene.name,
         "segment": push.segment + 1,
-        "state": state,
+        "state": state.name,
+        "model": state.model,
         "direction": push.direction,
         "most_N": push.most,
     }
 
 
 def _asked(push: Push) -> Document:
-    return {"segment": push.segment + 1, "direction": push.direction, "most_N": push.most, "state": push.state or None}
+    return {
+        "segment": push.segment + 1,
+        "direction": push.direction,
+        "most_N": push.most,
+        "state": push.state or None,
+        "model": push.model,
+    }
 
 
 def _known(value: float) -> float | None:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,16 +17,17 @@ from curveline.errors import InvalidInput
 from curveline.pushes import TOLERANCE, Push, Stand, most_on, stand_of
 from curveline.rod.arclength import Reach, trace
 from curveline.rod.continuation import start_along
-from curveline.rod.equilibrium import Equilibrium, Outcome, refine
+from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.fidelity import lateral, probe
-from curveline.rod.problem import mesh
+from curveline.rod.ladder import vertex_table
+from curveline.rod.problem import make_problem, mesh, released
 from curveline.rod.special_points import Fall, Kind, SpecialPoint, critical, falls
 from curveline.rod.states import find_states, named
 from curveline.rod.way import Way
 from curveline.scene import Scene
 from curveline.simulation import DEFAULT_TOLERANCE
 
-SAME = 1e-3
+SAME = 5e-3
 """Curves that are nearer to each other than this part of the length are one."""
 JUST = 1e-4
 """How long before the snap-through, as a part of its load, the last stable state is shown."""
@@ -137,7 +138,7 @@ def load(scene: Scene, push: Push, progress: Callable[[int], None] = lambda _: N
         progress(round(100.0 * force / (push.most if limit is None else limit.force)))
     rows = [(force, stand.deflection(state)) for force, state in states]
     if limit is not None:
-        rows[-1] = limit.force, _deflection_at(stand, limit.point)
+        rows[-1] = limit.force, _deflection_at(stand, push.most, limit.point)
     return Loading(
         scene,
         push,
@@ -191,14 +192,14 @@ def before(force: float) -> float:
     return force * (1.0 - JUST)
 
 
-def _deflection_at(stand: Stand, point: SpecialPoint) -> float:
+def _deflection_at(stand: Stand, most: float, point: SpecialPoint) -> float:
     """How far the point that is pushed has moved along the push at the special point [m], on its finest level."""
-    rod = stand.rod
-    ends = np.cumsum(point.edges) * rod.free_length + 0.5 * rod.clamp
-    beyond = int(np.argmin(np.abs(ends - stand.at * rod.length))) + 1
-    steps = rod.free_length * point.edges[:beyond]
-    x, y = float(steps @ np.cos(point.phi[:beyond])), float(steps @ np.sin(point.phi[:beyond]))
-    return stand.moved((rod.free_start[0] + x, rod.free_start[1] + y))
+    rod = stand.loaded(point.reached * most)
+    problem = released(make_problem(rod.scaled(), point.edges))
+    table = vertex_table(problem, point.phi, point.multipliers)
+    ends = np.concatenate([[0.0], np.cumsum(point.edges)]) * rod.free_length + 0.5 * rod.clamp
+    x, y = rod.free_length * table[np.argmin(np.abs(ends - stand.at * rod.length)), :2]
+    return stand.moved((rod.free_start[0] + float(x), rod.free_start[1] + float(y)))
 
 
 def _branch(stand: Stand, most: float) -> Iterator[BranchPoint]:
@@ -262,13 +263,12 @@ def _landings(stand: Stand, most: float, limit: Limit) -> Iterator[Landing]:
     """Where the rod falls from the end of a branch; of two ways that end alike, one."""
     if limit.kind == LOST:
         return
-    bare = find_states(stand.rod, TOLERANCE)
     known: list[tuple[str, str]] = []
     for fall in _falls(stand, stand.way(0.0, most), limit.point):
         force = fall.at * most
         state = _landed(stand, force, fall)
         there = _released(stand, force, state)
-        landing = Landing(_name(state, find_states(stand.loaded(force), TOLERANCE)), _name(there, bare), state)
+        landing = Landing(_name(state, stand.loaded(force)), _name(there, stand.rod), state)
         if landing[:2] not in known:
             known.append(landing[:2])
             yield landing
@@ -305,12 +305,13 @@ def _released(stand: Stand, force: float, state: Equilibrium | None) -> Equilibr
     return None
 
 
-def _name(state: Equilibrium | None, among: Sequence[Equilibrium]) -> str:
-    """What a state is called among all of the same rod."""
+def _name(state: Equilibrium | None, loads: ClampedRod) -> str:
+    """What a state is called among all of a rod under the same loads; names do not depend on how far it stretches."""
     if state is None:
         return UNKNOWN
-    for other in among:
-        gap = float(np.max(np.abs(other.curve(33) - state.curve(33))))
-        if gap < SAME * state.rod.length:
-            return other.name
-    return named([state])[0].name
+    gaps = {
+        other.name: float(np.max(np.abs(other.curve(33) - state.curve(33))))
+        for other in find_states(replace(loads, stretching=math.inf), DEFAULT_TOLERANCE)
+    }
+    nearest = min(gaps, key=gaps.__getitem__, default="")
+    return nearest if nearest and gaps[nearest] < SAME * state.rod.length else named([state])[0].name

@@ -11,18 +11,21 @@ import numpy as np
 
 from curveline.errors import Infeasible, InvalidInput
 from curveline.rod.approach import fitting_mesh
-from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium, refine
+from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod, Equilibrium, refine
 from curveline.rod.ladder import interpolate
-from curveline.rod.models import Ask, model_states
+from curveline.rod.models import AUTO, Ask, model_states
 from curveline.rod.problem import Array
 from curveline.rod.section import Section
+from curveline.rod.space import SpatialSegment
 from curveline.rod.way import Way, loading
 from curveline.scene import Scene
-from curveline.simulation import section_of, spatial_segment
+from curveline.simulation import DEFAULT_TOLERANCE, section_of, spatial_segment
 from curveline.units import deg
 
 DOWN = "down"
 NORMAL = "normal"
+MODELS = (AUTO, PLANAR, EXTENSIBLE)
+"""Of a rod that is pushed."""
 DOWNWARDS = (0.0, -1.0)
 TOLERANCE = 1e-6
 """Bound on the error of a loaded curve [m]."""
@@ -42,7 +45,8 @@ class Push(NamedTuple):
     """What is pushed, where and how far: `segment` from 0, `at` a fraction of its arc length from pivot to pivot.
 
     `direction` is "down", "normal" (to the unloaded curve, downwards) or a vector "x,y"; the load grows by `step` [N]
-    up to `most` [N], if 0 one that suits the rod. `state` is pushed, the one that the shape wants if empty.
+    up to `most` [N], if 0 one that suits the rod. `state` is pushed, the one that the shape wants if empty, by one of
+    the `MODELS`.
     """
 
     segment: int = 0
@@ -51,6 +55,7 @@ class Push(NamedTuple):
     step: float = 0.5
     most: float = 0.0
     state: str = ""
+    model: str = AUTO
 
 
 @dataclass(frozen=True)
@@ -145,10 +150,9 @@ def stand_of(scene: Scene, push: Push) -> Stand:
         hint = "`curveline simulate` finds its states in space; to push it, take that out of the file"
         raise InvalidInput(f"{scene.name} has {beyond[0]}, and pushing is computed in the plane", hint)
     check_place(scene, push)
-    described = spatial_segment(scene, push.segment)
     state = _state(scene, push)
     origin = (push.segment * scene.display.span, scene.nodes[push.segment].height)
-    stand = Stand(described.rod, section_of(scene.display), origin, state, push.at, DOWNWARDS)
+    stand = Stand(state.rod, section_of(scene.display), origin, state, push.at, DOWNWARDS)
     return stand.moved_to(push.at, push.direction)
 
 
@@ -206,18 +210,26 @@ def turned(one: Equilibrium, other: Equilibrium) -> float:
 def _state(scene: Scene, push: Push) -> Equilibrium:
     """The state that is pushed."""
     name = push.state or scene.segments[push.segment].state
-    ask = Ask(TOLERANCE, (0,), PLANAR)
-    there = model_states(spatial_segment(scene, push.segment), ask).states
-    shown = [state for state in there if state.simple and state.stable]
+    described = spatial_segment(scene, push.segment)
+    shown = _shown(described, push.model)
     for state in shown:
         if state.name == name:
             return state
     names = " and ".join(state.name for state in shown) or "none that stays in the plane"
     where = f"{scene.name}, segment {push.segment + 1}"
     bare = spatial_segment(replace(scene, loads=()), push.segment)
-    if bare.rod.loads != spatial_segment(scene, push.segment).rod.loads:
-        without = model_states(bare, ask).states
-        if any(state.name == name and state.simple and state.stable for state in without):
-            message = f"{where}: the {name} does not withstand the loads in the file; under them there is {names}"
-            raise Infeasible(message, "make these loads smaller, or take them out, and push again")
+    if bare.rod.loads != described.rod.loads and any(state.name == name for state in _shown(bare, push.model)):
+        message = f"{where}: the {name} does not withstand the loads in the file; under them there is {names}"
+        raise Infeasible(message, "make these loads smaller, or take them out, and push again")
     raise Infeasible(f"{where} has no stable {name} to push; there is {names}", "choose another one with --state")
+
+
+def _shown(segment: SpatialSegment, model: str) -> list[Equilibrium]:
+    """The states of a segment that a planar display can show; InvalidInput for a model that is none of `MODELS`."""
+    if model not in MODELS:
+        raise InvalidInput(f"a push has no model {model!r}", f"choose one of {', '.join(MODELS)}")
+    found = model_states(segment, Ask(DEFAULT_TOLERANCE, (0,), model))
+    if found.model == SPATIAL:
+        # Some state leaves the plane; those that do not are pushed in it.
+        found = model_states(segment, Ask(DEFAULT_TOLERANCE, (0,), PLANAR))
+    return [state for state in found.states if state.simple and state.stable]

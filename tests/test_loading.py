@@ -287,3 +287,29 @@ def test_rows_come_as_near_to_the_snap_as_they_are_asked_to() -> None:
     forces, deflections = np.array(loading.rows).T
     assert np.all(np.diff(deflections) > 0.0)
     assert forces[-2] == pytest.approx(forces[-1], rel=2e-5)
+
+
+def test_a_nearly_straight_rod_is_let_stretch_where_that_matters() -> None:
+    scene = replace(arch(0.028224), nodes=(Node(0.0, 0.0), Node(0.0, 0.0)), segments=(Segment(mm(503.0), "peak"),))
+    push = Push(at=0.45, step=0.02)
+    free, stiff = load(scene, push), load(scene, push._replace(model="planar"))
+    assert (free.stand.state.model, stiff.stand.state.model) == ("extensible", "planar")
+    assert free.snap is not None
+    assert stiff.snap is not None
+    assert 0.01 < 1.0 - free.snap.force / stiff.snap.force < 0.2
+    assert free.snap.landings[0][:2] == ("valley", "valley")
+    for loading in (free, stiff):
+        assert loading.snap is not None
+        deflections = np.array(loading.rows)[:, 1]
+        assert np.all(np.diff(deflections) > 0.0)
+        past = np.array([(point.force, point.deflection) for point in loading.branch])
+        # The row at the snap-through lies at the top of the branch that was traced over it.
+        curve = CubicSpline(past[:, 1], past[:, 0])
+        assert float(curve(deflections[-1])) == pytest.approx(loading.snap.force, rel=1e-4)
+        assert float(curve(deflections[-1], 1)) == pytest.approx(0.0, abs=0.02 * loading.stiffness)
+    for force in (0.98, 1.01):
+        loaded = replace(scene, loads=(Load(0, 0.45, (0.0, -force * free.snap.force)),))
+        (segment,) = curveline.simulate(loaded, model="extensible")
+        assert any(state.name == "peak" for state in segment.states) == (force < 1.0)
+    with pytest.raises(InvalidInput, match="a push has no model 'spatial'"):
+        load(scene, push._replace(model="spatial"))

@@ -19,6 +19,14 @@ class State(StrEnum):
     VALLEY = "valley"
 
 
+class Model(StrEnum):
+    """What `--model` takes: `MODELS` of a push, which would cost numpy to look at."""
+
+    AUTO = "auto"
+    PLANAR = "planar"
+    EXTENSIBLE = "extensible"
+
+
 def load(
     shape: Annotated[str, typer.Argument(metavar="SHAPE", help="Shape file (.toml).")],
     at: Annotated[
@@ -43,6 +51,9 @@ def load(
     state: Annotated[
         State | None, typer.Option(help="The state to push, in place of the one that the shape wants.")
     ] = None,
+    model: Annotated[
+        Model, typer.Option(help="What of the rod is computed: extensible also stretches; with auto the scene decides.")
+    ] = Model.AUTO,
     over_all: Annotated[bool, typer.Option("--map", help="Push all points of the curve, one after another.")] = False,
     points: Annotated[
         int | None, typer.Option(min=3, max=10_001, metavar="N", help="Points of a map.  [default: 41]")
@@ -83,7 +94,9 @@ def load(
         loadfiles.check_output(path, force=force)
     scene = read_shape(shape)
     index = _index(segment, len(scene.segments))
-    push = Push(index, 0.5 if at is None else at, direction, step_n, most_n or 0.0, state.value if state else "")
+    push = Push(
+        index, 0.5 if at is None else at, direction, step_n, most_n or 0.0, state.value if state else "", model.value
+    )
     show.announce_compilation()
     found = pushed.mapped(scene, push, points or pushed.MAP_POINTS) if over_all else pushed.pushed(scene, push)
     argv = tuple(sys.argv[1:])

@@ -53,7 +53,8 @@ def describe(found: Loading | LoadMap) -> Iterator[str]:
 def _of_loading(loading: Loading) -> Iterator[str]:
     stand, snap = loading.stand, loading.snap
     place = _where(stand.seen(stand.place(stand.state)))
-    yield f"{_what(loading.push, stand)}, at {loading.push.at:g} of its length: {place}"
+    yield _what(loading.push, stand)
+    yield f"at {loading.push.at:g} of its length: {place}"
     lines = show.table([("force N", "deflection mm"), *(_row(row) for row in thinned(loading.rows))], frozenset())
     yield show.paint(lines[0], show.DIM, sys.stdout)
     yield from lines[1:]
@@ -101,7 +102,7 @@ def thinned(rows: Sequence[Row]) -> Sequence[Row]:
 
 def _what(push: Push, stand: Stand) -> str:
     way = {"down": "down", "normal": "across the curve"}.get(push.direction, f"towards {push.direction}")
-    return f"segment {push.segment + 1}, {stand.state.name} pushed {way}"
+    return f"segment {push.segment + 1}, {stand.state.name} pushed {way}, {stand.state.model} model"
 
 
 def _where(place: tuple[float, float]) -> str:
