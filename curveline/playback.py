@@ -57,17 +57,26 @@ def replay(display: Display, motion: Motion, before: Sequence[str] = ()) -> Play
     drive = drive_table(display)
     starts, ends, snaps = [], [], []
     for segment in range(display.node_count - 1):
-        rods = [
-            clamped_rod(display, *segment_at(display, drive, counts[segment : segment + 2])) for _, counts in motion
-        ]
+        course = list(_course(motion, segment))
+        rods = [clamped_rod(display, *segment_at(display, drive, pair)) for _, pair in course]
         start = known_state(rods[0], before[segment] if segment < len(before) else "")
         state, events = ride(np.array([rod.pose for rod in rods]), rods[0].bearing, start)
         first = events[0].state if start is None and events and events[0].place == 0 else start
         starts.append(name_of(rods[0], first))
         ends.append(name_of(rods[-1], state))
         for place, names in _snaps(starts[-1], rods, events):
-            snaps.append(Snap(motion[place][0], segment + 1, *names))
+            snaps.append(Snap(course[place][0], segment + 1, *names))
     return Playback(tuple(starts), tuple(ends), tuple(sorted(snaps, key=lambda snap: snap.seconds)))
+
+
+def _course(motion: Motion, segment: int) -> Iterator[tuple[float, tuple[Counts, ...]]]:
+    """When the two nodes of a segment (from 0) were elsewhere than before, and where: in a row most mostly rest."""
+    before: tuple[Counts, ...] = ()
+    for seconds, counts in motion:
+        pair = counts[segment : segment + 2]
+        if pair != before:
+            yield seconds, pair
+        before = pair
 
 
 def known_state(rod: ClampedRod, name: str) -> State | None:

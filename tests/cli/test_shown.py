@@ -330,10 +330,14 @@ def test_what_a_plan_takes_for_granted_is_held_against_what_is_known(
 
 
 def test_nodes_that_stand_elsewhere_are_the_first_thing_to_say_of_a_plan(run: Run, tmp_path: Path) -> None:
-    write_plan(replace(back(PLAN), shows=("peak",)), tmp_path / "back.json")
-    result = run("send", tmp_path / "back.json", "--radio", "mock", "--yes")
+    write_plan(PLAN, tmp_path / "there.json")
+    assert run("send", tmp_path / "there.json", "--radio", "mock", "--yes").code == 1
+    # It shows a valley, but not where this plan would take a peak for granted.
+    write_plan(replace(PLAN, shows=("peak",)), tmp_path / "again.json")
+    result = run("send", tmp_path / "again.json", "--radio", "mock", "--yes")
     assert result.code == 3
     assert "does not stand where the plan starts" in result.err
+    assert "for granted" not in result.err
 
 
 def test_usage(run: Run, plan_file: Path) -> None:
