@@ -266,6 +266,8 @@ def _check_plan(plan: Plan, found: Decoder) -> None:
         if not 0.0 <= step.seconds <= MAX_STEP_SECONDS:
             message = f"{where}.seconds is {step.seconds:g} s, but must be 0 to {MAX_STEP_SECONDS} s"
             found.problem("out-of-range", message)
+        if step.corners < 0:
+            found.problem("out-of-range", f"{where}.corners is {step.corners}, but nothing is followed less than never")
         _check_targets(plan.drive, step.targets, f"{where}.targets", found)
         _check_length(f"{where}.states", len(step.states), segments, found)
         _check_length(f"{where}.lengths_mm", len(step.lengths_mm), segments, found)
