@@ -113,3 +113,23 @@ def test_one_segment_without_room_stops_the_rod_that_must_pass_it() -> None:
     # The other two may still trade with the tails.
     apart = job_of([0.6] * 3, [0.62, 0.6, 0.63], (0.0, 0.02), 0.1)
     assert list(schedule(SPAN, apart.feeds, apart.goal, Room(apart.room.least, (0.65, 0.6, 0.65))))[-1] == apart.goal
+
+
+@pytest.mark.parametrize("goal", [0.62, 0.5], ids=["too long", "too short"])
+def test_a_goal_beyond_the_room_is_refused_before_the_segment_leaves_it(goal: float) -> None:
+    # Both nodes feed into the segment, or out of it, and share the room.
+    job = job_of([0.55], [goal], (0.0, 0.5 * (goal - 0.55)), 0.0)
+    steps = schedule(SPAN, job.feeds, job.goal, Room((0.53,), (0.57,)))
+    before = job.feeds
+    refusal = ""
+    while not refusal:
+        try:
+            after = next(steps)
+        except Refused as refused:
+            refusal = refused.message
+        else:
+            assert SPAN + max(before[0], after[0]) - min(before[1], after[1]) <= 0.57 + SLACK
+            assert SPAN + min(before[0], after[0]) - max(before[1], after[1]) >= 0.53 - SLACK
+            before = after
+    assert "no room" in refusal
+    assert lengths_for(before) == pytest.approx([0.57 if goal > 0.55 else 0.53])

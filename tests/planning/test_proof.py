@@ -16,7 +16,7 @@ from curveline.rod.course import pass_through
 from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.problem import Pose
 from curveline.rod.states import find_states
-from curveline.rod.way import straight
+from curveline.rod.way import between, straight
 from curveline.scene import Node
 from curveline.shapefile import read_display
 from curveline.units import deg
@@ -214,3 +214,28 @@ def test_a_rod_without_any_to_spare_is_pulled_taut_between_clamps_out_of_line(sp
         assert -slack.low[0] > SINGLE.drive.max_force
     level = Pose(SPAN, 0.0, 0.0, deg(1.0), SPAN * (1.0 + spare))
     assert np.all(prover().weigh(level).high == -math.inf)
+
+
+def test_ways_that_end_in_different_states_are_refused_though_all_are_stable() -> None:
+    # Beyond the cusp where peak and valley become one: which node turns back first decides what it is afterwards.
+    before, after = Pose(SPAN, 0.0, 0.926, 0.737, 0.552), Pose(SPAN, 0.069, -0.012, -0.123, 0.649)
+    (state,) = prover().states(before)
+    with pytest.raises(Refused, match=r"uneven progress by way of .* would end in another state") as caught:
+        prover().keep(before, after, box_between(before, after), prover().hold_of(state))
+    assert not caught.value.is_hopeless
+
+
+def test_a_way_that_ends_just_before_a_fold_is_refused_with_its_margin() -> None:
+    level = Pose(SPAN, 0.0, 0.0, 0.0, 0.56)
+    peak = prover().states(level)[0]
+    tilted = level._replace(start=-0.9, end=0.5)
+    gone = follow(straight(level, tilted), prover().bearing, *coarse_start(peak)).reached
+    assert 0.0 < gone < 1.0
+    for share, is_kept in ((0.8, True), (0.9995, False)):
+        there = between(level, tilted, share * gone)
+        if is_kept:
+            margin = prover().keep(level, there, Box(level, level), prover().hold_of(peak)).margin
+            assert margin > LEAST_STABILITY
+            continue
+        with pytest.raises(Refused, match=r"the state comes within 0\.0[0-4]\d of losing stability"):
+            prover().keep(level, there, Box(level, level), prover().hold_of(peak))
