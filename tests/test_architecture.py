@@ -19,7 +19,7 @@ LAYERS = (
     {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
     {"batch", "bench", "capability", "figures", "linkbench", "planning", "playback", "results", "simulation"}
     | {"explanation", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"}
-    | {"loadfiles", "loading", "loadmap", "pushes"},
+    | {"loading"},
     {"cli"},
 )
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}
@@ -40,10 +40,8 @@ ONLY_IN = {
         "bench",
         "figures",
         "loading",
-        "loadmap",
         "planning",
         "playback",
-        "pushes",
         "results",
         "simulation",
         "sweepfiles",

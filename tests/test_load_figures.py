@@ -11,9 +11,9 @@ from matplotlib.image import imread
 
 import curveline
 from curveline.figures import common, loads
-from curveline.loading import Loading, load
-from curveline.loadmap import LoadMap, load_map
-from curveline.pushes import Push
+from curveline.loading.maps import LoadMap, load_map
+from curveline.loading.pushes import Push
+from curveline.loading.snap import Loading, load
 
 SHAPES = Path(__file__).parent.parent / "shapes"
 

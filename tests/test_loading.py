@@ -15,10 +15,10 @@ from scipy.interpolate import CubicSpline
 
 import curveline
 from curveline.errors import Infeasible, InvalidInput
-from curveline.loadfiles import document
-from curveline.loading import Loading, limit_of, load
-from curveline.loadmap import load_map
-from curveline.pushes import Push, direction_of, most_on, stand_of
+from curveline.loading.files import document
+from curveline.loading.maps import load_map
+from curveline.loading.pushes import Push, direction_of, most_on, stand_of
+from curveline.loading.snap import Loading, limit_of, load
 from curveline.rod.states import find_states
 from curveline.scene import Display, Load, Node, Scene, Segment
 from curveline.shapefile import read_display

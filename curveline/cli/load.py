@@ -76,9 +76,9 @@ def load(
     With --map every point of the free rod is pushed, and the answer is the weakest point and whether the shape
     withstands 1 N, of a finger that searches for a target, and 2 to 5 N, of one that follows a contour.
     """
-    from curveline import loadfiles
     from curveline.cli import pushed
-    from curveline.pushes import Push
+    from curveline.loading import files as loadfiles
+    from curveline.loading.pushes import Push
     from curveline.shapefile import read_shape
 
     if (at if over_all else points) is not None:

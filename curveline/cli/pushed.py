@@ -9,10 +9,10 @@ from typing import TypeVar
 
 from curveline.cli import show
 from curveline.cli.bar import Bar
-from curveline.loadfiles import EITHER, either
-from curveline.loading import LOST, Loading, load
-from curveline.loadmap import LoadMap, Point, Verdict, load_map
-from curveline.pushes import Push, Stand
+from curveline.loading.files import EITHER, either
+from curveline.loading.maps import LoadMap, Point, Verdict, load_map
+from curveline.loading.pushes import Push, Stand
+from curveline.loading.snap import LOST, Loading, load
 from curveline.scene import Scene
 from curveline.units import to_mm, to_n_per_mm
 

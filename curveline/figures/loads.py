@@ -23,10 +23,10 @@ from curveline.figures.common import (
     dress,
     new_figure,
 )
-from curveline.loadfiles import curve_mm
-from curveline.loading import Loading
-from curveline.loadmap import FORCES, LoadMap
-from curveline.pushes import Stand
+from curveline.loading.files import curve_mm
+from curveline.loading.maps import FORCES, LoadMap
+from curveline.loading.pushes import Stand
+from curveline.loading.snap import Loading
 from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.problem import Array
 from curveline.scene import Scene

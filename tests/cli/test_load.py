@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from curveline import loading, loadmap
 from curveline.cli import pushed
-from curveline.loading import Limit, limit_of, load
-from curveline.pushes import Push, Stand
+from curveline.loading import maps, snap
+from curveline.loading.pushes import Push, Stand
+from curveline.loading.snap import Limit, limit_of, load
 from curveline.shapefile import read_shape
 
 from .conftest import BROKEN, SHAPES, Run
@@ -225,10 +225,10 @@ def test_a_branch_that_is_lost_is_exit_1_and_no_number_is_made_up(run: Run, monk
     def lost(stand: Stand, most: float, _: float = 0.0) -> Limit:
         found = limit_of(stand, most)
         assert found is not None
-        return Limit(0.8 * found.force, math.inf, loading.LOST, found.point)
+        return Limit(0.8 * found.force, math.inf, snap.LOST, found.point)
 
-    monkeypatch.setattr(loading, "limit_of", lost)
-    monkeypatch.setattr(loadmap, "limit_of", lost)
+    monkeypatch.setattr(snap, "limit_of", lost)
+    monkeypatch.setattr(maps, "limit_of", lost)
     code, out, err = run("load", SHAPE, "--json")
     assert code == 1
     assert "could not be followed" in err

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import InvalidInput
-from curveline.loading import before, leaves_plane, limit_of
-from curveline.pushes import Push, Stand, most_on, stand_of
+from curveline.loading.pushes import Push, Stand, most_on, stand_of
+from curveline.loading.snap import before, leaves_plane, limit_of
 from curveline.scene import Scene
 
 SEARCHING = 1.0

@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 import curveline
 from curveline.errors import InvalidInput
 from curveline.files import AnyPath, refuse_file, write_file
-from curveline.loading import Landing, Loading
-from curveline.loadmap import LoadMap, Point
-from curveline.pushes import Push, Stand
+from curveline.loading.maps import LoadMap, Point
+from curveline.loading.pushes import Push, Stand
+from curveline.loading.snap import Landing, Loading
 from curveline.results import Document, provenance
 from curveline.rod.equilibrium import Equilibrium
 from curveline.scene import Scene

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import InvalidInput
-from curveline.pushes import TOLERANCE, Push, Stand, most_on, stand_of
+from curveline.loading.pushes import TOLERANCE, Push, Stand, most_on, stand_of
 from curveline.rod.arclength import Reach, trace
 from curveline.rod.continuation import start_along
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
