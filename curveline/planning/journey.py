@@ -159,7 +159,8 @@ def _into_states(prover: Prover, travel: Travel, goal: Goal, gate: Gate) -> Trav
         biased = posed(travel.stage.layout, angles, heights_of(here))
         travel = advance(prover, travel, Leg("bias", biased, funnels))
         for segment in members:
-            lengths[segment] = max((1.0 + PARKED) * display.span, final[segment])
+            parked = min((1.0 + PARKED) * display.span, display.limits.length.high)
+            lengths[segment] = max(parked, final[segment])
     return travel
 
 
