@@ -108,7 +108,7 @@ def _ask(asked: Asked) -> _Answer:
     with closing(open_radio(asked.spec, asked.drive, asked.runs)) as radio:
         statuses = read_status(radio, asked.drive)
         mock = nodes.mock_of(radio)
-        return _Answer(asked, statuses, None if mock is None else list(mock.rod))
+        return _Answer(asked, statuses, None if mock is None else list(mock.known_rod))
 
 
 def _show(answer: _Answer, *, as_json: bool) -> None:

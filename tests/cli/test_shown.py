@@ -66,14 +66,17 @@ def test_a_lost_rod_is_not_known(tmp_path: Path) -> None:
         assert not any(shown_states(radio, PLAN.drive, read_status(radio, PLAN.drive), tmp_path).states)
 
 
-def test_a_mock_forgets_its_rod_when_its_nodes_move_unwatched(tmp_path: Path) -> None:
-    with closing(open_radio("mock", PLAN.drive, tmp_path)) as radio:
+def test_a_mock_forgets_its_rod_when_its_nodes_move_unwatched(run: Run, tmp_path: Path) -> None:
+    runs = tmp_path / "runs"
+    with closing(open_radio("mock", PLAN.drive, runs)) as radio:
         radio.rod = ["peak"]
         assert radio.known_rod == ("peak",)
-    assert known(tmp_path).states == ("peak",)
-    shutil.rmtree(carry_out(PLAN, tmp_path))
-    assert known(tmp_path) == Shown()
-    with closing(open_radio("mock", PLAN.drive, tmp_path)) as radio:
+    assert known(runs).states == ("peak",)
+    assert run("status", "--radio", "mock").out.endswith("rod: peak\n")
+    shutil.rmtree(carry_out(PLAN, runs))
+    assert known(runs) == Shown()
+    assert run("status", "--radio", "mock").out.endswith("rod: not known\n")
+    with closing(open_radio("mock", PLAN.drive, runs)) as radio:
         assert (radio.rod, radio.known_rod) == (["peak"], ())
 
 
