@@ -101,7 +101,7 @@ def announce_compilation() -> None:
     from curveline.rod import _jit
 
     if _jit.FIRST_RUN:
-        note("compiling kernels, about 25 s, once")
+        note("compiling kernels, about 35 s, once")
 
 
 def console() -> Console:

@@ -9,10 +9,8 @@ from curveline.rod._jit import njit
 from curveline.rod.modes import lowest_eigenvalue
 from curveline.rod.planar import Effort, descend, newton
 from curveline.rod.problem import make_problem, mean_height, mesh, refine_angles, released
-from curveline.rod.sweep import CERTIFY, keep, look_closer, nothing_found, nowhere_near, settle_at, sweep_heights
+from curveline.rod.sweep import CERTIFY, keep, nothing_found, nowhere_near, settle_at, sweep_heights
 
-FOLD_EDGES = 384
-"""Edges to look at the neighbourhood of a fold: it moves with the square of the edge, 0.1 % at about 100 edges."""
 SEEK_PARTS = 4
 """Parts of an edge where a spline leads to no equilibrium of the coarse rod: that has its folds earlier."""
 BARELY = -8.0
@@ -65,21 +63,20 @@ def cut(edges, parts):
 
 @njit
 def search_edges(rod, n):
-    """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges and, near folds, into finer.
+    """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges.
 
     The rod is relaxed from both splines; every stable state, also those found on the way, is swept towards all others,
     since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. A
     spline may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
     nothing new it is swept as well, from its own height; where Newton finds nothing either, it tries once more on finer
-    edges, since a state may exist on those alone. Returns three pairs of edges and `Found`.
+    edges, since a state may exist on those alone. Returns two pairs of edges and `Found`, and
+    the places that are worth a closer look.
     """
     edges = mesh(rod.at, n)
-    parts = max(2, FOLD_EDGES // n)
-    fine_edges = cut(edges, parts)
     seek_edges = cut(edges, SEEK_PARTS)
     problem = make_problem(rod, edges)
     found, near = nothing_found(edges.size), nowhere_near(edges.size)
-    found_fine, sought = nothing_found(fine_edges.size), nothing_found(seek_edges.size)
+    sought = nothing_found(seek_edges.size)
     free = released(problem)
     phi = np.empty(edges.size)
     for side in (1.0, -1.0):
@@ -98,17 +95,15 @@ def search_edges(rod, n):
     while swept < found.filled[0]:
         if found.unstable[swept] == 0.0:
             held = np.zeros(3)
-            held[:2] = found.multipliers[swept]
-            ways = (_has_other(problem, found, swept, 1.0), _has_other(problem, found, swept, -1.0))
+            held[0], held[1] = found.multipliers[swept, 0], found.multipliers[swept, 1]
+            ways = np.zeros(2)
             for i in range(2):
-                if ways[i]:
+                ways[i] = _has_other(problem, found, swept, 1.0 - 2.0 * i)
+            for i in range(2):
+                if ways[i] > 0.0:
                     sweep_heights(problem, (found.shapes[swept], held), 1.0 - 2.0 * i, found, near)
         swept += 1
-    for place in range(int(near.filled[0])):
-        shape = refine_angles(problem, near.shapes[place], parts)
-        fine_problem = make_problem(rod, fine_edges)
-        look_closer(fine_problem, near.heights[place], shape, near.forces[place].copy(), found_fine)
-    return (edges, found), (seek_edges, sought), (fine_edges, found_fine)
+    return (edges, found), (seek_edges, sought), near
 
 
 @njit

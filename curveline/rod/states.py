@@ -14,10 +14,12 @@ import numpy as np
 from curveline.rod.approach import THIN, approach, easier, graded_mesh, laid_out, layer, loop_edges
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.planar import newton
-from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released
-from curveline.rod.search import may_be_stable, relax_from, search_edges
-from curveline.rod.sweep import CERTIFY, SAME, Found, keep, nothing_found
+from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, refine_angles, released
+from curveline.rod.search import cut, may_be_stable, relax_from, search_edges
+from curveline.rod.sweep import CERTIFY, SAME, Found, keep, look_closer, nothing_found
 
+FOLD_EDGES = 384
+"""Edges to look at the neighbourhood of a fold: it moves with the square of the edge, 0.1 % at about 100 edges."""
 SEARCH_EDGES = (24, 96, 384)
 """Edges to search with; the finer ones only where the coarser show no stable state."""
 TURNED_EDGES = 48
@@ -113,8 +115,11 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
 
 def _promising(scaled: ScaledRod, edges: Array, found: Found) -> Iterator[int]:
     """Numbers of the equilibria that finer edges may show to be stable."""
-    if found.filled[0] > 0.0:
+    unstable = found.unstable[: int(found.filled[0])]
+    if 1.0 in unstable:
         yield from np.flatnonzero(may_be_stable(scaled, edges, found)).tolist()
+    else:
+        yield from np.flatnonzero(unstable == 0.0).tolist()
 
 
 def _fallen(saddle: Equilibrium, tolerance: float) -> list[Equilibrium]:
@@ -156,12 +161,30 @@ def _search_harder(scaled: ScaledRod) -> Met:
     long = LONG * math.hypot(*scaled.chord.tolist()) < 1.0
     met: Met = []
     for n in SEARCH_EDGES:
-        met = list(search_edges(scaled, n))
+        met = _search(scaled, n)
         if steep or long or n > SEARCH_EDGES[0]:
             met += search_wide(scaled, max(n, TURNED_EDGES))
         if _is_stable(met):
             break
     return met
+
+
+def _search(scaled: ScaledRod, n: int) -> Met:
+    """What a search with about n edges meets, and what a finer rod shows where it came near a fold.
+
+    That is rare, so it is no part of the kernel: the first run need not wait for it to be compiled.
+    """
+    coarse, sought, near = search_edges(scaled, n)
+    if near.filled[0] == 0.0:
+        return [coarse, sought]
+    problem = make_problem(scaled, coarse[0])
+    parts = max(2, FOLD_EDGES // n)
+    edges = cut(coarse[0], parts)
+    found, fine = nothing_found(edges.size), make_problem(scaled, edges)
+    for place in range(int(near.filled[0])):
+        shape = refine_angles(problem, near.shapes[place], parts)
+        look_closer(fine, near.heights[place], shape, near.forces[place].copy(), found)
+    return [coarse, sought, (edges, found)]
 
 
 def _is_stable(met: Met) -> bool:
