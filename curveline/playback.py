@@ -13,17 +13,16 @@ import numpy as np
 
 from curveline.plan import DriveTable, drive_table
 from curveline.rod.continuation import coarse_start
-from curveline.rod.course import BUCKLED, FELL, Event, State, has_spare, ride
+from curveline.rod.course import BUCKLED, FELL, Event, State, is_slack, ride
 from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.states import find_states
-from curveline.scene import Display, Node
+from curveline.scene import STRAIGHT, Display, Node
 from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
 from curveline.units import deg, mm
 
 Counts = tuple[int, int, int]
 Motion = Sequence[tuple[float, tuple[Counts, ...]]]
 
-STRAIGHT = "straight"
 LOST = "lost"
 
 SAME_ANGLES = 0.1
@@ -90,7 +89,7 @@ def known_state(rod: ClampedRod, name: str) -> State | None:
 def name_of(rod: ClampedRod, held: State | None) -> str:
     """The name of the state in which `rod` is held; "lost" if no stable state of it is that one."""
     if held is None:
-        return LOST if has_spare(np.array([rod.pose]), rod.bearing)[0] else STRAIGHT
+        return LOST if is_slack(rod) else STRAIGHT
     nearest, name = SAME_ANGLES, LOST
     for state in find_states(rod, DEFAULT_TOLERANCE):
         distance = float(np.max(np.abs(coarse_start(state, held[0].size)[0] - held[0])))

@@ -14,6 +14,8 @@ from curveline.units import STANDARD_GRAVITY
 
 PEAK = "peak"
 VALLEY = "valley"
+STRAIGHT = "straight"
+"""What the state of a segment is called: the last one if it has no rod to spare."""
 
 POISSON = 0.35
 """Poisson's ratio of acetal: an estimate, since makers state 0.35 and measurements give up to 0.44."""

@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.plan import NodeTarget, Plan
-from curveline.playback import STRAIGHT, Counts, Snap, known_state, name_of, segment_at
+from curveline.playback import Counts, Snap, known_state, name_of, segment_at
 from curveline.radio.motion import axes_of, plan_move
-from curveline.rod.course import FELL, State, has_spare, ride
+from curveline.rod.course import FELL, State, is_slack, ride
 from curveline.rod.equilibrium import ClampedRod, refine
 from curveline.rod.problem import Array
 from curveline.rod.states import find_states
-from curveline.scene import Display, Node
+from curveline.scene import STRAIGHT, Display, Node
 from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
 from curveline.units import ms, to_ms
 
@@ -137,7 +137,7 @@ class _Rider:
             angles, forces = self._state
             edges = np.full(angles.size, 1.0 / angles.size)
             return refine(rod, edges, angles.copy(), forces.copy(), SHOWN).curve(POINTS)
-        return np.empty((0, 2)) if _has_spare(rod) else _chord(rod)
+        return np.empty((0, 2)) if is_slack(rod) else _chord(rod)
 
 
 def moment_count(plan: Plan, interval: float) -> int:
@@ -199,7 +199,7 @@ def _nodes(segments: Sequence[_Stretch]) -> tuple[Node, ...]:
 def _possible(stretch: _Stretch, names: str) -> Mapping[str, Array]:
     """The curves of the states called `names` (alternatives joined by `|`; empty for all) that a segment may show."""
     rod = stretch.rod
-    if not _has_spare(rod):
+    if not is_slack(rod):
         return {STRAIGHT: stretch.origin + _chord(rod)}
     found = [state for state in find_states(rod, DEFAULT_TOLERANCE) if state.simple]
     return {
@@ -207,10 +207,6 @@ def _possible(stretch: _Stretch, names: str) -> Mapping[str, Array]:
         for state in found
         if not names or state.name in names.split(BAR)
     }
-
-
-def _has_spare(rod: ClampedRod) -> bool:
-    return bool(has_spare(np.array([rod.pose]), rod.bearing)[0])
 
 
 def _chord(rod: ClampedRod) -> Array:

@@ -18,9 +18,9 @@ from curveline.figures import film, planfilms, plans
 from curveline.figures.common import COLOURS, PIXELS_PER_INCH
 from curveline.plan import NodeTarget, Plan, drive_table
 from curveline.planning import make_plan
-from curveline.playback import STRAIGHT, Snap
+from curveline.playback import Snap
 from curveline.rod.problem import Array
-from curveline.scene import Display, Node
+from curveline.scene import STRAIGHT, Display, Node
 from curveline.shapefile import read_display
 from curveline.walkthrough import Course, moment_count, play, stills
 from playing import counts_of, plan, scene

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from curveline.plan import Plan, Step
-from curveline.playback import LOST, STRAIGHT, Counts, Motion, Playback, replay
+from curveline.playback import LOST, Counts, Motion, Playback, replay
 from curveline.radio.preflight import START_TOLERANCE
-from curveline.scene import Display
+from curveline.scene import STRAIGHT, Display
 
 
 @dataclass(frozen=True)

@@ -30,9 +30,8 @@ from curveline.figures.common import (
     new_figure,
 )
 from curveline.plan import NodeTarget, Plan, Step
-from curveline.playback import STRAIGHT
 from curveline.results import Array
-from curveline.scene import PEAK, VALLEY, Display
+from curveline.scene import PEAK, STRAIGHT, VALLEY, Display
 from curveline.units import deg, to_mm
 from curveline.walkthrough import Still, stills
 

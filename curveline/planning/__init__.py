@@ -23,10 +23,10 @@ from curveline.planning.goals import check_goal, check_home
 from curveline.planning.journey import goal_of, travel_home, travel_to
 from curveline.planning.layout import home, layout_of, pose_of
 from curveline.planning.moves import Stage, Travel
-from curveline.planning.proof import STRAIGHT, Prover, Refused
+from curveline.planning.proof import Prover, Refused
 from curveline.planning.targets import Counts, layout_at, targets_of
 from curveline.planning.writing import Trip, plan_of
-from curveline.scene import Display, Scene
+from curveline.scene import STRAIGHT, Display, Scene
 
 OTHERWISE = "change length or angles, or plan a shape between this one and the last"
 

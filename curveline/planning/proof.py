@@ -22,7 +22,7 @@ from curveline.rod.equilibrium import ClampedRod, Equilibrium
 from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.states import find_states
 from curveline.rod.way import between, straight
-from curveline.scene import PEAK, VALLEY, Display, Node
+from curveline.scene import PEAK, STRAIGHT, VALLEY, Display, Node
 from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
 from curveline.units import deg, mm
 
@@ -47,8 +47,6 @@ LOOKS = 8
 """Parts of a step at whose ends every state is weighed."""
 
 STABILITY = "stability"
-STRAIGHT = "straight"
-"""What the state of a segment is called that has no rod to spare."""
 
 
 class Refused(Infeasible):

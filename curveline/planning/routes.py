@@ -71,39 +71,23 @@ def _room(prover: Prover, layout: Layout, goal: Layout, give: float) -> Room:
     )
 
 
-def _bias(prover: Prover, travel: Travel, goal: Layout) -> Travel:
-    here = travel.stage.layout
-    return advance(prover, travel, Leg("bias", posed(here, angles_of(goal), heights_of(here))))
-
-
-def _translate(prover: Prover, travel: Travel, goal: Layout) -> Travel:
-    here = travel.stage.layout
-    return advance(prover, travel, Leg("translate", posed(here, angles_of(here), heights_of(goal))))
-
-
-def _swing(prover: Prover, travel: Travel, goal: Layout) -> Travel:
-    here = travel.stage.layout
-    return advance(prover, travel, Leg("swing", posed(here, angles_of(goal), heights_of(goal))))
-
-
-def _move(prover: Prover, travel: Travel, goal: Layout) -> Travel:
-    return advance(prover, travel, Leg("move", goal))
-
-
-LEGS: Mapping[str, Callable[[Prover, Travel, Layout], Travel]] = {
-    "extrude": _extrude,
-    "bias": _bias,
-    "translate": _translate,
-    "swing": _swing,
-    "move": _move,
+LEGS: Mapping[str, Callable[[Layout, Layout], Layout]] = {
+    "extrude": lambda here, goal: Layout(here.nodes, goal.feeds),
+    "bias": lambda here, goal: posed(here, angles_of(goal), heights_of(here)),
+    "translate": lambda here, goal: posed(here, angles_of(here), heights_of(goal)),
+    "swing": lambda here, goal: posed(here, angles_of(goal), heights_of(goal)),
+    "move": lambda _, goal: goal,
 }
-"""What a leg is called -> how it is gone: `swing` biases and translates at once, `move` does everything at once."""
+"""What a leg is called -> where it leads: `swing` biases and translates at once, `move` does everything at once."""
 
 
 def travel_along(prover: Prover, travel: Travel, way: Way) -> Travel:
-    """Go on along `way`, leg by leg; Infeasible where a step is refused."""
+    """Go on along `way`, leg by leg; Refused where a step is."""
     for action, goal in way:
-        travel = LEGS[action](prover, travel, goal)
+        if action == "extrude":
+            travel = _extrude(prover, travel, goal)
+        else:
+            travel = advance(prover, travel, Leg(action, LEGS[action](travel.stage.layout, goal)))
     return travel
 
 
@@ -132,23 +116,17 @@ def _needed(layout: Layout, way: Way) -> Way:
     """A way without the legs in which nothing would move; the last one stays if none is needed."""
     kept = []
     for action, goal in way:
-        changes = {
-            "extrude": _differ(layout.feeds, goal.feeds, CLOSE),
-            "bias": _differ(angles_of(layout), angles_of(goal), SAME),
-            "translate": _differ(heights_of(layout), heights_of(goal), SAME),
-        }
-        if changes.get(action, True):
+        after = LEGS[action](layout, goal)
+        if _differ(layout, after):
             kept.append((action, goal))
-            layout = _after(layout, action, goal)
+            layout = after
     return tuple(kept) or way[-1:]
 
 
-def _after(layout: Layout, action: str, goal: Layout) -> Layout:
-    feeds = goal.feeds if action in ("extrude", "move") else layout.feeds
-    angles = angles_of(goal if action in ("bias", "swing", "move") else layout)
-    heights = heights_of(goal if action in ("translate", "swing", "move") else layout)
-    return posed(Layout(layout.nodes, feeds), angles, heights)
-
-
-def _differ(first: tuple[float, ...], second: tuple[float, ...], slack: float) -> bool:
-    return any(abs(one - other) > slack for one, other in zip(first, second, strict=True))
+def _differ(one: Layout, other: Layout) -> bool:
+    pairs = (
+        (one.feeds, other.feeds, CLOSE),
+        (angles_of(one), angles_of(other), SAME),
+        (heights_of(one), heights_of(other), SAME),
+    )
+    return any(abs(a - b) > slack for first, second, slack in pairs for a, b in zip(first, second, strict=True))

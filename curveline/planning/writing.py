@@ -10,9 +10,9 @@ from curveline.plan import Plan, Step
 from curveline.planning.journey import HOME
 from curveline.planning.layout import Layout, lengths_of, pose_of
 from curveline.planning.moves import Move, Stage
-from curveline.planning.proof import STRAIGHT, Prover
+from curveline.planning.proof import Prover
 from curveline.planning.targets import seconds_between, targets_of
-from curveline.scene import Display, Scene
+from curveline.scene import STRAIGHT, Display, Scene
 from curveline.units import to_mm, to_nmm
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from curveline.rod._jit import njit
 from curveline.rod.continuation import FOLLOW_EDGES, land, sway, travel
+from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.way import straight
 
@@ -83,6 +84,11 @@ def has_spare(poses: Array, bearing: Bearing) -> NDArray[np.bool_]:
     chord = np.hypot(x - half * (np.cos(start) + np.cos(end)), y - half * (np.sin(start) + np.sin(end)))
     spare: NDArray[np.bool_] = length - bearing.clamp > chord * (1.0 + SLACKEST_STRAIGHT)
     return spare
+
+
+def is_slack(rod: ClampedRod) -> bool:
+    """True if `rod` has any to spare."""
+    return bool(has_spare(np.array([rod.pose]), rod.bearing)[0])
 
 
 def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> State | None:

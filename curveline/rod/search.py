@@ -53,7 +53,7 @@ def _has_other(problem, found, start, way):
 
 
 @njit
-def cut(edges, parts):
+def divided(edges, parts):
     """Every edge cut into `parts` equal ones."""
     fine = np.empty(edges.size * parts)
     for j in range(fine.size):
@@ -73,7 +73,7 @@ def search_edges(rod, n):
     the places that are worth a closer look.
     """
     edges = mesh(rod.at, n)
-    seek_edges = cut(edges, SEEK_PARTS)
+    seek_edges = divided(edges, SEEK_PARTS)
     problem = make_problem(rod, edges)
     found, near = nothing_found(edges.size), nowhere_near(edges.size)
     sought = nothing_found(seek_edges.size)

@@ -15,7 +15,7 @@ from curveline.rod.approach import THIN, approach, easier, graded_mesh, laid_out
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.planar import newton
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, refine_angles, released
-from curveline.rod.search import cut, may_be_stable, relax_from, search_edges
+from curveline.rod.search import divided, may_be_stable, relax_from, search_edges
 from curveline.rod.sweep import CERTIFY, SAME, Found, keep, look_closer, nothing_found
 
 FOLD_EDGES = 384
@@ -179,7 +179,7 @@ def _search(scaled: ScaledRod, n: int) -> Met:
         return [coarse, sought]
     problem = make_problem(scaled, coarse[0])
     parts = max(2, FOLD_EDGES // n)
-    edges = cut(coarse[0], parts)
+    edges = divided(coarse[0], parts)
     found, fine = nothing_found(edges.size), make_problem(scaled, edges)
     for place in range(int(near.filled[0])):
         shape = refine_angles(problem, near.shapes[place], parts)
