@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 from zlib import crc32
@@ -292,6 +293,61 @@ def test_a_damaged_journal_is_refused_and_left_alone(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="damaged"):
         ReopenedJournal(tmp_path)
     assert path.read_bytes() == whole[:40] + b"?" + whole[41:]
+
+
+def head(length: int, number: int) -> bytes:
+    """The head of a record that somebody has made up."""
+    return b"%06d %08d %08x " % (length, number, 0)
+
+
+def long_heads(size: int) -> bytes:
+    """One head after the other, each of a record as long as can be, none of which ends where it says."""
+    return b"".join(head(999_999, number) for number in range(1, size // 25))
+
+
+def fitting_heads(size: int) -> bytes:
+    """One head after the other, each of a record that reaches to the one end of a line."""
+    return b"".join(head(size - 25 * number, number) for number in range(1, size // 25)) + b"x" * 25 + b"\n"
+
+
+class Watched(bytes):
+    """The content of a file that counts what is copied out of it."""
+
+    copied = 0
+
+    def __getitem__(self, key: slice) -> bytes:  # type: ignore[override]
+        part = super().__getitem__(key)
+        Watched.copied += len(part)
+        return part
+
+
+@pytest.mark.parametrize("forged", [long_heads, fitting_heads])
+def test_forged_heads_are_looked_through_in_one_go(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, forged: Callable[[int], bytes]
+) -> None:
+    """Bytes that were copied and checksummed are counted: no byte is looked at more than a few times."""
+    data = Watched(encode_record(0, RECORDS[0]) + forged(500_000))
+    summed: list[int] = []
+    monkeypatch.setattr(journal_module, "read_file", lambda path, limit: data)
+    monkeypatch.setattr(journal_module, "crc32", lambda part: summed.append(len(part)) or crc32(part))
+    monkeypatch.setattr(Watched, "copied", 0)
+    if forged is long_heads:
+        assert read_journal(tmp_path) == RECORDS[:1]
+    else:
+        with pytest.raises(InvalidInput, match="damaged"):
+            read_journal(tmp_path)
+    assert sum(summed) <= 2 * len(data)
+    assert Watched.copied <= 3 * len(data)
+
+
+def test_a_record_behind_forged_heads_is_still_found(tmp_path: Path) -> None:
+    path = tmp_path / "journal"
+    for forged in (long_heads(1000), b"".join(head(0, number) + b"\n" for number in range(1, 40)), head(0, 1) * 40):
+        path.write_bytes(encode_record(0, RECORDS[0]) + forged)
+        assert read_journal(path) == RECORDS[:1]
+        path.write_bytes(encode_record(0, RECORDS[0]) + forged + encode_record(1, RECORDS[1]))
+        with pytest.raises(InvalidInput, match="record 2 cannot be read, but later ones can"):
+            read_journal(path)
 
 
 def test_what_cannot_be_opened_again_is_said(tmp_path: Path) -> None:
