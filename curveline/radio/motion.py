@@ -37,22 +37,28 @@ Axes = tuple[AxisLimits, AxisLimits, AxisLimits]
 def axes_of(drive: DriveTable) -> Axes:
     """Limits that nodes of a display hold; travel ends where a STATUS frame could no longer report the position.
 
-    InvalidInput for an axis too slow or too gentle for the 64 bits of the arithmetic.
+    InvalidInput for an axis too slow or too gentle for the 64 bits of the arithmetic, or beyond what can be reported.
     """
     extrude, bias, translate = (_axis_limits(name, axis) for name, axis in zip(AXES, drive.axes, strict=True))
     return extrude, bias, translate
 
 
 def _axis_limits(name: str, axis: AxisDrive) -> AxisLimits:
-    speed, acceleration = (int(rate * axis.counts_per_unit) for rate in (axis.speed, axis.acceleration))
-    if not (LEAST_RATE <= speed <= MOST_RATE and LEAST_RATE <= acceleration <= MOST_RATE):
+    speed, acceleration = axis.speed * axis.counts_per_unit, axis.acceleration * axis.counts_per_unit
+    if not all(LEAST_RATE <= rate < MOST_RATE + 1 for rate in (speed, acceleration)):
         raise InvalidInput(
-            f"the {name} axis would move at {speed} counts/s and {acceleration} counts/s^2; "
+            f"the {name} axis would move at {speed:.6g} counts/s and {acceleration:.6g} counts/s^2; "
             f"nodes can be told {LEAST_RATE} to {MOST_RATE}",
             hint="correct the [drive] section of the display file",
         )
-    low, high = max(axis.counts(axis.low), -POSITION_LIMIT), min(axis.counts(axis.high), POSITION_LIMIT)
-    return AxisLimits(low, high, speed, acceleration)
+    low, high = axis.low * axis.counts_per_unit, axis.high * axis.counts_per_unit
+    if not (low <= POSITION_LIMIT and high >= -POSITION_LIMIT):
+        raise InvalidInput(
+            f"the {name} axis would stay between {axis.low:g} and {axis.high:g}, where no node can tell its position",
+            hint="correct the [limits] section of the display file",
+        )
+    ends = round(max(low, -POSITION_LIMIT)), round(min(high, POSITION_LIMIT))
+    return AxisLimits(*ends, int(speed), int(acceleration))
 
 
 def config_hash(axes: Axes) -> int:

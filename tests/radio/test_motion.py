@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from math import sqrt
 
@@ -10,7 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curveline.errors import InvalidInput
+from curveline.plan import AxisDrive
 from curveline.radio.frames import POSITION_LIMIT
+from curveline.radio.keyfile import SETTINGS_BYTES, settings_record
 from curveline.radio.motion import (
     LEAST_RATE,
     MOST_RATE,
@@ -168,3 +171,36 @@ def test_the_configuration_hash_notices_every_limit(field: str) -> None:
     changed = AxisLimits(**{**vars(AXES[1]), field: getattr(AXES[1], field) + 1})
     assert config_hash((AXES[0], changed, AXES[2])) != config_hash(AXES)
     assert config_hash((AXES[1], AXES[0], AXES[2])) != config_hash(AXES)
+
+
+@pytest.mark.parametrize("index", range(3))
+@pytest.mark.parametrize("key", ["counts_per_unit", "speed", "acceleration", "low", "high"])
+@pytest.mark.parametrize("value", [1e308, -1e308, 1e-308, 1e15, -1e15, math.inf, -math.inf, math.nan, 0.0])
+def test_absurd_drives_are_refused_or_fit_their_frames(index: int, key: str, value: float) -> None:
+    drive = drive_table()
+    axes = list(drive.axes)
+    axes[index] = replace(axes[index], **{key: value})
+    table = replace(drive, axes=(axes[0], axes[1], axes[2]))
+    try:
+        axis = axes_of(table)[index]
+    except InvalidInput as error:
+        refusal = error
+    else:
+        assert -POSITION_LIMIT <= axis.low <= POSITION_LIMIT
+        assert -POSITION_LIMIT <= axis.high <= POSITION_LIMIT
+        assert 0 <= config_hash(axes_of(table)) < 1 << 16
+        assert len(settings_record(bytes(16), table, 1)) == SETTINGS_BYTES
+        assert key in ("low", "high")
+        return
+    assert "correct the [" in refusal.hint
+
+
+@pytest.mark.parametrize(("counts_per_unit", "speed"), [(100.0, 10.0), (1e12, 1e-6)])
+def test_travel_where_no_node_can_tell_its_position_is_refused(counts_per_unit: float, speed: float) -> None:
+    """What a display file may say: both ends beyond what fits a status, and the settings of a node."""
+    drive = drive_table()
+    for low, high in ((5e8, 1e9), (-1e9, -5e8)):
+        far = AxisDrive(counts_per_unit, speed, speed, low, high)
+        with pytest.raises(InvalidInput, match="translate axis would stay between") as caught:
+            axes_of(replace(drive, axes=(*drive.axes[:2], far)))
+        assert "[limits]" in caught.value.hint
