@@ -28,7 +28,10 @@ from curveline.radio.keys import KEY_BYTES, ZERO_MASTER, Site, derive
 from curveline.radio.motion import axes_of
 
 MARKER = "curveline_site"
-FORMAT = 1
+FORMAT = 2
+UNCHECKED = 1
+"""The format of older releases, which has no checksum; it stays readable, since nodes hold the keys in such files."""
+CHECKSUM_BYTES = 8
 SIZE_LIMIT = 1_000_000
 PRIVATE = 0o600
 OTHERS = 0o077
@@ -55,16 +58,28 @@ _LENIENT: ContextVar[Lenient] = ContextVar("lenient", default=Lenient.NOTHING)
 
 @dataclass(frozen=True)
 class SiteFile:
-    """What a key file says; `chips` by address in capital letters."""
+    """What a key file says; `chips` by address in capital letters.
+
+    A file of an older release has no checksum: damage in it may go unnoticed until `adopt` writes it anew.
+    """
 
     path: Path
     master: bytes = field(repr=False)
     chips: Mapping[str, int] = field(default_factory=dict)
+    has_checksum: bool = True
 
     @property
     def fingerprint(self) -> str:
         """A short name of the master key that tells nothing about it."""
         return derive(self.master, b"fingerprint")[:4].hex()
+
+    @property
+    def remark(self) -> str:
+        """What to do about a file of an older release; nothing about others."""
+        if self.has_checksum:
+            return ""
+        command = "`curveline keys adopt --radio ... --display ...` writes it anew, with one"
+        return f"{self.path} was written by an older release and has no checksum against damage: {command}"
 
     def site(self, drive: DriveTable) -> Site:
         """Keys and chips of a display; InvalidInput if one of its nodes was never adopted."""
@@ -123,16 +138,17 @@ def adopt(site: SiteFile, chips: Mapping[str, int]) -> SiteFile:
     A device that was known on another address before has moved: a chip is in one place only.
     """
     kept = {address: chip for address, chip in site.chips.items() if chip not in chips.values()}
-    known = replace(site, chips={**kept, **{address.upper(): chip for address, chip in chips.items()}})
+    known = {**kept, **{address.upper(): chip for address, chip in chips.items()}}
+    written = replace(site, chips=known, has_checksum=True)
     partial = site.path.with_name(f".{site.path.name}.{os.getpid()}.part")
     try:
         with suppress(FileNotFoundError):
             partial.unlink()
-        _create(partial, known)
+        _create(partial, written)
         os.replace(partial, site.path)
     except OSError as error:
         raise _refused(site.path, f"it cannot be written: {error.strerror or error}") from None
-    return known
+    return written
 
 
 def read_site(path: Path) -> SiteFile:
@@ -184,7 +200,8 @@ def write_private(path: Path, data: bytes) -> None:
 
 def _create(path: Path, site: SiteFile) -> None:
     nodes = {address: f"{chip:08x}" for address, chip in sorted(site.chips.items())}
-    document = {MARKER: FORMAT, "master": site.master.hex(), "nodes": nodes}
+    checksum = _checksum(site.master, nodes)
+    document = {MARKER: FORMAT, "master": site.master.hex(), "nodes": nodes, "checksum": checksum}
     write_private(path, json.dumps(document, indent=1).encode() + b"\n")
 
 
@@ -221,13 +238,34 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return record
 
 
-def _checked(document: Any) -> tuple[bytes, Mapping[str, int]]:
-    """Master key and chips; ValueError says what is wrong, in words of ours only: the file holds a secret."""
-    if not isinstance(document, dict) or document.get(MARKER) != FORMAT:
+def _checksum(master: bytes, nodes: Mapping[str, str]) -> str:
+    """What does not fit once anything in a key file is damaged.
+
+    The master key is the key of the hash, as for everything else that is derived from it: to whoever has not the key
+    these bytes are random, and no more of a help with guessing it than any frame on the air.
+    """
+    table = json.dumps(nodes, sort_keys=True, separators=(",", ":")).encode()
+    return derive(master, b"key file", table)[:CHECKSUM_BYTES].hex()
+
+
+def _checked(document: Any) -> tuple[bytes, Mapping[str, int], bool]:
+    """Master key, chips, and whether a checksum vouches for them.
+
+    ValueError says what is wrong, in words of ours only: the file holds a secret.
+    """
+    version = document.get(MARKER) if isinstance(document, dict) else None
+    if type(version) is not int or version not in (UNCHECKED, FORMAT):
         raise ValueError(f"{MARKER} is not {FORMAT}")
-    if document.keys() != {MARKER, "master", "nodes"}:
+    has_checksum = version == FORMAT
+    if document.keys() != {MARKER, "master", "nodes"} | ({"checksum"} if has_checksum else set()):
         raise ValueError("it has missing or unknown entries")
-    master, nodes = document["master"], document["nodes"]
+    master, chips = _key_and_chips(document["master"], document["nodes"])
+    if has_checksum and document["checksum"] != _checksum(master, document["nodes"]):
+        raise ValueError("it is damaged: its checksum does not fit")
+    return master, chips, has_checksum
+
+
+def _key_and_chips(master: Any, nodes: Any) -> tuple[bytes, Mapping[str, int]]:
     if not isinstance(master, str) or re.fullmatch(r"[0-9a-f]{32}", master) is None:
         raise ValueError("its master key is not 32 hexadecimal digits")
     if master == ZERO_MASTER.hex():
@@ -246,4 +284,5 @@ def _checked(document: Any) -> tuple[bytes, Mapping[str, int]]:
 
 
 def _refused(path: Path, why: str) -> InvalidInput:
-    return InvalidInput(f"the key file {path} is of no use: {why}", "restore it from a copy, or make new keys")
+    hint = "restore it from a copy; without one, make new keys and load them into every node"
+    return InvalidInput(f"the key file {path} is of no use: {why}", hint)

@@ -11,7 +11,7 @@ import pytest
 import typer
 
 from curveline.plan import drive_table
-from curveline.radio.keyfile import read_site, settings_record
+from curveline.radio.keyfile import SiteFile, adopt, read_site, settings_record
 from curveline.shapefile import read_display
 from hexfile import bytes_of
 
@@ -65,6 +65,23 @@ def test_what_is_known_is_shown_and_the_key_is_not(run: Run, keys: Path) -> None
     code, _, err = run("keys", "show")
     assert code == 2
     assert f"chmod 600 {keys}" in err
+
+
+def test_a_key_file_of_an_older_release_is_used_and_adoption_writes_it_anew(
+    run: Run, keys: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "node.hex").write_text(HEX)
+    document = json.loads(keys.read_text())
+    del document["checksum"]
+    keys.write_text(json.dumps({**document, "curveline_site": 1}))
+    image = ("keys", "node", 1, "--hex", tmp_path / "node.hex", "-o", tmp_path / "node1.hex")
+    for command in (("keys", "show"), image):
+        result = run(*command)
+        assert result.code == 0
+        assert f"{keys} was written by an older release and has no checksum" in " ".join(result.err.split())
+    assert run("keys", "adopt", "--radio", "mock:keys", "--yes").code == 0
+    assert json.loads(keys.read_text())["master"] == document["master"]
+    assert "older release" not in run("keys", "show").err
 
 
 def test_without_keys_the_hint_says_how_to_make_them(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -184,8 +201,7 @@ def test_the_key_is_in_no_output_and_in_no_file_but_its_own(
     run: Run, keys: Path, plan_file: Path, tmp_path: Path
 ) -> None:
     """Everything that commands say and leave behind, in a good run and in bad ones, searched in four spellings."""
-    document = json.loads(keys.read_text())
-    keys.write_text(json.dumps({**document, "master": SECRET.hex()}))
+    adopt(SiteFile(keys, SECRET), {})
     said = []
     for arguments in (
         ("keys", "adopt", "--radio", "mock:keys", "--yes"),

@@ -6,6 +6,7 @@ import json
 import os
 import stat
 from pathlib import Path
+from random import Random
 from zlib import crc32
 
 import pytest
@@ -13,7 +14,7 @@ import pytest
 from curveline.errors import InvalidInput
 from curveline.radio import keyfile
 from curveline.radio.keyfile import SiteFile, adopt, default_path, hardware_site, lenient, new_site, read_site
-from curveline.radio.keys import ZERO_MASTER
+from curveline.radio.keys import ZERO_MASTER, derive
 from curveline.radio.motion import axes_of
 
 from .bench import drive_table
@@ -36,7 +37,15 @@ def put(path: Path, text: str | bytes, mode: int = 0o600) -> None:
 
 def good(**changes: object) -> str:
     nodes = {address: f"{chip:08x}" for address, chip in CHIPS.items()}
-    return json.dumps({"curveline_site": 1, "master": MASTER.hex(), "nodes": nodes, **changes})
+    checksum = "924dbc1f4627b870"
+    return json.dumps({"curveline_site": 2, "master": MASTER.hex(), "nodes": nodes, "checksum": checksum, **changes})
+
+
+def old(**changes: object) -> str:
+    """A file of an older release."""
+    document = json.loads(good(**{"curveline_site": 1, **changes}))
+    del document["checksum"]
+    return json.dumps(document)
 
 
 def test_a_new_file_has_a_fresh_key_for_its_owner_only(path: Path, tmp_path: Path) -> None:
@@ -137,9 +146,17 @@ def test_an_adoption_that_fails_leaves_the_old_file(path: Path, monkeypatch: pyt
         (good() + MASTER.hex(), "not JSON"),
         ("[" * 100_000, "nested without end"),
         (b"\xff" + MASTER, "not text"),
-        ("[]", "curveline_site is not 1"),
-        (good(curveline_site=2), "curveline_site is not 1"),
+        ("[]", "curveline_site is not 2"),
+        (good(curveline_site=3), "curveline_site is not 2"),
+        (good(curveline_site=True), "curveline_site is not 2"),
+        (good(curveline_site=1), "unknown entries"),
         (good(more=1), "unknown entries"),
+        (old(curveline_site=2), "missing or unknown entries"),
+        (old(more=1), "unknown entries"),
+        (good(master=MASTER[::-1].hex()), "its checksum does not fit"),
+        (good(nodes={}), "its checksum does not fit"),
+        (good(checksum=None), "its checksum does not fit"),
+        (good(checksum="924DBC1F4627B870"), "its checksum does not fit"),
         (good(master=None), "32 hexadecimal digits"),
         (good(master=MASTER.hex() + "0"), "32 hexadecimal digits"),
         (good(master=MASTER.hex() + "\n"), "32 hexadecimal digits"),
@@ -163,6 +180,61 @@ def test_a_damaged_file_is_refused_without_showing_it(path: Path, content: str |
     assert MASTER.hex() not in shown
     assert str(MASTER) not in shown
     assert caught.value.__cause__ is None
+
+
+def test_a_file_of_an_older_release_is_read_and_written_anew_by_an_adoption(path: Path) -> None:
+    put(path, old())
+    site = read_site(path)
+    assert (site.master, site.chips, site.has_checksum) == (MASTER, CHIPS, False)
+    assert "older release" in site.remark
+    assert "curveline keys adopt" in site.remark
+    assert hardware_site(drive_table()).chips == tuple(CHIPS.values())
+    known = adopt(site, {"C1C1C1C102": CHIPS["C1C1C1C102"]})
+    assert read_site(path) == known == SiteFile(path, MASTER, CHIPS)
+    assert known.remark == ""
+    assert json.loads(path.read_text()) == json.loads(good())
+
+
+def damaged(text: str, random: Random) -> str:
+    """A text as a bad disk, an editor or a merge leaves it."""
+    here, there = sorted(random.sample(range(len(text)), 2))
+    kind = random.randrange(6)
+    if kind == 0:
+        return text[:here] + chr(ord(text[here]) ^ 1 << random.randrange(7)) + text[here + 1 :]
+    if kind == 1:
+        return text[:here] + random.choice("0123456789abcdefABCDEF") + text[here + 1 :]
+    if kind == 2:
+        return text[:here] + text[there] + text[here + 1 : there] + text[here] + text[there + 1 :]
+    if kind == 3:
+        return text[:here] + text[here + random.randrange(1, 30) :]
+    if kind == 4:
+        return text[:here] + text[there : there + random.randrange(1, 30)] + text[here:]
+    lines = text.split("\n")
+    lines[random.randrange(len(lines))] = random.choice(lines)
+    return "\n".join(lines)
+
+
+def test_no_damaged_file_gives_another_key_or_another_device(path: Path) -> None:
+    put(path, good())
+    site = adopt(read_site(path), {"C1C1C1C103": 3})
+    text, same = path.read_text(), 0
+    for number in range(3000):
+        put(path, damaged(text, Random(number)))
+        try:
+            assert read_site(path) == site, number
+            same += 1
+        except InvalidInput:
+            continue
+    # White space, and digits that took their own place.
+    assert 0 < same < 300
+
+
+def test_a_checksum_tells_neither_the_key_nor_one_that_is_derived_from_it(path: Path) -> None:
+    put(path, good())
+    site = read_site(path).site(drive_table())
+    text = path.read_text().replace(MASTER.hex(), "")
+    for key in (site.stop_key, site.node_key(1), site.node_key(2), derive(MASTER, b"fingerprint")):
+        assert not any(key.hex()[place : place + 8] in text for place in range(25))
 
 
 def test_what_is_no_file_is_refused(path: Path, tmp_path: Path) -> None:

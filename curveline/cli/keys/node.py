@@ -29,7 +29,10 @@ def node(
     from curveline.shapefile import read_display
 
     drive = drive_table(read_display(display))
-    settings = settings_record(read_site(default_path()).master, drive, number)
+    site = read_site(default_path())
+    if site.remark:
+        show.note(site.remark)
+    settings = settings_record(site.master, drive, number)
     merged = with_settings(decode_text(read_file(hex, 1_000_000), hex), hex, settings)
     try:
         write_private(Path(output), merged.encode())

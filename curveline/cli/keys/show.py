@@ -15,6 +15,8 @@ def show(json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one 
     from curveline.radio.keyfile import default_path, read_site
 
     site = read_site(default_path())
+    if site.remark:
+        screen.note(site.remark)
     chips = {address: f"{chip:08x}" for address, chip in sorted(site.chips.items())}
     if json:
         screen.emit({"curveline": __version__, "file": str(site.path), "fingerprint": site.fingerprint, "chips": chips})
