@@ -11,7 +11,8 @@ import math
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, replace
+from hashlib import blake2s
 from typing import Any, NoReturn
 
 from curveline.errors import Diagnostic, InvalidInput
@@ -20,7 +21,10 @@ from curveline.records import Decoder
 from curveline.scene import Axis, Display
 from curveline.units import to_deg, to_mm
 
-FORMAT = 2
+FORMAT = 3
+UNSEALED = (1, 2)
+"""The formats of older releases, whose plans bear no seal."""
+SEAL_BYTES = 16
 MARKER = "curveline_plan"
 MAX_BYTES = 4_000_000
 MAX_DIAGNOSTICS = 100
@@ -28,9 +32,13 @@ MAX_COUNT = (1 << 23) - 1
 """Motor targets travel as signed 24-bit numbers."""
 MAX_STEP_SECONDS = 65.535
 """A step's duration travels as milliseconds in 16 bits."""
+LEAST_RATE = 1e-15
+"""Counts per unit, speeds and accelerations below this are none: nothing may overflow that is divided by them."""
+MAX_CORNERS = 10**12
 DATA_RATES = ("250kbps", "1Mbps", "2Mbps")
 ADDRESS = r"^[0-9A-Fa-f]{10}$"
 MAX_CHANNEL = 125
+MAX_NODES = 128
 STATE = r"[a-z]{1,20}(-[0-9]{1,9})?"
 """What a single state is called: `peak`, `middle-1`."""
 AXES = ("extrude", "bias", "translate")
@@ -120,7 +128,7 @@ class Plan:
     """Steps from `start` to a wanted shape.
 
     `shows` names the state that each segment must be in at the start for what was proven to hold, empty where it does
-    not matter; no names at all if none does.
+    not matter; no names at all if none does. `seal` is what `sealed` makes of all the rest.
     """
 
     name: str
@@ -131,6 +139,7 @@ class Plan:
     lengths_mm: tuple[float, ...]
     shows: tuple[str, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    seal: str = ""
 
     @property
     def seconds(self) -> float:
@@ -166,14 +175,46 @@ def _axis_drive(axis: Axis, unit: float, low: float, high: float) -> AxisDrive:
     return AxisDrive(axis.counts_per_unit / unit, axis.speed * unit, axis.acceleration * unit, low, high)
 
 
+def sealed(plan: Plan) -> Plan:
+    """The same plan under a seal that fits; whoever calls this vouches that all of it was proven as it is.
+
+    The seal protects against editing and damage. It is no secret and no signature: anybody can compute it.
+    """
+    return replace(plan, seal=seal_of(plan))
+
+
+def seal_of(plan: Plan) -> str:
+    """Hexadecimal digest of all that a plan says, its seal excepted; ValueError for numbers that JSON has not.
+
+    It does not depend on the layout of a file, nor on whether 3 is written as 3.0.
+    """
+    content = json.dumps({**vars(plan), "seal": ""}, default=vars, allow_nan=False)
+    document = {MARKER: FORMAT, **json.loads(content, parse_float=_number)}
+    canonical = json.dumps(document, sort_keys=True, separators=(",", ":"))
+    return blake2s(canonical.encode(), digest_size=SEAL_BYTES).hexdigest()
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    return int(value) if value.is_integer() else value
+
+
 def to_json(plan: Plan) -> str:
-    """The JSON document of a plan; `from_json` gives the same plan back to the last bit."""
-    record = asdict(plan)
-    return json.dumps({MARKER: FORMAT, **record}, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    """The JSON document of a sealed plan; `from_json` gives the same plan back to the last bit.
+
+    InvalidInput if the plan was changed after it was sealed, or never was, ValueError for numbers that JSON has not.
+    """
+    if plan.seal != seal_of(plan):
+        raise InvalidInput(
+            f"the plan {plan.name!r} is not sealed as it is: it was changed after it was proven",
+            "plan again; in Python, `curveline.plan.sealed` seals a plan that you vouch for yourself",
+        )
+    document = {MARKER: FORMAT, **vars(plan)}
+    return json.dumps(document, default=vars, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def write_plan(plan: Plan, path: AnyPath, *, force: bool = False) -> None:
-    """Write a plan file, whole or not at all; InvalidInput if it exists and `force` is not given."""
+    """Write a plan file, whole or not at all; InvalidInput as of `to_json`, or if it exists without `force`."""
     write_file(path, to_json(plan).encode(), force=force)
 
 
@@ -191,14 +232,15 @@ def from_json(text: str, path: str) -> Plan:
         if not isinstance(document, dict) or MARKER not in document:
             hint = "name a file that `curveline plan -o` wrote"
             _refuse(path, [("not-a-plan", f"this is no plan: {MARKER} is missing")], hint)
-        if document.pop(MARKER) != FORMAT:
-            _refuse(path, [("unknown-format", f"{MARKER} is not {FORMAT}")], "plan again with this version")
+        _check_format(document.pop(MARKER), path)
         plan: Plan = decoder.decode(Plan, document, "")
     except RecursionError:
         _refuse(path, [("too-deep", "objects or arrays nested too deep")], "plan again")
     if not decoder.problems:
         _check_drive(plan.drive, decoder)
         _check_plan(plan, decoder)
+    if not decoder.problems:
+        _check_seal(plan, decoder)
     if decoder.problems:
         _refuse(path, decoder.problems, "do not edit plans by hand: change the shape and plan again")
     return plan
@@ -227,19 +269,37 @@ def _refuse(path: str, problems: list[tuple[str, str]], hint: str) -> NoReturn:
     raise InvalidInput(f"{path}: {problems[0][1]}", hint, found)
 
 
+def _check_format(version: object, path: str) -> None:
+    if version in UNSEALED:
+        message = f"this plan was made by an older release and is not sealed: {MARKER} is not {FORMAT}"
+        hint = "plan again: `curveline plan SHAPE... -o PLAN.json`, with --force to replace this file"
+        _refuse(path, [("unsealed", message)], hint)
+    if version != FORMAT:
+        _refuse(path, [("unknown-format", f"{MARKER} is not {FORMAT}")], "plan again with this version")
+
+
+def _check_seal(plan: Plan, found: Decoder) -> None:
+    if not plan.seal:
+        found.problem("unsealed", "seal is missing, so that nothing says whether this is what was proven")
+    elif plan.seal != seal_of(plan):
+        found.problem("broken-seal", "the seal does not fit: the plan was edited or damaged after it was proven")
+
+
 def _check_drive(drive: DriveTable, found: Decoder) -> None:
     for name, axis in zip(AXES, drive.axes, strict=True):
         where = f"drive.axes, {name}"
-        if axis.counts_per_unit <= 0.0 or axis.speed <= 0.0 or axis.acceleration <= 0.0:
-            found.problem("out-of-range", f"{where}: counts per unit, speed and acceleration must be above 0")
+        if min(axis.counts_per_unit, axis.speed, axis.acceleration) < LEAST_RATE:
+            message = f"{where}: counts per unit, speed and acceleration must be at least {LEAST_RATE:g}"
+            found.problem("out-of-range", message)
         if not axis.low < axis.high:
             found.problem("empty-range", f"{where}: low is {axis.low:g}, which is not below high, {axis.high:g}")
     if not 0 <= drive.channel <= MAX_CHANNEL:
         found.problem("out-of-range", f"drive.channel is {drive.channel}, but must be 0 to {MAX_CHANNEL}")
     if drive.data_rate not in DATA_RATES:
         found.problem("bad-value", f"drive.data_rate is {drive.data_rate[:40]!r}, not one of {', '.join(DATA_RATES)}")
-    if drive.node_count < 2:
-        found.problem("node-count", f"drive.addresses has {drive.node_count}, but a display has at least 2 nodes")
+    if not 2 <= drive.node_count <= MAX_NODES:
+        message = f"drive.addresses has {drive.node_count}, but a display has 2 to {MAX_NODES} nodes"
+        found.problem("node-count", message)
     for address in drive.addresses:
         if re.fullmatch(ADDRESS, address) is None:
             found.problem("bad-value", f"drive.addresses: {address[:40]!r} is not ten hexadecimal digits")
@@ -260,17 +320,36 @@ def _check_plan(plan: Plan, found: Decoder) -> None:
         if name and re.fullmatch(STATE, name) is None:
             found.problem("bad-value", f"shows[{index}] is {name[:40]!r}, which is no name of one state")
     for index, step in enumerate(plan.steps):
-        where = f"steps[{index}]"
-        if step.number != index + 1:
-            found.problem("step-number", f"{where}.number is {step.number}, but must be {index + 1}")
-        if not 0.0 <= step.seconds <= MAX_STEP_SECONDS:
-            message = f"{where}.seconds is {step.seconds:g} s, but must be 0 to {MAX_STEP_SECONDS} s"
-            found.problem("out-of-range", message)
-        if step.corners < 0:
-            found.problem("out-of-range", f"{where}.corners is {step.corners}, but nothing is followed less than never")
-        _check_targets(plan.drive, step.targets, f"{where}.targets", found)
-        _check_length(f"{where}.states", len(step.states), segments, found)
-        _check_length(f"{where}.lengths_mm", len(step.lengths_mm), segments, found)
+        _check_step(plan, index, step, found)
+    if plan.steps:
+        _check_end(plan, plan.steps[-1], found)
+
+
+def _check_step(plan: Plan, index: int, step: Step, found: Decoder) -> None:
+    where, segments = f"steps[{index}]", plan.drive.node_count - 1
+    if step.number != index + 1:
+        found.problem("step-number", f"{where}.number is {step.number}, but must be {index + 1}")
+    if not 0.0 <= step.seconds <= MAX_STEP_SECONDS:
+        message = f"{where}.seconds is {step.seconds:g} s, but must be 0 to {MAX_STEP_SECONDS} s"
+        found.problem("out-of-range", message)
+    if not 0 <= step.corners <= MAX_CORNERS:
+        found.problem("out-of-range", f"{where}.corners is {step.corners}, but must be 0 to {MAX_CORNERS:g}")
+    _check_targets(plan.drive, step.targets, f"{where}.targets", found)
+    _check_length(f"{where}.states", len(step.states), segments, found)
+    _check_length(f"{where}.lengths_mm", len(step.lengths_mm), segments, found)
+
+
+def _check_end(plan: Plan, last: Step, found: Decoder) -> None:
+    """What a plan is for must be what its last step was proven to end in."""
+    if plan.wanted != last.states:
+        message = f"wanted is {_named(plan.wanted)}, but the last step ends in {_named(last.states)}"
+        found.problem("end-mismatch", message)
+    if plan.lengths_mm != last.lengths_mm:
+        found.problem("end-mismatch", "lengths_mm is not what the last step ends with")
+
+
+def _named(states: tuple[str, ...]) -> str:
+    return repr(", ".join(states)[:80])
 
 
 def _check_length(where: str, count: int, segments: int, found: Decoder) -> None:
@@ -291,7 +370,7 @@ def _check_targets(drive: DriveTable, targets: tuple[NodeTarget, ...], where: st
 
 def _axis_problem(axis: AxisDrive, value: float, counts: int) -> tuple[str, str] | None:
     """Code and message of what is wrong with one axis of a target; one count is the motor's own uncertainty."""
-    if axis.counts_per_unit <= 0.0:
+    if axis.counts_per_unit < LEAST_RATE:
         return None  # reported with the drive
     if not -MAX_COUNT - 1 <= counts <= MAX_COUNT:
         return "out-of-range", f"the count does not fit 24 bits, {MAX_COUNT}"

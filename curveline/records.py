@@ -11,6 +11,11 @@ from typing import Any, get_args, get_origin, get_type_hints
 Problem = tuple[str, str]
 """Code and message."""
 
+LARGEST = 1e15
+"""No length, angle, time, rate or force of a record is larger, so that products of a few of them stay finite."""
+DEEPEST = 20
+"""How deep data without a schema may be nested."""
+
 
 class Decoder:
     """Collects `problems` while it decodes; what it returns is of use only if there are none."""
@@ -75,28 +80,35 @@ class Decoder:
             number = float(value)
         except OverflowError:
             number = math.inf
+        if self._finite(number, where) and abs(number) > LARGEST:
+            self.problem("out-of-range", f"{where} is {number:g}, but no number here is beyond {LARGEST:g}")
+        return number
+
+    def _finite(self, number: float, where: str) -> bool:
         if not math.isfinite(number):
             self.problem("not-finite", f"{where} is not a finite number")
-        return number
+        return math.isfinite(number)
 
     def _text(self, value: str, where: str) -> str:
         if not value.isprintable():
             self.problem("bad-value", f"{where} has characters that cannot be shown")
         return value
 
-    def _anything(self, value: Any, where: str) -> Any:
+    def _anything(self, value: Any, where: str, depth: int = 0) -> Any:
         """Data without a schema, which must still be finite and fit to be shown."""
-        if isinstance(value, dict):
+        if depth > DEEPEST:
+            self.problem("too-deep", f"{where.split('.')[0]} is nested too deep")
+        elif isinstance(value, dict):
             for key, item in value.items():
                 self._text(key, f"a key in {where}")
-                self._anything(item, f"{where}.{key}")
+                self._anything(item, f"{where}.{key[:40]}", depth + 1)
         elif isinstance(value, list):
             for index, item in enumerate(value):
-                self._anything(item, f"{where}[{index}]")
+                self._anything(item, f"{where}[{index}]", depth + 1)
         elif isinstance(value, str):
             self._text(value, where)
         elif isinstance(value, float):
-            self._number(value, where)
+            self._finite(value, where)
         return value
 
     def _mismatch(self, where: str, wanted: str) -> None:

@@ -11,9 +11,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, TypeAdapter
 from pydantic_core import PydanticCustomError
 
-from curveline.plan import ADDRESS, MAX_CHANNEL
+from curveline.plan import ADDRESS, MAX_CHANNEL, MAX_NODES
 
-MAX_NODES = 128
 MAX_LOADS = 1000
 PAIR = 2
 TRIPLE = 3

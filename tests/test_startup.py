@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import pytest
 
-from curveline.plan import NodeTarget, Plan, Step, drive_table, write_plan
+from curveline.plan import NodeTarget, Plan, Step, drive_table, sealed, write_plan
 from curveline.shapefile import read_display
 
 HEAVY = {"numpy", "numba", "scipy", "matplotlib", "cv2", "serial", "pyrf24"}
@@ -81,7 +81,8 @@ def short_plan() -> Plan:
     home = NodeTarget(0.0, 0.0, 0.0, (0, 0, 0))
     there = NodeTarget(1.0, 0.0, 0.0, (drive.axes[0].counts(1.0), 0, 0))
     step = Step(1, "extrude", 0.3, (there, there), (500.0,), ("valley",), 1.0, 1.0, "a test", 0.0, 0.0, 0.0)
-    return Plan("short", drive, (home, home), (step,), ("valley",), (500.0,), provenance={"display": "single"})
+    plan = Plan("short", drive, (home, home), (step,), ("valley",), (500.0,), provenance={"display": "single"})
+    return sealed(plan)
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("--version",), *((command, "--help") for command in COMMANDS)])

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from curveline.errors import InvalidInput
 from curveline.plan import Plan, read_plan
 from curveline.radio.actions import Record
 from curveline.radio.frames import Counts
 from curveline.radio.journal import FILE_NAME, ReopenedJournal, find_run, read_journal
-from curveline.radio.resume import ResumePoint, resume_point
+from curveline.radio.resume import SEND_AGAIN, ResumePoint, resume_point
 
 PLAN_NAME = "plan.json"
 SAMPLES = 50
@@ -63,10 +64,18 @@ class BrokenRun:
 def find_broken_run(name: str, runs: Path) -> BrokenRun:
     """The run that `name` means; InvalidInput if there is none, or if its record says that it cannot go on."""
     folder = find_run(runs, name)
-    plan = read_plan(folder / PLAN_NAME)
+    plan = _plan_of(folder)
     records = read_journal(folder / FILE_NAME)
     point = resume_point(plan, records)
     return BrokenRun(plan, point, folder, _unseen(point, records))
+
+
+def _plan_of(folder: Path) -> Plan:
+    """What was sent in a run; InvalidInput if it is not sealed, as in runs of older releases, or damaged."""
+    try:
+        return read_plan(folder / PLAN_NAME)
+    except InvalidInput as error:
+        raise InvalidInput(f"this run cannot be resumed: {error.message}", SEND_AGAIN) from None
 
 
 def _unseen(point: ResumePoint, records: Sequence[Record]) -> tuple[int, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from curveline import __version__
-from curveline.plan import Plan, Step
+from curveline.plan import Plan, Step, sealed
 from curveline.planning.journey import HOME
 from curveline.planning.layout import Layout, lengths_of, pose_of
 from curveline.planning.moves import Move, Stage
@@ -32,7 +32,7 @@ class Trip:
 
 
 def plan_of(prover: Prover, begin: Stage, moves: Sequence[Move], trip: Trip) -> Plan:
-    """Put proven moves from `begin` on in numbers for the motors."""
+    """Put proven moves from `begin` on in numbers for the motors, and seal them."""
     display, before = prover.display, begin.layout
     shows = tuple(
         "" if hold is None else prover.name_of(pose_of(display, begin.layout, segment), hold)
@@ -42,15 +42,17 @@ def plan_of(prover: Prover, begin: Stage, moves: Sequence[Move], trip: Trip) -> 
     for number, move in enumerate(moves, start=1):
         steps.append(_step(prover, number, before, move))
         before = move.end
-    return Plan(
-        name=trip.name,
-        drive=prover.drive,
-        start=targets_of(prover.drive, begin.layout),
-        steps=tuple(steps),
-        wanted=trip.wanted,
-        lengths_mm=tuple(map(to_mm, lengths_of(display, before))),
-        shows=shows if any(shows) else (),
-        provenance=_provenance(trip),
+    return sealed(
+        Plan(
+            name=trip.name,
+            drive=prover.drive,
+            start=targets_of(prover.drive, begin.layout),
+            steps=tuple(steps),
+            wanted=trip.wanted,
+            lengths_mm=tuple(map(to_mm, lengths_of(display, before))),
+            shows=shows if any(shows) else (),
+            provenance=_provenance(trip),
+        )
     )
 
 

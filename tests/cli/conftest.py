@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
 from curveline.cli import main, show
-from curveline.plan import NodeTarget, Plan, Step, drive_table, write_plan
+from curveline.plan import NodeTarget, Plan, Step, drive_table, sealed, write_plan
 from curveline.rod import _jit
 from curveline.shapefile import read_display
 
@@ -79,7 +80,14 @@ def small_plan(steps: int = 2, seconds: float = 0.5, display: str = "single") ->
         for number in range(1, steps + 1)
     )
     provenance = {"display": found.path or found.name}
-    return Plan("small", drive, (target(0.0),) * 2, moves, ("valley",), moves[-1].lengths_mm, provenance=provenance)
+    plan = Plan("small", drive, (target(0.0),) * 2, moves, ("valley",), moves[-1].lengths_mm, provenance=provenance)
+    return promising(plan, "valley")
+
+
+def promising(plan: Plan, *states: str) -> Plan:
+    """The same plan with `states` after its last step, sealed as if that had been proven."""
+    last = replace(plan.steps[-1], states=states)
+    return sealed(replace(plan, steps=(*plan.steps[:-1], last), wanted=states, lengths_mm=last.lengths_mm))
 
 
 @pytest.fixture

@@ -14,15 +14,15 @@ import pytest
 from curveline.cli import shown
 from curveline.cli.shown import Shown, check_granted
 from curveline.errors import Infeasible
-from curveline.plan import Plan, drive_table, write_plan
+from curveline.plan import Plan, drive_table, sealed, write_plan
 from curveline.radio import open_radio
 from curveline.radio.link import read_status
 from curveline.shapefile import read_display
 
-from .conftest import Run, small_plan
+from .conftest import Run, promising, small_plan
 
 THERE = small_plan(steps=3)
-BACK = replace(THERE, start=THERE.steps[-1].targets, steps=THERE.steps[:1], lengths_mm=THERE.steps[0].lengths_mm)
+BACK = replace(THERE, start=THERE.steps[-1].targets, steps=THERE.steps[:1])
 """From where THERE ends to where its first step does; all along the rod can be a peak or a valley."""
 MOCK = "mock-single.json"
 
@@ -92,7 +92,7 @@ def test_where_nothing_is_known_the_rod_begins_as_the_plan_takes_for_granted(
     # Where nothing is granted either, the rod sags.
     for granted, state in ((("peak",), "peak"), ((), "valley"), (("",), "valley")):
         mock.write_bytes(saved)
-        write_plan(replace(BACK, shows=granted, wanted=(state,)), tmp_path / "back.json", force=True)
+        write_plan(promising(replace(BACK, shows=granted), state), tmp_path / "back.json", force=True)
         result = run("send", tmp_path / "back.json", "--radio", "mock", "--yes", "--json")
         rod = json.loads(result.out)["rod"]
         assert (result.code, rod["start"], rod["states"], rod["snaps"]) == (0, [state], [state], [])
@@ -103,7 +103,7 @@ def test_a_run_that_moved_nothing_does_not_make_its_plan_true(
     run: Run, tmp_path: Path, there: Callable[[list[str]], Path]
 ) -> None:
     mock = there([])
-    write_plan(replace(THERE, shows=("peak",)), tmp_path / "elsewhere.json")
+    write_plan(sealed(replace(THERE, shows=("peak",))), tmp_path / "elsewhere.json")
     result = run("send", tmp_path / "elsewhere.json", "--radio", "mock", "--yes")
     assert result.code == 3
     assert "does not stand where the plan starts" in result.err
@@ -112,7 +112,7 @@ def test_a_run_that_moved_nothing_does_not_make_its_plan_true(
 
 def test_what_a_plan_takes_for_granted_is_rehearsed_and_no_hand_may_have_touched_it(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "plan.json"
-    write_plan(replace(THERE, shows=("peak",)), path)
+    write_plan(sealed(replace(THERE, shows=("peak",))), path)
     for command in (("send", path, "--dry-run"), ("plan", path)):
         assert "\ntakes for granted that the display shows: peak\n" in run(*command).out
     assert json.loads(run("send", path, "--dry-run", "--json").out)["shows"] == ["peak"]

@@ -12,7 +12,7 @@ import pytest
 
 from curveline.cli import progress
 from curveline.cli.stops import Stop
-from curveline.plan import NodeTarget, Plan, read_plan, write_plan
+from curveline.plan import NodeTarget, Plan, read_plan, sealed, write_plan
 from curveline.playback import replay
 from curveline.radio import open_radio
 from curveline.radio.actions import Policy
@@ -22,7 +22,7 @@ from curveline.radio.link import Control, Progress, Request, send_plan
 from curveline.radio.mock import Motion
 from curveline.shapefile import read_display
 
-from .conftest import SHAPES, Run, small_plan
+from .conftest import SHAPES, Run, promising, small_plan
 
 BAD = "mock:loss=0.3,spread=0.3"
 """Motors that are slower than this by half their step's time are late, which ends a run as a fault."""
@@ -97,7 +97,7 @@ def stopping(plan: Plan, **shapes: str) -> Plan:
     steps = [replace(step, number=number) for number, step in enumerate(there, start=1)]
     for index, (name, state) in zip((1, 3), shapes.items(), strict=True):
         steps[index] = replace(steps[index], shape=name, states=(state,))
-    return replace(plan, steps=tuple(steps), wanted=steps[-1].states)
+    return promising(replace(plan, steps=tuple(steps)), *steps[-1].states)
 
 
 def test_a_shape_that_was_missed_on_the_way_is_the_answer_no(run: Run, tmp_path: Path) -> None:
@@ -276,7 +276,7 @@ def test_past_the_funnel_the_display_shows_the_wrong_curve(run: Run, tmp_path: P
     real, hand_made = tmp_path / "real.json", tmp_path / "hand-made.json"
     assert run("plan", SHAPES / f"{name}.toml", "-o", real).code == 0
     plan = read_plan(real)
-    write_plan(way(plan), hand_made)
+    write_plan(sealed(way(plan)), hand_made)
     (wanted,) = plan.wanted
     other = {"peak": "valley", "valley": "peak"}[wanted]
     result = run("send", hand_made, "--radio", "mock:fresh", "--yes")

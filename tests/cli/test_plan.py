@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from curveline.plan import from_json, read_plan
+from curveline.plan import from_json, read_plan, sealed, write_plan
 
 from .conftest import BROKEN, SHAPES, Run
 
@@ -89,9 +90,9 @@ def test_without_matplotlib_a_film_is_refused_before_planning(
 def test_a_plan_whose_display_is_gone_is_not_drawn(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "plan.json"
     assert run("plan", SHAPE, "-o", file).code == 0
-    record = json.loads(file.read_text())
-    record["provenance"]["display"] = str(tmp_path / "gone.toml")
-    file.write_text(json.dumps(record))
+    made = read_plan(file)
+    gone = replace(made, provenance={**made.provenance, "display": str(tmp_path / "gone.toml")})
+    write_plan(sealed(gone), file, force=True)
     code, _, err = run("plan", file, "-o", tmp_path / "plan.png")
     assert code == 2
     assert "gone.toml" in err

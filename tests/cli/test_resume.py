@@ -14,7 +14,7 @@ from random import Random
 
 import pytest
 
-from curveline.plan import write_plan
+from curveline.plan import sealed, write_plan
 from curveline.radio.journal import ReopenedJournal, read_journal
 from curveline.radio.link import Control, Request
 
@@ -99,7 +99,7 @@ def test_a_dry_run_shows_what_is_left_and_touches_nothing(run: Run, asking, plan
 
 
 def test_a_run_goes_on_whatever_its_plan_took_for_granted(run: Run, asking, tmp_path: Path) -> None:
-    write_plan(replace(small_plan(), shows=("peak",)), tmp_path / "small.json")
+    write_plan(sealed(replace(small_plan(), shows=("peak",))), tmp_path / "small.json")
     asking(Request.PAUSE, 1)
     paused = run("send", tmp_path / "small.json", "--radio", "mock", "--yes")
     assert paused.code == 130
@@ -201,6 +201,29 @@ def test_a_plan_that_was_changed_is_not_the_one_that_was_sent(
     code, out, err = run("send", "--resume", "last", "--radio", "mock", "--yes")
     assert (code, out) == (2, "")
     assert "not of the plan that is kept beside it" in err
+
+
+def test_a_run_of_an_older_release_or_with_an_edited_plan_cannot_be_resumed(
+    run: Run, asking, plan_file: Path, tmp_path: Path
+) -> None:
+    asking(Request.PAUSE, 1)
+    assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
+    kept = only_run(tmp_path) / "plan.json"
+    document = json.loads(kept.read_text())
+    older = {key: value for key, value in document.items() if key != "seal"} | {"curveline_plan": 2}
+    for changed, says in (
+        (older, "made by an older release and is not sealed"),
+        (document | {"name": "edited"}, "the seal does not fit"),
+    ):
+        kept.write_text(json.dumps(changed))
+        for more in (("--radio", "mock", "--yes"), ("--dry-run",)):
+            code, out, err = run("send", "--resume", "last", *more)
+            assert (code, out) == (2, "")
+            assert "this run cannot be resumed: " in err
+            assert says in " ".join(err.split())
+            assert "hint: send the shape again" in err
+    kept.write_text(json.dumps(document))
+    assert run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0
 
 
 def test_takeover_is_handed_to_the_nodes(run: Run, plan_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from curveline.cli import progress
 from curveline.cli import run as running
 from curveline.cli.segments import alike, in_words, spans
 from curveline.cli.steps import describe
-from curveline.plan import NodeTarget, Plan, Step, drive_table, write_plan
+from curveline.plan import NodeTarget, Plan, Step, drive_table, sealed, write_plan
 from curveline.playback import Playback, Snap
 from curveline.radio.link import Control, LinkTally, NodeStatus, Phase, Progress
 from curveline.shapefile import read_display
@@ -128,7 +128,7 @@ def test_a_step_that_moves_nothing_still_shows_where_the_nodes_are() -> None:
 def test_a_row_is_sent_and_its_status_asked_on_80_columns(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "row.json"
     plan = row_plan(4, "quad")
-    write_plan(replace(plan, steps=tuple(replace(step, seconds=60.0) for step in plan.steps)), path)
+    write_plan(sealed(replace(plan, steps=tuple(replace(step, seconds=60.0) for step in plan.steps))), path)
     code, out, _ = run("send", path, "--dry-run")
     assert code == 0
     assert all(len(line) <= 80 for line in out.splitlines())

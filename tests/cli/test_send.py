@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 import typer
 
-from curveline.plan import NodeTarget, write_plan
+from curveline.plan import NodeTarget, sealed, write_plan
 from curveline.radio.frames import decode_drive
 from curveline.radio.journal import read_journal
 from curveline.radio.keys import KEY_BYTES
 
-from .conftest import BROKEN, SHAPES, Run, small_plan
+from .conftest import BROKEN, SHAPES, Run, promising, small_plan
 
 SHAPE = SHAPES / "level-up-peak.toml"
 NODE_KEYS = {"node", "address", "state", "boot", "started", "finished", "staged", "fault", "counts", "position", "link"}
@@ -68,7 +68,7 @@ def test_json_is_one_document(run: Run, plan_file: Path, tmp_path: Path) -> None
 
 def test_the_wrong_curve_is_the_answer_no(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "hopeful.json"
-    write_plan(replace(small_plan(), wanted=("peak",)), file)
+    write_plan(promising(small_plan(), "peak"), file)
     code, out, _ = run("send", file, "--radio", "mock", "--yes")
     assert code == 1
     assert out.endswith("segment 1: the rod is in the valley, not the wanted peak\n")
@@ -222,7 +222,7 @@ def test_no_node_is_sent_where_it_could_not_tell_its_place(run: Run, tmp_path: P
     plan = small_plan(steps=1, seconds=60.0)
     # Both nodes feed alike, so that the segment keeps its rod and the tails take it.
     target = NodeTarget(fed_mm, 0.0, 0.0, (plan.drive.axes[0].counts(fed_mm), 0, 0))
-    write_plan(replace(plan, steps=(replace(plan.steps[0], targets=(target,) * 2),)), tmp_path / "far.json")
+    write_plan(sealed(replace(plan, steps=(replace(plan.steps[0], targets=(target,) * 2),))), tmp_path / "far.json")
     for more in (("--dry-run",), ("--yes",)):
         result = run("send", tmp_path / "far.json", "--radio", "mock", *more)
         assert result.code in (code, 1 - code), result.err
@@ -231,6 +231,45 @@ def test_no_node_is_sent_where_it_could_not_tell_its_place(run: Run, tmp_path: P
             assert "step 1 takes node 1 out of its limits: extrude 1185, allowed -1184." in result.err
             assert "hint: further out a node cannot tell where it is" in result.err
             assert not list((tmp_path / "runs").glob("*small*"))
+
+
+def exchanged(document: dict) -> None:
+    """The targets of two steps in each other's place: a way that nobody has proven."""
+    first, *_, last = document["steps"]
+    first["targets"], last["targets"] = last["targets"], first["targets"]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (exchanged, "error[broken-seal]: the seal does not fit"),
+        (lambda document: document["steps"][0].update(seconds=0.4), "error[broken-seal]"),
+        (lambda document: document.update(wanted=["peak"]), "error[end-mismatch]: wanted is 'peak', but the last"),
+        (lambda document: document.pop("seal"), "error[unsealed]: seal is missing"),
+        (lambda document: document.update(curveline_plan=2), "error[unsealed]: this plan was made by an older release"),
+        (
+            lambda document: document["drive"]["axes"][0].update(high=1e308),
+            "error[out-of-range]: drive.axes[0].high is",
+        ),
+        (lambda document: document["drive"]["axes"][2].update(speed=1e308), "error[out-of-range]"),
+    ],
+)
+def test_an_edited_plan_moves_nothing(run: Run, tmp_path: Path, change, says: str) -> None:
+    write_plan(small_plan(steps=4), tmp_path / "plan.json")
+    document = json.loads((tmp_path / "plan.json").read_text())
+    change(document)
+    (tmp_path / "plan.json").write_text(json.dumps(document))
+    for command in (
+        ("send", tmp_path / "plan.json", "--radio", "mock", "--yes"),
+        ("send", tmp_path / "plan.json", "--dry-run"),
+        ("plan", tmp_path / "plan.json"),
+        ("plan", tmp_path / "plan.json", "--monte-carlo", 1),
+    ):
+        code, out, err = run(*command)
+        assert (code, out) == (2, "")
+        assert says in " ".join(err.split())
+        assert "plan again" in err
+    assert not (tmp_path / "runs").exists()
 
 
 def test_an_invalid_shape_or_plan_reaches_no_radio(run: Run, tmp_path: Path) -> None:

@@ -14,14 +14,15 @@ import pytest
 
 from curveline.cli import goal, shown
 from curveline.cli.shown import Shown, shown_states
-from curveline.plan import Plan, to_json, write_plan
+from curveline.plan import Plan, sealed, to_json, write_plan
 from curveline.radio import open_radio
 from curveline.radio.journal import Journal, new_run
 from curveline.radio.link import Control, Request, read_status, send_plan
 
-from .conftest import SHAPES, Run, small_plan
+from .conftest import SHAPES, Run, promising, small_plan
 
-PLAN = replace(small_plan(steps=3), wanted=("peak",))
+PLAN = promising(small_plan(steps=3), "peak")
+OTHER = sealed(replace(PLAN, drive=replace(PLAN.drive, display="other")))
 
 
 def carry_out(plan: Plan, runs: Path, spec: str = "mock", control: Control | None = None) -> Path:
@@ -42,7 +43,7 @@ def back(plan: Plan) -> Plan:
     """From where a plan ends to where it starts, by way of its steps."""
     steps = [replace(step, targets=before) for step, before in zip(plan.steps, targets_before(plan), strict=True)][::-1]
     numbered = tuple(replace(step, number=number) for number, step in enumerate(steps, start=1))
-    return replace(plan, start=plan.steps[-1].targets, steps=numbered, wanted=("valley",))
+    return promising(replace(plan, start=plan.steps[-1].targets, steps=numbered), "valley")
 
 
 def targets_before(plan: Plan) -> list:
@@ -95,7 +96,7 @@ def test_of_several_runs_the_last_one_counts(tmp_path: Path) -> None:
     carry_out(PLAN, tmp_path)
     carry_out(back(PLAN), tmp_path)
     assert known(tmp_path).states == ("valley",)
-    again = carry_out(replace(PLAN, wanted=("middle-1",)), tmp_path)
+    again = carry_out(promising(PLAN, "middle-1"), tmp_path)
     # The nodes have done the same moves twice, but the promises of the two plans differ, and so do their tags.
     assert known(tmp_path) == Shown(("middle-1",), f"run {again.name}")
     shutil.rmtree(again)
@@ -105,7 +106,7 @@ def test_of_several_runs_the_last_one_counts(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("states", "expected"), [("peak", "peak"), ("peak|valley", ""), ("none", "")])
 def test_a_run_that_paused_at_a_barrier_shows_the_state_of_its_step(tmp_path: Path, states: str, expected: str) -> None:
     steps = tuple(replace(step, states=(states,)) for step in PLAN.steps)
-    plan = replace(PLAN, steps=steps, wanted=("valley",))
+    plan = promising(replace(PLAN, steps=steps), "valley")
     control = Control()
 
     def watch(news: object) -> None:
@@ -145,7 +146,7 @@ def test_nodes_that_another_host_has_driven_are_not_believed(tmp_path: Path) -> 
     shutil.copy(ours / state, theirs)
     # The other host takes the display away and brings it back to the very same place, in as many steps.
     carry_out(back(PLAN), theirs)
-    carry_out(replace(PLAN, wanted=("valley",)), theirs)
+    carry_out(promising(PLAN, "valley"), theirs)
     shutil.copy(theirs / state, ours)
     assert known(ours) == Shown()
     assert known(theirs).states == ("valley",)
@@ -173,7 +174,7 @@ def test_nodes_that_stand_elsewhere_are_not_believed(tmp_path: Path, off: int, s
 
 def test_a_plan_that_was_edited_in_its_run_is_not_the_one_that_was_sent(tmp_path: Path) -> None:
     folder = carry_out(PLAN, tmp_path)
-    write_plan(replace(PLAN, wanted=("valley",)), folder / "plan.json", force=True)
+    write_plan(promising(PLAN, "valley"), folder / "plan.json", force=True)
     assert known(tmp_path) == Shown()
 
 
@@ -205,7 +206,7 @@ def rubbish(runs: Path, count: int) -> None:
             5: lambda plan=plan: plan.mkdir(),
             6: lambda plan=plan: os.mkfifo(plan),
             7: lambda plan=plan: plan.symlink_to(plan),
-            8: lambda plan=plan: plan.write_text(to_json(replace(PLAN, drive=replace(PLAN.drive, display="other")))),
+            8: lambda plan=plan: plan.write_text(to_json(OTHER)),
         }
         kinds[number % 9]()
         (folder / "journal").write_bytes(b"\0" * 10)
@@ -247,7 +248,7 @@ def test_only_so_many_runs_are_asked_about(tmp_path: Path, monkeypatch: pytest.M
     for number in range(20):
         other = tmp_path / f"99991231-{number:06d}-other"
         other.mkdir()
-        write_plan(replace(PLAN, wanted=(f"state-{min(number, 9)}",)), other / "plan.json")
+        write_plan(promising(PLAN, f"state-{min(number, 9)}"), other / "plan.json")
     assert known(tmp_path) == Shown()
     assert len(asked) == len(set(asked)) == shown.RUNS_ASKED
     for number in range(17):
@@ -321,7 +322,7 @@ def test_what_a_plan_takes_for_granted_is_held_against_what_is_known(
         path = tmp_path / "runs" / "mock-single.json"
         path.write_text(json.dumps(json.loads(path.read_text()) | {"rod": []}))
         shutil.rmtree(next((tmp_path / "runs").glob("*-small")))
-    write_plan(replace(back(PLAN), wanted=("straight",), shows=(granted,)), tmp_path / "back.json")
+    write_plan(promising(replace(back(PLAN), shows=(granted,)), "straight"), tmp_path / "back.json")
     before = json.loads(run("status", "--radio", "mock", "--json").out)["nodes"][0]["counts"]
     result = run("send", tmp_path / "back.json", "--radio", "mock", "--yes")
     assert result.code == code, result.err
@@ -336,7 +337,7 @@ def test_nodes_that_stand_elsewhere_are_the_first_thing_to_say_of_a_plan(run: Ru
     write_plan(PLAN, tmp_path / "there.json")
     assert run("send", tmp_path / "there.json", "--radio", "mock", "--yes").code == 1
     # It shows a valley, but not where this plan would take a peak for granted.
-    write_plan(replace(PLAN, shows=("peak",)), tmp_path / "again.json")
+    write_plan(sealed(replace(PLAN, shows=("peak",))), tmp_path / "again.json")
     result = run("send", tmp_path / "again.json", "--radio", "mock", "--yes")
     assert result.code == 3
     assert "does not stand where the plan starts" in result.err

@@ -21,7 +21,7 @@ from random import Random
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.plan import Plan, write_plan
+from curveline.plan import Plan, sealed, write_plan
 from curveline.radio import open_radio, store
 from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, SystemDisk, find_run, new_run, read_journal
 from curveline.radio.link import resume_plan, send_plan
@@ -219,7 +219,7 @@ def test_killed_at_every_point(tmp_path: Path, seed: int) -> None:
 def test_a_plan_is_kept_whole_beside_its_record(tmp_path: Path) -> None:
     """What the folder of a run holds is what was sent: the run tag in its record says so."""
     plan = short_plan(2, 2)
-    write_plan(plan, tmp_path / "plan.json")
+    write_plan(sealed(plan), tmp_path / "plan.json")
     spec = "mock"
     assert in_a_child(lambda: host(tmp_path, plan, spec, Fate(40))) == SIGKILLED
     with pytest.raises(InvalidInput, match="not of the plan"):
