@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import time
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from curveline.errors import CurvelineError
+from curveline.portable import cores
 from curveline.results import Report, Settings, document
 from curveline.rod import _jit
 from curveline.scene import Scene
@@ -129,10 +129,3 @@ def jobs_for(wanted: int | None, scenes: int) -> int:
     if wanted is None:
         wanted = 1 if scenes < MANY else min(cores(), math.ceil(scenes / SCENES_PER_WORKER))
     return max(1, min(wanted or cores(), scenes))
-
-
-def cores() -> int:
-    """Processors that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

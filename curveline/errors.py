@@ -4,6 +4,7 @@
     ├── InvalidInput         a file, an option or a scene that cannot be used; carries Diagnostics; exit code 2
     ├── Infeasible           the question was understood and the answer is no: no such state, no safe plan; exit code 1
     ├── MissingExtra         an optional package is not installed; exit code 2
+    ├── SystemRefusal        the operating system refused what nobody foresaw; exit code 2
     └── LinkError            radio or node fault; exit code 3
 
 Outcomes of a numerical solve (not converged, unstable) are data, not exceptions: see `rod.equilibrium.Outcome`.
@@ -71,6 +72,12 @@ class Infeasible(CurvelineError):
 
 class MissingExtra(CurvelineError):
     """An optional dependency is needed and absent."""
+
+    exit_code = EXIT_USAGE
+
+
+class SystemRefusal(CurvelineError):
+    """The operating system refused something that nobody foresaw: a full disk, no rights, too many open files."""
 
     exit_code = EXIT_USAGE
 

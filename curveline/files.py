@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, NoReturn
 
+from curveline import portable
 from curveline.errors import Diagnostic, InvalidInput
 
 EXCERPT = 120
@@ -25,7 +26,7 @@ def read_file(path: AnyPath, limit: int) -> bytes:
         # Opening a device can act on it, opening a pipe waits for a writer: look first, then open without waiting.
         if not stat.S_ISREG(os.stat(name).st_mode):
             _refuse_kind(name)
-        descriptor = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        descriptor = os.open(name, os.O_RDONLY | portable.NO_WAIT | portable.PLAIN)
         with os.fdopen(descriptor, "rb") as stream:
             if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
                 _refuse_kind(name)
@@ -91,9 +92,9 @@ class NewFile:
         if error is None:
             with self._refusals():
                 self._stream.flush()
-                os.fsync(self._stream.fileno())
+                portable.sync(self._stream.fileno())
                 self._stream.close()
-                os.replace(self._neighbour, self._target)
+                portable.replace(self._neighbour, self._target)
         else:
             self._discard()
 
@@ -119,10 +120,10 @@ class NewFile:
             refuse_file(self._name, "unwritable", f"it cannot be written: {error.strerror}", hint)
 
     def _discard(self) -> None:
-        with contextlib.suppress(OSError):
-            self._neighbour.unlink()
         with contextlib.suppress(OSError, AttributeError):
             self._stream.close()
+        with contextlib.suppress(OSError):
+            self._neighbour.unlink()
 
 
 def excerpt(line: str, column: int) -> tuple[str, int]:

@@ -14,13 +14,13 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 from curveline.errors import CurvelineError
+from curveline.portable import ignore_interrupts, interrupts_held_back
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -67,7 +67,7 @@ class _Worker(Generic[T]):
         self.tasks: list[tuple[int, T]] = []
         self.given = 0.0
         self.is_ready = False
-        with far_end, _interrupts_held_back():
+        with far_end, interrupts_held_back():
             self.process.start()
 
     def give(self, tasks: list[tuple[int, T]]) -> None:
@@ -204,6 +204,7 @@ def _ending(exit_code: int | None) -> str:
 
 def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
     """The worker's side: say that it is there, then answer until the parent is gone."""
+    ignore_interrupts()
     with contextlib.suppress(EOFError, OSError):
         pipe.send(None)
         while True:
@@ -215,15 +216,3 @@ def _attempt(function: Callable[[Any], Any], task: Any) -> Any:
         return function(task)
     except Exception as error:
         return _Failure(error)
-
-
-@contextlib.contextmanager
-def _interrupts_held_back() -> Iterator[None]:
-    """Keep Ctrl-C from a process that is started here, from its first moment on: the parent alone answers to it."""
-    # Starting the tracker, which comes with the first process, would let interrupts through again.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -15,6 +15,7 @@ MODULES = sorted(ROOT.rglob("*.py"))
 
 LAYERS = (
     {"errors", "units"},
+    {"portable", "system_errors"},
     {"files", "measured", "records", "scene", "toml_document", "toml_location", "workers"},
     {"plan", "radio", "rod", "shape_models", "shape_rules", "shapefile"},
     {"batch", "bench", "capability", "figures", "linkbench", "planning", "playback", "results", "simulation"}

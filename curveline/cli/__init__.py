@@ -5,7 +5,10 @@ from __future__ import annotations
 import io
 import os
 import sys
-from typing import Annotated
+from collections.abc import Callable
+from contextlib import suppress
+from functools import wraps
+from typing import Annotated, Any
 
 import typer
 
@@ -15,13 +18,18 @@ from curveline.cli.display import check
 from curveline.cli.display import show as show_display
 from curveline.cli.keys import adopt, new, node
 from curveline.cli.keys import show as show_keys
-from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError
+from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError, LinkError, SystemRefusal
+from curveline.portable import is_hang_up
+from curveline.system_errors import hint_of, message_of
 
 EPILOG = (
     "Exit codes: 0 done; 1 it ran and the answer is no (no such state, infeasible plan, tolerance not reached, a shape "
-    "of a batch failed); 2 usage or an invalid file; 3 radio or node fault; 130 interrupted. Results go to stdout, "
-    "everything else to stderr."
+    "of a batch failed); 2 usage, an invalid file, or the system refused (no room, no rights); 3 radio or node fault, "
+    "or the system refused while a radio was in use; 130 interrupted. Results go to stdout, everything else to stderr."
 )
+
+LINKED = (send.send, status.status, stop.stop, adopt.adopt)
+"""Commands that have a radio in use."""
 
 app = typer.Typer(
     name="curveline",
@@ -32,17 +40,35 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
+
+
+def _reporting(command: Callable[..., None]) -> Callable[..., None]:
+    """A command that tells what the system refused it; typer would take some of that for a closed pipe."""
+    refusal = LinkError if command in LINKED else SystemRefusal
+
+    @wraps(command)
+    def run(*arguments: Any, **options: Any) -> None:
+        try:
+            command(*arguments, **options)
+        except OSError as error:
+            raise refusal(message_of(error), hint_of(error)) from error
+
+    return run
+
+
 for _command in (simulate.simulate, plan.plan, send.send, status.status, stop.stop, load.load, bench.bench):
-    app.command(epilog=EPILOG, no_args_is_help=_command not in (status.status, stop.stop, bench.bench))(_command)
+    app.command(epilog=EPILOG, no_args_is_help=_command not in (status.status, stop.stop, bench.bench))(
+        _reporting(_command)
+    )
 keys = typer.Typer(help="The keys of a site: make them, load them, learn who the nodes are.", no_args_is_help=True)
 for _key_command in (new.new, node.node, adopt.adopt, show_keys.show):
-    keys.command(epilog=EPILOG)(_key_command)
+    keys.command(epilog=EPILOG)(_reporting(_key_command))
 app.add_typer(keys, name="keys", epilog=EPILOG)
 displays = typer.Typer(
     help="The displays: what is built in, and whether a file of your own is sound.", no_args_is_help=True
 )
 for _display_command in (check.check, show_display.show):
-    displays.command(epilog=EPILOG, no_args_is_help=True)(_display_command)
+    displays.command(epilog=EPILOG, no_args_is_help=True)(_reporting(_display_command))
 app.add_typer(displays, name="display", epilog=EPILOG)
 
 
@@ -66,14 +92,9 @@ def main() -> None:
     _make_streams_safe()
     try:
         code = _run()
-        sys.stdout.flush()
     except KeyboardInterrupt:
         code = EXIT_INTERRUPTED
-    except OSError:
-        # Only what is still buffered is written here, and what could not be written was reported when it failed.
-        code = EXIT_NO
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    sys.exit(code)
+    sys.exit(_let_go(code))
 
 
 def _run() -> int:
@@ -82,13 +103,38 @@ def _run() -> int:
     except CurvelineError as error:
         show.complain(error)
         return error.exit_code
+    except show.ReaderGone:
+        return EXIT_NO
+    except OSError as error:
+        return _refused(error)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else EXIT_NO
     return 0
 
 
+def _refused(error: OSError) -> int:
+    """Tell what the system refused outside of any command; the exit code."""
+    show.complain(SystemRefusal(message_of(error), hint_of(error)))
+    return SystemRefusal.exit_code
+
+
+def _let_go(code: int) -> int:
+    """Write what is still buffered; the exit code, another one if that is what fails first."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError as error:
+            code = code or (EXIT_NO if is_hang_up(error) else _refused(error))
+            # Python would try again on its way out, and change the exit code.
+            with suppress(OSError, ValueError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    return code
+
+
 def _make_streams_safe() -> None:
-    """A closed stream swallows, and one that cannot show a character shows a substitute: neither is a traceback."""
+    """A closed stream swallows or ends, and one that cannot show a character shows a substitute: no tracebacks."""
+    # In the order of their numbers: each takes the lowest that is free, and no file gets the number of a stream.
+    sys.stdin = sys.stdin or open(os.devnull)  # noqa: SIM115
     sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):

@@ -20,6 +20,7 @@ from curveline.cli.progress import watch
 from curveline.cli.segments import alike, spans
 from curveline.errors import EXIT_INTERRUPTED, InvalidInput, LinkError
 from curveline.plan import Plan, write_plan
+from curveline.portable import STOP_SIGNALS
 from curveline.radio import Radio
 from curveline.radio.frames import Counts
 from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, new_run, read_journal, runs_folder
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from curveline.cli.stops import Stop
     from curveline.playback import Playback
     from curveline.scene import Display
-
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @dataclass(frozen=True)
@@ -197,7 +196,7 @@ def _signals(control: Control) -> Iterator[None]:
     def escalate(number: int, frame: object) -> None:
         control.escalate()
 
-    before = [(number, signal.signal(number, escalate)) for number in SIGNALS]
+    before = [(number, signal.signal(number, escalate)) for number in STOP_SIGNALS]
     try:
         yield
     finally:

@@ -6,10 +6,12 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any, TextIO
 
-from curveline.errors import CurvelineError, Diagnostic, InvalidInput
+from curveline.errors import CurvelineError, Diagnostic, InvalidInput, SystemRefusal
+from curveline.portable import is_hang_up, takes_escapes
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,14 +22,19 @@ RED = "1;31"
 BLUE = "36"
 
 
+class ReaderGone(Exception):
+    """Who read the results has left, as `head` does: there is nobody to tell more."""
+
+
 def result(text: str = "") -> None:
     """Lines of the result; they leave at once, so that a reader need not wait for the next."""
     try:
         print(text, flush=True)
-    except BrokenPipeError:
-        raise
     except OSError as error:
-        raise CurvelineError(f"cannot write the result: {error.strerror or error}") from None
+        if is_hang_up(error):
+            raise ReaderGone from None
+        hint = "see that what stdout leads to has room"
+        raise SystemRefusal(f"cannot write the result: {error.strerror or error}", hint) from None
 
 
 def emit(document: Any) -> None:
@@ -36,8 +43,9 @@ def emit(document: Any) -> None:
 
 
 def note(text: str) -> None:
-    """A line beside the result."""
-    print(text, file=sys.stderr, flush=True)
+    """A line beside the result; no run ends because nobody can read what it says."""
+    with suppress(OSError):
+        print(text, file=sys.stderr, flush=True)
 
 
 def is_live(stream: TextIO) -> bool:
@@ -45,9 +53,14 @@ def is_live(stream: TextIO) -> bool:
     return stream.isatty() and os.environ.get("TERM", "") != "dumb" and not os.environ.get("CI")
 
 
+def has_colours(stream: TextIO) -> bool:
+    """Whether `stream` shows colours and the user wants them."""
+    return is_live(stream) and takes_escapes() and not os.environ.get("NO_COLOR")
+
+
 def paint(text: str, colour: str, stream: TextIO) -> str:
-    """`text` in a colour, if `stream` shows colours and the user wants them."""
-    return f"\x1b[{colour}m{text}\x1b[0m" if is_live(stream) and not os.environ.get("NO_COLOR") else text
+    """`text` in a colour, where there are any."""
+    return f"\x1b[{colour}m{text}\x1b[0m" if has_colours(stream) else text
 
 
 def table(rows: Sequence[Sequence[str]], left: frozenset[int] = frozenset({0})) -> list[str]:
@@ -100,8 +113,17 @@ def announce_compilation() -> None:
     """Say once why the very first run takes long, before it does."""
     from curveline.rod import _jit
 
-    if _jit.FIRST_RUN:
-        note("compiling kernels, about 35 s, once")
+    if not _jit.FIRST_RUN:
+        how_long = "up to half a minute"
+        _jit.before_compiling(lambda: note(f"compiling kernels that are new here, {how_long}, {_how_often()}"))
+    else:
+        note(f"compiling kernels, about 35 s, {_how_often()}")
+
+
+def _how_often() -> str:
+    from curveline.rod import _jit
+
+    return "once" if _jit.KEEPS else f"in every run: {_jit.WANTED} cannot be written"
 
 
 def console() -> Console:

@@ -7,7 +7,6 @@ JSON body. A record counts only when it is on disk; the reader drops a torn end 
 from __future__ import annotations
 
 import errno
-import fcntl
 import json
 import os
 import re
@@ -18,19 +17,20 @@ from pathlib import Path
 from typing import Any, Protocol
 from zlib import crc32
 
+from curveline import portable
 from curveline.errors import InvalidInput, LinkError
 from curveline.files import read_file
 from curveline.radio.actions import Record
 
 FILE_NAME = "journal"
+LOCK_NAME = "lock"
+"""An empty file beside the journal, which who sends the run has locked: Windows lets nobody read a locked file."""
 LAST = "last"
 HEAD = re.compile(rb"([0-9]{6}) ([0-9]{8}) ([0-9a-f]{8}) ")
 HEAD_BYTES = 25
 BODY_LIMIT = 999_999
 SIZE_LIMIT = 200_000_000
 """More than the record of any run; what is larger is not one."""
-NO_RESERVE = frozenset({errno.EOPNOTSUPP, errno.EINVAL, errno.ENOSYS})
-"""What file systems answer that cannot reserve space."""
 
 
 class Disk(Protocol):
@@ -53,20 +53,16 @@ class SystemDisk:
     """The real disk."""
 
     def reserve(self, descriptor: int, size: int) -> None:
-        """See Disk; a file system without reservations is used as it is."""
-        try:
-            os.posix_fallocate(descriptor, 0, size)
-        except OSError as error:
-            if error.errno not in NO_RESERVE:
-                raise
+        """See Disk."""
+        portable.reserve(descriptor, size)
 
     def write(self, descriptor: int, data: bytes, offset: int) -> int:
         """See Disk."""
-        return os.pwrite(descriptor, data, offset)
+        return portable.write_at(descriptor, data, offset)
 
     def sync(self, descriptor: int) -> None:
         """See Disk."""
-        os.fsync(descriptor)
+        portable.sync(descriptor)
 
 
 class Journal:
@@ -78,17 +74,18 @@ class Journal:
         self.disk = disk or SystemDisk()
         self._sequence = 0
         self._end = 0
+        self._lock = -1
         self._broken = ""
         try:
-            self._descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
+            self._descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | portable.PLAIN, 0o644)
         except FileExistsError:
             raise InvalidInput(f"{self.path} holds the record of another run") from None
         except OSError as error:
             raise _refused(self.path, error) from error
         with self._closed_on_error():
-            _lock(self._descriptor, run)
+            self._lock = _lock(run)
             self.disk.sync(self._descriptor)
-            sync_folder(run)
+            portable.sync_folder(run)
 
     def reserve(self, size: int) -> None:
         """Make sure now that `size` bytes of records will find room; LinkError if they would not."""
@@ -118,19 +115,24 @@ class Journal:
             try:
                 os.ftruncate(self._descriptor, self._end)
             finally:
-                os.close(self._descriptor)
-                self._descriptor = -1
+                self._give_back()
 
     @contextmanager
     def _closed_on_error(self) -> Iterator[None]:
         try:
             yield
         except OSError as error:
-            os.close(self._descriptor)
+            self._give_back()
             raise _refused(self.path, error) from error
         except BaseException:
-            os.close(self._descriptor)
+            self._give_back()
             raise
+
+    def _give_back(self) -> None:
+        os.close(self._descriptor)
+        self._descriptor = -1
+        if self._lock >= 0:
+            os.close(self._lock)
 
     def _write(self, line: bytes) -> None:
         done = 0
@@ -151,15 +153,16 @@ class ReopenedJournal(Journal):
         """
         self.path = run / FILE_NAME
         self.disk = disk or SystemDisk()
+        self._lock = -1
         self._broken = ""
         try:
-            self._descriptor = os.open(self.path, os.O_WRONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+            self._descriptor = os.open(self.path, os.O_WRONLY | portable.NO_WAIT | portable.PLAIN)
         except FileNotFoundError:
             raise InvalidInput(f"{run} holds no record of a run") from None
         except OSError as error:
             raise _refused(self.path, error) from error
         with self._closed_on_error():
-            _lock(self._descriptor, run)
+            self._lock = _lock(run)
             self.records, self._end = _checked_records(read_file(self.path, SIZE_LIMIT), self.path)
             self._sequence = len(self.records)
             os.ftruncate(self._descriptor, self._end)
@@ -212,7 +215,7 @@ def new_run(folder: Path, name: str) -> Path:
         run = folder / (f"{stamp}-{label}" if attempt == 1 else f"{stamp}-{label}-{attempt}")
         try:
             run.mkdir(parents=True)
-            sync_folder(folder)
+            portable.sync_folder(folder)
         except FileExistsError:
             attempt += 1
         except OSError as error:
@@ -221,23 +224,19 @@ def new_run(folder: Path, name: str) -> Path:
             return run
 
 
-def _lock(descriptor: int, run: Path) -> None:
-    """Keep other processes away from a run for as long as its record is open."""
+def _lock(run: Path) -> int:
+    """Keep other processes away from a run for as long as this descriptor is open."""
+    descriptor = os.open(run / LOCK_NAME, os.O_RDWR | os.O_CREAT | portable.NO_WAIT, 0o644)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise LinkError(
-            f"another process is sending the run {run.name}", "only one host may send a run; wait until it has ended"
-        ) from None
-
-
-def sync_folder(folder: Path) -> None:
-    """Force the entries of a folder to the medium, so that a new file in it survives a loss of power."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
+        if portable.lock(descriptor):
+            return descriptor
+    except OSError:
         os.close(descriptor)
+        raise
+    os.close(descriptor)
+    raise LinkError(
+        f"another process is sending the run {run.name}", "only one host may send a run; wait until it has ended"
+    )
 
 
 def _refused(path: Path, error: OSError) -> LinkError:

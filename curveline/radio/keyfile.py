@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
+from curveline import portable
 from curveline.errors import InvalidInput
 from curveline.plan import DriveTable
 from curveline.radio.air import RATES_KBPS
@@ -34,7 +35,6 @@ UNCHECKED = 1
 CHECKSUM_BYTES = 8
 SIZE_LIMIT = 1_000_000
 PRIVATE = 0o600
-OTHERS = 0o077
 UNKNOWN_CHIP = 0
 """Stands for the chip id of an address that was never adopted."""
 
@@ -145,7 +145,7 @@ def adopt(site: SiteFile, chips: Mapping[str, int]) -> SiteFile:
         with suppress(FileNotFoundError):
             partial.unlink()
         _create(partial, written)
-        os.replace(partial, site.path)
+        portable.replace(partial, site.path)
     except OSError as error:
         raise _refused(site.path, f"it cannot be written: {error.strerror or error}") from None
     return written
@@ -186,12 +186,12 @@ def settings_record(master: bytes, drive: DriveTable, number: int) -> bytes:
 
 def write_private(path: Path, data: bytes) -> None:
     """A new file that only its owner may read, on disk when this returns; OSError otherwise, and no half of it."""
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, PRIVATE)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | portable.PLAIN, PRIVATE)
     try:
         with os.fdopen(descriptor, "wb") as stream:
             stream.write(data)
             stream.flush()
-            os.fsync(descriptor)
+            portable.sync(descriptor)
     except BaseException:
         with suppress(OSError):
             path.unlink()
@@ -208,7 +208,7 @@ def _create(path: Path, site: SiteFile) -> None:
 def _read_private(path: Path) -> bytes:
     """Bytes of a file that belongs to its reader alone; what is asked of it is asked of the open file."""
     try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        descriptor = os.open(path, os.O_RDONLY | portable.NO_WAIT | portable.PLAIN)
     except (FileNotFoundError, NotADirectoryError):
         hint = "make keys with `curveline keys new`, then load them into the nodes; `--radio mock` needs none"
         raise InvalidInput(f"there is no key file {path}", hint) from None
@@ -218,7 +218,7 @@ def _read_private(path: Path) -> bytes:
         facts = os.fstat(descriptor)
         if not stat.S_ISREG(facts.st_mode):
             raise _refused(path, "it is no regular file")
-        if facts.st_mode & OTHERS:
+        if portable.others_may_reach(facts.st_mode):
             hint = f"chmod 600 {path}; if others may have read it, make new keys and load them into the nodes"
             raise InvalidInput(f"the key file {path} can be read or changed by others, so it is not used", hint)
         data = os.read(descriptor, SIZE_LIMIT + 1)

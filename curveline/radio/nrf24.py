@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from curveline import portable
 from curveline.errors import InvalidInput, LinkError, MissingExtra
 from curveline.plan import DriveTable
 from curveline.radio import Answer, RadioGone, check_frames
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 SETTINGS = re.compile(r"\s*([0-9]{1,3})\s*,\s*([0-9]{1,3})\s*")
 EXAMPLE = "`--radio nrf24:22,0`: GPIO line 22 at the chip's CE, and /dev/spidev0.0; 10 * bus + select for another"
+SELECTS = frozenset({0, 1, 2, 10, 11, 12})
+"""Chip selects that boards have by themselves."""
 
 ADDRESS_BYTES = 5
 DELAY_STEP_US = 250
@@ -57,13 +60,13 @@ def open_radio(settings: str, drive: DriveTable, runs: Path) -> Nrf24Radio:
         raise InvalidInput(f"the nrf24 radio needs two numbers, CE and CSN, not {settings[:40]!r}", hint=EXAMPLE)
     if drive.data_rate not in RATES_KBPS:
         raise InvalidInput(f"data rate {drive.data_rate!r} is unknown; there are {', '.join(RATES_KBPS)}")
-    if sys.platform != "linux":
+    if not portable.HAS_SPI:
         hint = "use a dongle: `--radio serial:PORT`"
         raise InvalidInput("the nrf24 radio needs the SPI bus of a Linux board, such as a Raspberry Pi", hint)
     _check_library()
     site = hardware_site(drive)
     ce, csn = int(match[1]), int(match[2])
-    lock = _lock(Path(f"/dev/spidev{csn // 10}.{csn % 10}"))
+    lock = _lock((ce, csn))
     try:
         return Nrf24Radio((ce, csn), drive, site, lock)
     except BaseException:
@@ -272,25 +275,37 @@ def _check_library() -> None:
         raise MissingExtra(f"the nrf24 radio needs the package pyrf24: {error}", hint) from None
 
 
-def _lock(device: Path) -> int:
-    """Open the SPI device and lock it, so that no other process uses this chip; LinkError if that cannot be."""
-    import fcntl  # there is none where there is no SPI either
+def _device(csn: int) -> Path:
+    return Path(f"/dev/spidev{csn // 10}.{csn % 10}")
 
+
+def _absent(pins: tuple[int, int]) -> LinkError:
+    """Why there is no SPI device for these numbers: they may be each other's."""
+    ce, csn = pins
+    device = _device(csn)
+    if csn not in SELECTS and (ce in SELECTS or _device(ce).exists()):
+        hint = f"CE, the GPIO line, comes first, then CSN, the chip select: `--radio nrf24:{csn},{ce}`"
+        return LinkError(f"there is no SPI device {device}: CE {ce} and CSN {csn} look swapped", hint)
+    return LinkError(f"there is no SPI device {device} on this machine", NO_SPI_HINT)
+
+
+def _lock(pins: tuple[int, int]) -> int:
+    """Open the SPI device and lock it, so that no other process uses this chip; LinkError if that cannot be."""
+    device = _device(pins[1])
     try:
-        descriptor = os.open(device, os.O_RDWR | os.O_CLOEXEC)
+        descriptor = os.open(device, os.O_RDWR)
     except FileNotFoundError:
-        raise LinkError(f"there is no SPI device {device} on this machine", NO_SPI_HINT) from None
+        raise _absent(pins) from None
     except PermissionError:
         raise LinkError(f"this user may not open {device}", GROUPS_HINT) from None
     except OSError as error:
         raise LinkError(f"{device} cannot be opened: {error.strerror}", NO_SPI_HINT) from None
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(descriptor)
-        hint = "only one program can use a radio chip at a time"
-        raise LinkError(f"the radio chip at {device} is in use by another program", hint) from None
-    return descriptor
+    with suppress(OSError):
+        if portable.lock(descriptor):
+            return descriptor
+    os.close(descriptor)
+    hint = "only one program can use a radio chip at a time"
+    raise LinkError(f"the radio chip at {device} is in use by another program", hint)
 
 
 def _reason(message: str) -> str:

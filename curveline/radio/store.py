@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import re
@@ -13,6 +12,7 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from curveline import portable
 from curveline.errors import LinkError
 from curveline.plan import DriveTable
 from curveline.radio.frames import TARGET_LIMIT, Counts, Fault
@@ -68,6 +68,7 @@ class Store:
         name = re.sub(r"[^A-Za-z0-9._-]", "_", drive.display) or "_"
         self.path = runs / f"mock-{name}.json"
         self._lock_path = runs / f"mock-{name}.lock"
+        self._owner_path = runs / f"mock-{name}.owner"
         self._drive = drive
         self._lock: int | None = None
 
@@ -75,22 +76,35 @@ class Store:
         """Lock the display for this process; LinkError if another one keeps it for 10 s."""
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            descriptor = os.open(self._lock_path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-        except OSError as error:
-            raise _unusable(self.path.parent, error) from error
+            self._lock = os.open(self._lock_path, os.O_RDWR | os.O_CREAT, 0o644)
+            self._take()
+        except BaseException as error:
+            self.close()
+            if isinstance(error, OSError):
+                raise _unusable(self._lock_path, error) from error
+            raise
+
+    def _take(self) -> None:
+        """Wait for the lock, and say who has it now: not in the locked file, which on Windows nobody else can read."""
+        assert self._lock is not None
         deadline = time.monotonic() + LOCK_WAIT_S
-        while not _try_lock(descriptor):
+        while not portable.lock(self._lock):
             if time.monotonic() > deadline:
-                owner = os.pread(descriptor, 200, 0).decode(errors="replace").strip() or "another process"
-                os.close(descriptor)
                 raise InUse(
-                    f"the mock display {self._drive.display!r} is in use by {owner}: a run may be on",
+                    f"the mock display {self._drive.display!r} is in use by {self._owner()}: a run may be on",
                     hint="wait until it is done, or use another runs folder (CURVELINE_RUNS)",
                 )
             time.sleep(LOCK_RETRY_S)
-        self._lock = descriptor
-        os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, f"process {os.getpid()} ({Path(sys.argv[0]).name or 'python'})".encode(), 0)
+        name = Path(sys.argv[0]).name or "python"
+        self._owner_path.write_text(f"process {os.getpid()} ({name})", encoding="utf-8", errors="replace")
+
+    def _owner(self) -> str:
+        try:
+            with self._owner_path.open(encoding="utf-8", errors="replace") as file:
+                owner = file.read(200).strip()
+        except OSError:
+            owner = ""
+        return owner if owner.isprintable() and owner else "another process"
 
     def close(self) -> None:
         """Give the lock back."""
@@ -127,17 +141,9 @@ class Store:
         partial = self.path.with_suffix(".part")
         try:
             partial.write_text(json.dumps(content) + "\n", encoding="utf-8")
-            os.replace(partial, self.path)
+            portable.replace(partial, self.path)
         except OSError as error:
             raise _unusable(self.path, error) from error
-
-
-def _try_lock(descriptor: int) -> bool:
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
 
 
 def _unusable(path: Path, error: OSError) -> LinkError:
