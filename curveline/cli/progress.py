@@ -51,12 +51,13 @@ class Lines:
     def __call__(self, news: Progress) -> None:
         """News of a node."""
         step, wish = self._told
-        if self._control.request is not wish:
-            show.note(f"{news.seconds:7.1f} s  {WISHES[self._control.request]}")
+        asked = self._control.request  # a signal may change it while a line is written, and is told of next time
+        if asked is not wish:
+            show.note(f"{news.seconds:7.1f} s  {WISHES[asked]}")
         if news.status.started >= news.step > step:
             step = news.step
             show.note(f"{news.seconds:7.1f} s  step {step} of {news.steps}: {self._plan.steps[step - 1].action}")
-        self._told = (step, self._control.request)
+        self._told = (step, asked)
 
 
 class Picture:

@@ -148,7 +148,10 @@ class Store:
 
 def _unusable(path: Path, error: OSError) -> LinkError:
     reason = error.strerror or str(error)
-    return LinkError(f"cannot use {path}: {reason}", hint="set CURVELINE_RUNS to a folder that can be written")
+    return LinkError(
+        f"cannot use {path}: {reason}",
+        hint="free space on that disk, or set CURVELINE_RUNS to a folder that can be written",
+    )
 
 
 def _damaged(path: Path, why: str) -> LinkError:

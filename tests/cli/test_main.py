@@ -81,7 +81,7 @@ def test_a_full_disk_under_stdout_is_said() -> None:
         done = subprocess.run(
             [*COMMAND, "simulate", SHAPE], stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert "cannot write the result" in done.stderr
     assert "Traceback" not in done.stderr
 

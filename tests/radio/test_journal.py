@@ -9,10 +9,11 @@ from pathlib import Path
 from random import Random
 from zlib import crc32
 
+import portalocker.portalocker
 import pytest
 
+from curveline import portable
 from curveline.errors import InvalidInput, LinkError
-from curveline.radio import journal as journal_module
 from curveline.radio.journal import (
     Journal,
     ReopenedJournal,
@@ -170,15 +171,14 @@ def test_space_is_reserved_and_given_back(tmp_path: Path) -> None:
     full.close()
 
 
-def test_file_systems_without_reservations_are_used_as_they_are(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_file_systems_without_reservations_get_zeros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(descriptor: int, offset: int, size: int) -> None:
         raise OSError(errno.EOPNOTSUPP, "not supported")
 
-    monkeypatch.setattr(journal_module.os, "posix_fallocate", refuse)
+    monkeypatch.setattr(os, "posix_fallocate", refuse)
     journal = Journal(tmp_path)
-    journal.reserve(1000)
+    journal.reserve(100_000)
+    assert journal.path.read_bytes() == bytes(100_000)
     journal.append({"type": "end"})
     journal.close()
     assert read_journal(journal.path) == [{"type": "end"}]
@@ -192,7 +192,7 @@ def test_a_disk_that_takes_nothing_or_has_no_room_is_reported(tmp_path: Path, mo
     def full(descriptor: int, offset: int, size: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(journal_module.os, "posix_fallocate", full)
+    monkeypatch.setattr(os, "posix_fallocate", full)
     with pytest.raises(LinkError, match="No space left"):
         journal.reserve(1000)
     journal.close()
@@ -267,10 +267,7 @@ def test_one_process_at_a_time_has_a_run(tmp_path: Path, opener: type[Journal]) 
 def test_a_journal_that_was_locked_between_its_creation_and_its_lock_is_left_to_the_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def locked(descriptor: int, operation: int) -> None:
-        raise BlockingIOError
-
-    monkeypatch.setattr(journal_module.fcntl, "flock", locked)
+    monkeypatch.setattr(portable, "lock", lambda descriptor: False)
     with pytest.raises(LinkError, match="another process"):
         Journal(tmp_path)
 
@@ -281,7 +278,7 @@ def test_a_file_system_that_cannot_lock_is_refused(tmp_path: Path, monkeypatch: 
     def no_locks(descriptor: int, operation: int) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(journal_module.fcntl, "flock", no_locks)
+    monkeypatch.setattr(portalocker.portalocker, "LOCKER", no_locks)
     with pytest.raises(LinkError, match="No locks available"):
         ReopenedJournal(tmp_path)
 

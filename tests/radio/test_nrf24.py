@@ -17,8 +17,9 @@ from xml.etree import ElementTree
 
 import pytest
 
+from curveline import portable
 from curveline.errors import InvalidInput, LinkError, MissingExtra
-from curveline.radio import open_radio
+from curveline.radio import nrf24, open_radio
 
 from . import inner_nrf24, test_contract
 from .bench import drive_table
@@ -140,6 +141,24 @@ def test_a_machine_without_the_spi_device(keys: Path, tmp_path: Path, settings: 
     assert caught.value.hint
 
 
+@pytest.mark.parametrize("pins", [(0, 22), (1, 25), (10, 8), (11, 24)])
+def test_numbers_that_look_swapped_are_called_so(keys: Path, tmp_path: Path, pins: tuple[int, int]) -> None:
+    with pytest.raises(LinkError, match=f"CE {pins[0]} and CSN {pins[1]} look swapped") as caught:
+        open_radio(f"nrf24:{pins[0]},{pins[1]}", DRIVE, tmp_path)
+    assert f"nrf24:{pins[1]},{pins[0]}" in caught.value.hint
+
+
+@pytest.mark.parametrize("pins", [(22, 0), (22, 10), (25, 1), (22, 99), (0, 1), (1, 0)])
+def test_numbers_that_do_not_look_swapped_are_not(
+    keys: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pins: tuple[int, int]
+) -> None:
+    monkeypatch.setattr(nrf24, "_device", lambda csn: tmp_path / f"spidev-{csn}")
+    with pytest.raises(LinkError, match="there is no SPI device") as caught:
+        open_radio(f"nrf24:{pins[0]},{pins[1]}", DRIVE, tmp_path)
+    assert "swapped" not in caught.value.message
+    assert "SPI on" in caught.value.hint
+
+
 @pytest.mark.parametrize(
     ("error", "says"),
     [
@@ -164,7 +183,7 @@ def test_a_device_that_cannot_be_opened(
 
 
 def test_another_system_than_linux(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("curveline.radio.nrf24.sys.platform", "darwin")
+    monkeypatch.setattr(portable, "HAS_SPI", False)
     with pytest.raises(InvalidInput, match="Linux") as caught:
         open_radio("nrf24:22,0", DRIVE, tmp_path)
     assert "serial:PORT" in caught.value.hint
