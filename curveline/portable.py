@@ -30,6 +30,8 @@ STOP_SIGNALS = tuple(
 
 _OTHERS = 0o077
 _CHUNK = 1 << 16
+_LOCKED = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK})
+"""What systems answer if another process has the lock."""
 _NO_RESERVE = frozenset({errno.EOPNOTSUPP, errno.EINVAL, errno.ENOSYS})
 """What file systems answer that cannot reserve space."""
 _PAUSES_S = (0.01, 0.03, 0.1, 0.3, 1.0)
@@ -44,18 +46,22 @@ def lock(descriptor: int) -> bool:
     """Keep other processes from locking an open file; False if one has it, OSError where files cannot be locked.
 
     The lock ends when the descriptor is closed or its process ends, however that ends. On Windows nobody else can read
-    a locked file: lock one that holds nothing.
+    what is locked: lock a file that holds nothing.
     """
-    from portalocker import AlreadyLocked, LockException, LockFlags
-    from portalocker import lock as take
-
     try:
-        take(descriptor, LockFlags.EXCLUSIVE | LockFlags.NON_BLOCKING)
-    except AlreadyLocked:
-        return False
-    except LockException as error:
-        cause = error.__cause__
-        raise cause if isinstance(cause, OSError) else OSError(errno.ENOLCK, str(error)) from None
+        if sys.platform == "win32":
+            import msvcrt
+
+            os.lseek(descriptor, 0, os.SEEK_SET)
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        if error.errno in _LOCKED:
+            return False
+        raise
     return True
 
 

@@ -14,6 +14,7 @@ FOLDERS = "name another place: CURVELINE_RUNS for runs, CURVELINE_CACHE for kern
 HINTS = {
     errno.ENOSPC: f"free space on that disk, or {FOLDERS}",
     errno.EDQUOT: f"your quota on that disk is used up: free space, or {FOLDERS}",
+    errno.EFBIG: f"files may not get so large there (`ulimit -f`): allow it, or {FOLDERS}",
     errno.EROFS: f"that disk can only be read: {FOLDERS}",
     errno.EACCES: f"see who may read and write there, or {FOLDERS}",
     errno.EPERM: f"see who may read and write there, or {FOLDERS}",

@@ -37,6 +37,7 @@ def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("CURVELINE_RUNS", str(tmp_path / "runs"))
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "no-config"))
     monkeypatch.setattr(_jit, "FIRST_RUN", False)
+    monkeypatch.setattr(_jit, "before_compiling", lambda tell: None)
     show.announce_compilation.cache_clear()
 
 

@@ -24,7 +24,7 @@ from radio.dongle_host import DongleHost, Room, dongle_host, write_keys
 IMITATION = Path(__file__).parent / "imitation"
 SHAPE = SHAPES / "level-up-peak.toml"
 DRIVE = drive_table(read_display("single"))
-LIMIT_S = 60.0
+LIMIT_S = 240.0
 
 
 class Result(NamedTuple):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
 from zlib import crc32
 
-import portalocker.portalocker
 import pytest
 
 from curveline import portable
@@ -278,7 +278,7 @@ def test_a_file_system_that_cannot_lock_is_refused(tmp_path: Path, monkeypatch: 
     def no_locks(descriptor: int, operation: int) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(portalocker.portalocker, "LOCKER", no_locks)
+    monkeypatch.setattr(fcntl, "flock", no_locks)
     with pytest.raises(LinkError, match="No locks available"):
         ReopenedJournal(tmp_path)
 

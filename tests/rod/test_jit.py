@@ -26,22 +26,30 @@ if __name__ == "__main__":
 """
 
 
-def run(folder: Path, home: Path) -> tuple[Path, bool, int]:
+def run(folder: Path, home: Path, preparation: str = "") -> tuple[Path, bool, int]:
     """Import the copy of `_jit` in a fresh process: its cache folder, whether it was new, kernels loaded from it."""
     env = {**os.environ, "CURVELINE_CACHE": str(home)}
-    command = [sys.executable, "-m", "kernels.small"]
+    code = f"{preparation}\nimport runpy; runpy.run_module('kernels.small', run_name='__main__')"
+    command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, check=True)
     cache, first, hits = done.stdout.split("\n")[:3]
     return Path(cache), first == "True", int(hits)
 
 
-def test_kernels_are_compiled_once_and_again_when_a_source_changes(tmp_path: Path) -> None:
-    package, home = tmp_path / "kernels", tmp_path / "cache"
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A package with a kernel, made by a copy of `_jit`."""
+    package = tmp_path / "kernels"
     package.mkdir()
     (package / "__init__.py").write_text("")
     shutil.copy(str(_jit.__file__), package / "_jit.py")
     (package / "small.py").write_text(KERNEL.format(package="kernels"))
     (package / "other.py").write_text("VALUE = 1\n")
+    return package
+
+
+def test_kernels_are_compiled_once_and_again_when_a_source_changes(tmp_path: Path, package: Path) -> None:
+    home = tmp_path / "cache"
     cold, warm = run(tmp_path, home), run(tmp_path, home)
     assert cold[0].parent == home
     assert list(cold[0].rglob("*.nbi"))
@@ -51,6 +59,43 @@ def test_kernels_are_compiled_once_and_again_when_a_source_changes(tmp_path: Pat
     changed = run(tmp_path, home)
     assert changed[0] not in (cold[0], home)
     assert changed[1:] == (True, 0)
+
+
+NO_WRITING = """
+import os, resource, tempfile
+resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
+"""
+CLOSED = (
+    NO_WRITING
+    + """
+really = os.access
+os.access = lambda path, mode: mode != os.W_OK and really(path, mode)
+"""
+)
+NOWHERE = (
+    CLOSED
+    + """
+def mkdtemp(**options):
+    raise FileNotFoundError(2, "No usable temporary directory found")
+tempfile.mkdtemp = tempfile.TemporaryFile = mkdtemp
+"""
+)
+
+
+@pytest.mark.parametrize("trouble", [NO_WRITING, CLOSED, NOWHERE], ids=["full", "closed", "nowhere"])
+def test_kernels_that_are_there_are_used_whatever_cannot_be_written(
+    tmp_path: Path, package: Path, trouble: str
+) -> None:
+    home = tmp_path / "cache"
+    folder, _, _ = run(tmp_path, home)
+    assert run(tmp_path, home, trouble) == (folder, False, 1)
+
+
+@pytest.mark.parametrize("trouble", [NO_WRITING, NOWHERE], ids=["full", "nowhere"])
+def test_kernels_that_cannot_be_kept_are_compiled(tmp_path: Path, package: Path, trouble: str) -> None:
+    for _ in range(2):
+        folder, first, hits = run(tmp_path, tmp_path / "cache", trouble)
+        assert (folder.parent, first, hits) == (tmp_path / "cache", True, 0)
 
 
 def test_the_folder_is_named_by_the_users_settings(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,7 @@
-"""Makes Python on Linux look like Python on another system, to curveline and to the library that locks files for it.
+"""Makes Python on Linux look like Python on another system, to curveline.
 
 A process with this folder on its PYTHONPATH and `win32` or `darwin` in IMITATED imitates; so do its workers. To code of
-the packages in `SEEN_BY`, modules and names that the system lacks are missing (`lacking-*.txt`, from the conditions in
+`SEEN_BY`, modules and names that the system lacks are missing (`lacking-*.txt`, from the conditions in
 typeshed's stubs). Everything else, numba, rich, pyserial and the standard library, goes on seeing Linux, on which it
 runs. What Windows does differently with files holds for all: an open file keeps its name, a locked one is read by
 nobody else, `os.open` without O_BINARY writes a carriage return before every newline.
@@ -24,7 +24,7 @@ from types import ModuleType
 from typing import Any
 
 SYSTEM = os.environ.get("IMITATED", "")
-SEEN_BY = ("curveline", "portalocker")
+SEEN_BY = "curveline"
 FULL_SYNC = 51
 BINARY = 1 << 40
 """A flag of `os.open` that Linux does not have."""
