@@ -161,6 +161,28 @@ def test_no_part_of_the_radio_knows_numpy() -> None:
         assert not packages & {"numpy", "numba", "scipy"}, path
 
 
+ONLY_SOMEWHERE = {
+    "os": "O_BINARY O_CLOEXEC O_NOCTTY O_NONBLOCK fork getuid geteuid name posix_fallocate pread pwrite uname "
+    "rename replace sched_getaffinity",
+    "signal": "SIGALRM SIGBREAK SIGHUP SIGKILL SIGUSR1 alarm pthread_sigmask setitimer",
+    "sys": "platform",
+    "time": "CLOCK_BOOTTIME CLOCK_MONOTONIC clock_gettime clock_gettime_ns",
+}
+"""What not every system has, or what it does in its own way."""
+
+
+def test_only_one_module_knows_the_system(module: tuple[Path, ast.Module]) -> None:
+    path, tree = module
+    if part_of(path) in ("portable", "bench"):  # what runs and measures other programs is for Linux and macOS
+        return
+    names = {f"{part}.{name}" for part, names in ONLY_SOMEWHERE.items() for name in names.split()}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute):
+            assert ast.unparse(node) not in names, f"line {node.lineno}: {ast.unparse(node)}"
+    packages = {name.split(".")[0] for _, name in imports(tree)}
+    assert not packages & {"fcntl", "msvcrt", "pwd", "resource", "termios", "winreg"}
+
+
 def test_only_the_command_line_prints_prompts_and_exits(module: tuple[Path, ast.Module]) -> None:
     path, tree = module
     if part_of(path) == "cli":

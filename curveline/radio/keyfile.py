@@ -186,7 +186,7 @@ def settings_record(master: bytes, drive: DriveTable, number: int) -> bytes:
 
 def write_private(path: Path, data: bytes) -> None:
     """A new file that only its owner may read, on disk when this returns; OSError otherwise, and no half of it."""
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | portable.PLAIN, PRIVATE)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, PRIVATE)
     try:
         with os.fdopen(descriptor, "wb") as stream:
             stream.write(data)

@@ -193,15 +193,16 @@ def _how(error: OSError) -> str:
 
 def _cannot_open(path: str, error: Exception) -> LinkError:
     """Why a port could not be opened, in a sentence of ours."""
-    number = getattr(error, "errno", None)
-    if number == errno.ENOENT or isinstance(error, FileNotFoundError):
+    number, said = getattr(error, "errno", None), str(error)
+    # On Windows pyserial gives no number, but the name of the system's error, and a port has one user at a time.
+    if number == errno.ENOENT or isinstance(error, FileNotFoundError) or "FileNotFoundError" in said:
         return LinkError(f"there is no port {path}", _ports_hint())
-    if "lock" in str(error) and number in LOCKED:
+    if ("lock" in said and number in LOCKED) or (number is None and "PermissionError" in said):
         return LinkError(f"the port {path} is in use by another program", "only one program can use a dongle at a time")
     if number in (errno.EACCES, errno.EPERM):
         hint = "the udev rule in firmware/dongle/README.md, or membership of the group dialout, permits it"
         return LinkError(f"this user may not open {path}", hint)
-    return LinkError(f"{path} cannot be used as a serial port: {error}", _ports_hint())
+    return LinkError(f"{path} cannot be used as a serial port: {said}", _ports_hint())
 
 
 def _ports_hint() -> str:

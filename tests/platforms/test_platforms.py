@@ -24,7 +24,9 @@ from radio.dongle_host import DongleHost, Room, dongle_host, write_keys
 IMITATION = Path(__file__).parent / "imitation"
 SHAPE = SHAPES / "level-up-peak.toml"
 DRIVE = drive_table(read_display("single"))
-LIMIT_S = 240.0
+LIMIT_S = 120.0
+BREAK = 21
+"""What Windows sends to the programs of a console that is closed, under the number that it has there."""
 
 
 class Result(NamedTuple):
@@ -119,6 +121,21 @@ def test_a_shape_is_simulated(there: Computer) -> None:
     assert not list(there.folder.glob(".*"))
 
 
+def test_half_a_file_leaves_nothing(there: Computer) -> None:
+    code = """
+from curveline.files import NewFile
+try:
+    with NewFile("peak.csv") as file:
+        file.write(b"half")
+        raise KeyError
+except KeyError:
+    pass
+"""
+    before = sorted(there.folder.iterdir())
+    there.python("-c", code)
+    assert sorted(there.folder.iterdir()) == before
+
+
 def test_a_sweep_takes_several_processes(there: Computer) -> None:
     code, out, err = there.run("simulate", SHAPE, "--sweep", "nodes.1.angle_deg=-30:30:5", "--jobs", 2, "--json")
     assert (code, len(out.splitlines())) == (0, 5), err
@@ -189,6 +206,12 @@ def test_the_keyboard_pauses_a_run_which_then_goes_on(there: Computer, sending: 
     assert code in (0, 1), "the rod need not take the curve that this plan does not aim at"
     (kinds,) = there.journals()
     assert (kinds.count("barrier"), kinds[-1]) == (3, "end"), err
+
+
+def test_a_console_that_is_closed_pauses_a_run(there: Computer, sending: subprocess.Popen[str]) -> None:
+    sending.send_signal({"darwin": signal.SIGHUP, "win32": BREAK}[there.system])
+    assert sending.wait(LIMIT_S) == 130
+    assert there.journals()[0][-1] == "pause"
 
 
 def test_a_run_has_one_host_until_that_is_killed(there: Computer, sending: subprocess.Popen[str]) -> None:

@@ -11,6 +11,7 @@ from random import Random
 from types import SimpleNamespace
 
 import pytest
+import serial
 from serial.tools import list_ports
 
 from curveline.errors import InvalidInput, LinkError
@@ -21,7 +22,7 @@ from curveline.radio.air import RATES_KBPS
 from curveline.radio.dongle import Dongle, Kind, LineLost, LineSilent, Outcome, encode_packet, frame_s
 from curveline.radio.keyfile import default_path
 from curveline.radio.link import read_status
-from curveline.radio.serial import SerialRadio
+from curveline.radio.serial import SerialLine, SerialRadio
 from firmware.dongle_core import UNIQUE, Core
 
 from .bench import drive_table
@@ -580,3 +581,24 @@ def test_asking_for_the_status_of_nodes_ends_with_the_dongle(host: DongleHost) -
         host.unplug()
         with pytest.raises(RadioGone):
             read_status(radio, DRIVE)
+
+
+@pytest.mark.parametrize(
+    ("reason", "says"),
+    [
+        (
+            "FileNotFoundError(2, 'Das System kann die angegebene Datei nicht finden.', None, 2)",
+            "there is no port COM9",
+        ),
+        ("PermissionError(13, 'Zugriff verweigert', None, 5)", "the port COM9 is in use by another program"),
+        ("OSError(22, 'Parameter', None, 87)", "COM9 cannot be used as a serial port"),
+    ],
+)
+def test_what_windows_says_of_a_port(monkeypatch: pytest.MonkeyPatch, reason: str, says: str) -> None:
+    def refuse(*arguments: object, **options: object) -> None:
+        raise serial.SerialException(f"could not open port 'COM9': {reason}")
+
+    monkeypatch.setattr(serial, "Serial", refuse)
+    with pytest.raises(LinkError, match=says) as caught:
+        SerialLine("COM9")
+    assert caught.value.hint

@@ -39,6 +39,7 @@ def node(
     except FileExistsError:
         raise InvalidInput(f"{output} exists already", hint="delete it first: it may hold a key") from None
     except OSError as error:
-        raise InvalidInput(f"{output} cannot be written: {error.strerror or error}") from None
+        hint = "check that the folder exists, may be written and has room"
+        raise InvalidInput(f"{output} cannot be written: {error.strerror or error}", hint) from None
     show.result(f"{output}: node {number} of display {drive.display}, address {drive.addresses[number - 1]}")
     show.note(f"flash it with: teensy_loader_cli --mcu=TEENSYLC -w {output}; then delete it, it holds the site's key")
