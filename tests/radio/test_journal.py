@@ -14,6 +14,7 @@ import pytest
 
 from curveline import portable
 from curveline.errors import InvalidInput, LinkError
+from curveline.radio import journal as journal_module
 from curveline.radio.journal import (
     Journal,
     ReopenedJournal,
