@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from curveline.plan import DriveTable
 from curveline.radio import Radio
-from curveline.radio.frames import ATTEMPT_MASK, Hello, Ident, Reject, Status, decode_ident
+from curveline.radio.frames import ATTEMPT_MASK, Hello, Ident, Reject, Report, decode_ident
 from curveline.radio.motion import axes_of, config_hash
 from curveline.radio.peer import Peer
 
@@ -18,7 +18,7 @@ QUESTIONS = 40
 """Questions to a node before it counts as silent: at half of all packets lost one in 10^20 is missed."""
 GAP_US = 2000
 
-Said = TypeVar("Said", Status, Ident)
+Said = TypeVar("Said", Report, Ident)
 
 
 def fresh_nonce() -> int:

@@ -40,6 +40,7 @@ STOPPING = frozenset({Phase.PAUSING, Phase.HALTING})
 GOING = frozenset({Phase.STAGING, Phase.RELEASED})
 UNCLAIMED = frozenset({Phase.DISCOVER, Phase.PREFLIGHT})
 WATCHED = frozenset({Phase.STAGING, Phase.RELEASED, Phase.PAUSING, Phase.PAUSED})
+TURNING = frozenset({State.MOVING, State.HOMING})
 UNREACHABLE = frozenset({Cause.SILENT, Cause.DEAF, Cause.REBOOT, Cause.TAKEN})
 """Causes after which the node at fault, or every node, will not answer under its session any more."""
 
@@ -73,7 +74,7 @@ class Conductor:
         self._loads = loads_of(plan)
         self._pace = Pace(self.policy, count, plan.drive.data_rate)
         flags = self.policy.flags | (0 if resume is None else resume.flags)
-        self._hello = Hello(0, 0, self.run_tag, config_hash(axes), self._pace.silence_ms, flags)
+        self._hello = Hello(0, 0, self.run_tag, config_hash(axes), self._pace.deadman_ms, flags)
         self._point = resume
         self._hold_gen = 0 if resume is None else 1
         self._estop = False
@@ -194,8 +195,8 @@ class Conductor:
     def _identify(self, now_ms: int, peer: Peer, ident: Ident) -> None:
         if self.phase is Phase.DISCOVER:
             peer.unheard, peer.heard_ms = 0, now_ms
-            peer.busy = ident.busy and not (self.policy.takeover and ident.state is not State.MOVING)
-            halt = check_ident(ident, peer, self._site.chips[peer.number - 1], self._hello.config_hash)
+            peer.busy = ident.busy and not (self.policy.takeover and ident.state not in TURNING)
+            halt = check_ident(ident, peer, self._hello.config_hash)
             if halt is None and self._point is not None:
                 halt = check_identity(self._point, ident)
             if halt is not None:

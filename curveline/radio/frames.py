@@ -7,14 +7,16 @@ they return a `Reject` that says why. Encoders raise InvalidInput for a value th
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from hmac import compare_digest
+from typing import NamedTuple
 
 from curveline.errors import InvalidInput
 from curveline.radio.keys import FROM_HOST, FROM_NODE, tag
 
-VERSION = 1
+VERSION = 2
 FRAME_BYTES = 32
 BODY_BYTES = 24
 EVERY_NODE = 0xFF
@@ -28,6 +30,17 @@ POSITION_UNIT = 8
 POSITION_LIMIT = POSITION_UNIT * (2**15 - 1)
 MOVE_MS_LIMIT = 0xFFFF
 DEADMAN_UNIT_MS = 50
+CLOCK_SHIFT = 6
+"""A node's clock ticks every 2**6 = 64 ms of the time since it was switched on."""
+DRIVE_CLOCK_BITS = 8
+STATUS_CLOCK_BITS = 16
+"""Low bits of the clock that these frames carry; their tags cover all of it."""
+BOOT_END = 1 << 24
+"""Boot numbers are below; a node that comes here stays off the air for good."""
+OFFERS_END = 1 << 32
+"""Offers in one boot are below; a node that comes here makes none until its power is switched off and on."""
+NOT_HOMED = 15
+"""In the place of the fault that keeps an axis from being homed: nobody has homed it, or it is being homed."""
 ATTEMPT_MASK = 0xFF
 """Bits of the host nonce that count attempts: they defeat the radio's repeat filter and stay out of all keys."""
 
@@ -37,11 +50,16 @@ FLAG_QUERY = 4
 FLAG_CLEAR = 8
 
 _DRIVE = struct.Struct("<BBHIHH9sHB")
+_ESTOP = struct.Struct("<BBHI16x")
+_HOME = struct.Struct("<BBHIBB14x")
 _STATUS = struct.Struct("<BBHIHHHHBBhhh")
 _HELLO = struct.Struct("<BBBBQQHBB")
-_IDENT = struct.Struct("<BBHQIIHBB")
+_IDENT = struct.Struct("<BBHIIIIHBB")
+_REPORT = struct.Struct("<BBIHHHBBhhhHH")
 _STOP = struct.Struct("<BBB21x")
 
+AXIS_COUNT = 3
+ALL_AXES = 0b111
 Counts = tuple[int, int, int]
 """Encoder counts of a node's axes, in the order of `plan.AXES`."""
 
@@ -56,6 +74,8 @@ class Kind(IntEnum):
     PAGE = 5
     STOP = 6
     ESTOP = 7
+    REPORT = 8
+    HOME = 9
 
 
 class State(IntEnum):
@@ -86,6 +106,25 @@ class Fault(IntEnum):
     BROWN_OUT = 7
 
 
+class BootCause(IntEnum):
+    """Why a node started last."""
+
+    UNKNOWN = 0
+    POWER_ON = 1
+    PIN = 2
+    LOW_VOLTAGE = 3
+    WATCHDOG = 4
+    HANG = 5
+    SOFTWARE = 6
+
+
+STATES = frozenset(map(int, State))
+FAULTS = frozenset(map(int, Fault))
+CAUSES = frozenset(map(int, BootCause))
+REASONS = FAULTS | {NOT_HOMED}
+"""What may keep an axis from being homed; 0 says that it is."""
+
+
 class Reject(Enum):
     """Why a payload is not the frame that was looked for."""
 
@@ -96,11 +135,30 @@ class Reject(Enum):
     FIELD = "a field with no meaning"
 
 
+class NodeNonce(NamedTuple):
+    """What a node puts into a session key: its boot, the offers it has made since, and noise taken at boot.
+
+    No two offers of a device have the same, until a new program is loaded into it; then only the noise differs.
+    """
+
+    boot: int
+    offers: int
+    noise: int
+
+    @property
+    def session(self) -> int:
+        """Number by which frames name the session that is offered; never 0."""
+        return (self.offers - 1) % 0xFFFF + 1
+
+
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Host to node: poll, staging, release and keep-alive in one; target in absolute counts, step 0 is none."""
+    """Host to node: poll, staging, release and keep-alive in one; target in absolute counts, step 0 is none.
 
-    node: int
+    `clock` is the newest time of the node that its host has heard [ticks].
+    """
+
+    clock: int
     session: int
     counter: int
     release: int = 0
@@ -112,7 +170,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Estop:
-    """Host to node: stop and stay stopped until the power is cycled."""
+    """Host to node: stop and stay stopped until the power is cycled; it is never too old."""
 
     node: int
     session: int
@@ -120,13 +178,27 @@ class Estop:
 
 
 @dataclass(frozen=True, slots=True)
+class Home:
+    """Host to node: find the zeros of `axes` (bit 0 for the first); `order` grows with every wish of a session."""
+
+    clock: int
+    session: int
+    counter: int
+    axes: int
+    order: int
+
+
+@dataclass(frozen=True, slots=True)
 class Status:
-    """Node to host: facts that stay true; `position` in counts, rounded to 8; `fault_axis` from 1, 0 for none."""
+    """Node to host: facts that stay true; `position` in counts, rounded to 8; `fault_axis` from 1, 0 for none.
+
+    `clock` is the node's own when this was written; of steps it names those of the session's run.
+    """
 
     node: int
     session: int
     echo: int
-    boot: int
+    clock: int
     finished: int
     started: int
     staged: int
@@ -135,6 +207,28 @@ class Status:
     fault: Fault
     fault_axis: int
     position: Counts
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """Node to whoever has its key and asks: how it is, what became of its last run, and since when it is in fault.
+
+    `axes` says per axis why it is not homed: NOT_HOMED or a fault, 0 if it is. `fault_s` saturates at 65,535.
+    """
+
+    node: int
+    boot: int
+    cause: BootCause
+    finished: int
+    started: int
+    staged: int
+    state: State
+    hold_low: int
+    fault: Fault
+    fault_axis: int
+    position: Counts
+    axes: tuple[int, int, int]
+    fault_s: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,13 +252,11 @@ class Hello:
 
 @dataclass(frozen=True, slots=True)
 class Ident:
-    """Node to host: who it is, and the session it offers; the boot number is the top of its nonce."""
+    """Node to host: the session it offers, made of its nonce; `clock` is its time [ticks]."""
 
     node: int
-    session: int
-    nonce: int
-    chip: int
-    firmware: int
+    nonce: NodeNonce
+    clock: int
     config_hash: int
     version: int
     state: State
@@ -174,7 +266,12 @@ class Ident:
     @property
     def boot(self) -> int:
         """How often the node has been switched on."""
-        return self.nonce >> 48
+        return self.nonce.boot
+
+    @property
+    def session(self) -> int:
+        """Number of the offered session."""
+        return self.nonce.session
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,6 +293,22 @@ def kind_of(payload: bytes) -> Kind | Reject:
         return Reject.KIND
 
 
+def clock_of(now_ms: int) -> int:
+    """Ticks of a node's clock `now_ms` after it was switched on."""
+    return now_ms >> CLOCK_SHIFT
+
+
+def latest_clock(low: int, now: int) -> int:
+    """The last tick not after `now` whose low bits a DRIVE carries; below 0 if there has been none yet."""
+    return now - ((now - low) & ((1 << DRIVE_CLOCK_BITS) - 1))
+
+
+def nearest_clock(low: int, known: int) -> int:
+    """The tick nearest to `known` whose low bits a STATUS carries."""
+    half = 1 << (STATUS_CLOCK_BITS - 1)
+    return max(0, known + ((low - known + half) & (2 * half - 1)) - half)
+
+
 def encode_drive(frame: Drive, key: bytes) -> bytes:
     """DRIVE under the session key."""
     for counts in frame.target:
@@ -205,18 +318,19 @@ def encode_drive(frame: Drive, key: bytes) -> bytes:
     body = pack(
         _DRIVE,
         (
-            *(head(Kind.DRIVE), frame.node, frame.session, frame.counter),
+            *(head(Kind.DRIVE), frame.clock & 0xFF, frame.session, frame.counter),
             *(frame.release, frame.load_step, target, frame.move_ms, frame.hold_gen),
         ),
     )
-    return body + tag(key, body, FROM_HOST)
+    return body + tag(key, body + nonce_bytes(frame.clock), FROM_HOST)
 
 
-def decode_drive(payload: bytes, key: bytes) -> Drive | Reject:
-    """DRIVE, or why it is none under `key`."""
-    if (reject := verify(payload, Kind.DRIVE, key, FROM_HOST)) is not None:
+def decode_drive(payload: bytes, key: bytes, now: int) -> Drive | Reject:
+    """DRIVE, or why it is none under `key` at the time `now` [ticks]."""
+    clock = latest_clock(payload[1], now) if len(payload) == FRAME_BYTES else 0
+    if (reject := verify(payload, Kind.DRIVE, key, nonce_bytes(clock) + FROM_HOST)) is not None:
         return reject
-    _, node, session, counter, release, load_step, raw, move_ms, hold_gen = _DRIVE.unpack_from(payload)
+    _, _, session, counter, release, load_step, raw, move_ms, hold_gen = _DRIVE.unpack_from(payload)
     target = (
         int.from_bytes(raw[0:3], "little", signed=True),
         int.from_bytes(raw[3:6], "little", signed=True),
@@ -224,13 +338,30 @@ def decode_drive(payload: bytes, key: bytes) -> Drive | Reject:
     )
     if min(target) < -TARGET_LIMIT:
         return Reject.FIELD
-    return Drive(node, session, counter, release, load_step, target, move_ms, hold_gen)
+    return Drive(clock, session, counter, release, load_step, target, move_ms, hold_gen)
+
+
+def encode_home(frame: Home, key: bytes) -> bytes:
+    """HOME under the session key."""
+    fields = (head(Kind.HOME), frame.clock & 0xFF, frame.session, frame.counter, frame.axes, frame.order)
+    body = pack(_HOME, fields)
+    return body + tag(key, body + nonce_bytes(frame.clock), FROM_HOST)
+
+
+def decode_home(payload: bytes, key: bytes, now: int) -> Home | Reject:
+    """HOME, or why it is none under `key` at the time `now` [ticks]."""
+    clock = latest_clock(payload[1], now) if len(payload) == FRAME_BYTES else 0
+    if (reject := verify(payload, Kind.HOME, key, nonce_bytes(clock) + FROM_HOST)) is not None:
+        return reject
+    _, _, session, counter, axes, order = _HOME.unpack_from(payload)
+    if not 0 < axes < 1 << AXIS_COUNT or any(payload[10:BODY_BYTES]):
+        return Reject.FIELD
+    return Home(clock, session, counter, axes, order)
 
 
 def encode_estop(frame: Estop, key: bytes) -> bytes:
-    """ESTOP under the session key: the layout of DRIVE with everything after the counter zero."""
-    fields = (head(Kind.ESTOP), frame.node, frame.session, frame.counter, 0, 0, bytes(9), 0, 0)
-    body = pack(_DRIVE, fields)
+    """ESTOP under the session key."""
+    body = pack(_ESTOP, (head(Kind.ESTOP), frame.node, frame.session, frame.counter))
     return body + tag(key, body, FROM_HOST)
 
 
@@ -240,38 +371,75 @@ def decode_estop(payload: bytes, key: bytes) -> Estop | Reject:
         return reject
     if any(payload[8:BODY_BYTES]):
         return Reject.FIELD
-    _, node, session, counter = _DRIVE.unpack_from(payload)[:4]
+    _, node, session, counter = _ESTOP.unpack_from(payload)
     return Estop(node, session, counter)
 
 
-def encode_status(frame: Status, key: bytes, nonce: int = 0) -> bytes:
-    """STATUS under the session key, or as an answer to a query under the node key and the query's nonce."""
+def encode_status(frame: Status, key: bytes) -> bytes:
+    """STATUS under the session key."""
     x, y, z = (_position_units(counts) for counts in frame.position)
     body = pack(
         _STATUS,
         (
-            *(head(Kind.STATUS), frame.node, frame.session, frame.echo, frame.boot),
+            *(head(Kind.STATUS), frame.node, frame.session, frame.echo, frame.clock & 0xFFFF),
             *(frame.finished, frame.started, frame.staged),
             *(frame.state << 4 | frame.hold_low, frame.fault_axis << 4 | frame.fault, x, y, z),
+        ),
+    )
+    return body + tag(key, body + nonce_bytes(frame.clock), FROM_NODE)
+
+
+def decode_status(payload: bytes, key: bytes, known: int) -> Status | Reject:
+    """STATUS, or why it is none under `key`; `known` is a time of the node that is not far away [ticks]."""
+    clock = nearest_clock(int.from_bytes(payload[8:10], "little"), known)
+    if (reject := verify(payload, Kind.STATUS, key, nonce_bytes(clock) + FROM_NODE)) is not None:
+        return reject
+    _, node, session, echo, _, finished, started, staged, mode, trouble, *units = _STATUS.unpack_from(payload)
+    found = _condition(mode, trouble, units)
+    if found is None:
+        return Reject.FIELD
+    state, hold_low, fault, axis, position = found
+    return Status(node, session, echo, clock, finished, started, staged, state, hold_low, fault, axis, position)
+
+
+def encode_report(frame: Report, key: bytes, nonce: int) -> bytes:
+    """REPORT under the node key and the nonce of the query, so that an old one is worth nothing."""
+    x, y, z = (_position_units(counts) for counts in frame.position)
+    homing = sum(each << 4 * index for index, each in enumerate(frame.axes))
+    body = pack(
+        _REPORT,
+        (
+            *(head(Kind.REPORT), frame.node, frame.boot | frame.cause << 24),
+            *(frame.finished, frame.started, frame.staged),
+            *(frame.state << 4 | frame.hold_low, frame.fault_axis << 4 | frame.fault, x, y, z),
+            *(homing, min(frame.fault_s, 0xFFFF)),
         ),
     )
     return body + tag(key, body + nonce_bytes(nonce), FROM_NODE)
 
 
-def decode_status(payload: bytes, key: bytes, nonce: int = 0) -> Status | Reject:
-    """STATUS, or why it is none under `key` and `nonce`."""
-    if (reject := verify(payload, Kind.STATUS, key, nonce_bytes(nonce) + FROM_NODE)) is not None:
+def decode_report(payload: bytes, key: bytes, nonce: int) -> Report | Reject:
+    """REPORT, or why it is none under `key` for the query with `nonce`."""
+    if (reject := verify(payload, Kind.REPORT, key, nonce_bytes(nonce) + FROM_NODE)) is not None:
         return reject
-    _, node, session, echo, boot, finished, started, staged, mode, fault, x, y, z = _STATUS.unpack_from(payload)
-    try:
-        state, cause = State(mode >> 4), Fault(fault & 0xF)
-    except ValueError:
+    _, node, start, finished, started, staged, mode, trouble, x, y, z, homing, fault_s = _REPORT.unpack_from(payload)
+    found = _condition(mode, trouble, (x, y, z))
+    axes = (homing & 15, homing >> 4 & 15, homing >> 8 & 15)
+    if found is None or homing >> 12 or start >> 24 not in CAUSES or not REASONS.issuperset(axes):
         return Reject.FIELD
-    if fault >> 4 > len((x, y, z)) or min(x, y, z) < -POSITION_LIMIT // POSITION_UNIT:
-        return Reject.FIELD
-    position = (x * POSITION_UNIT, y * POSITION_UNIT, z * POSITION_UNIT)
-    facts = (node, session, echo, boot, finished, started, staged)
-    return Status(*facts, state, mode & 0xF, cause, fault >> 4, position)
+    state, hold_low, fault, axis, position = found
+    facts = (node, start % BOOT_END, BootCause(start >> 24), finished, started, staged)
+    return Report(*facts, state, hold_low, fault, axis, position, axes, fault_s)
+
+
+def _condition(mode: int, trouble: int, units: Sequence[int]) -> tuple[State, int, Fault, int, Counts] | None:
+    """State, hold, fault, its axis and position out of the fields of a STATUS or a REPORT; None for nonsense."""
+    if mode >> 4 not in STATES or trouble & 0xF not in FAULTS or trouble >> 4 > AXIS_COUNT:
+        return None
+    if min(units) < -POSITION_LIMIT // POSITION_UNIT:
+        return None
+    x, y, z = (each * POSITION_UNIT for each in units)
+    return State(mode >> 4), mode & 0xF, Fault(trouble & 0xF), trouble >> 4, (x, y, z)
 
 
 def encode_hello(frame: Hello, key: bytes) -> bytes:
@@ -298,11 +466,12 @@ def decode_hello(payload: bytes, key: bytes) -> Hello | Reject:
 def encode_ident(frame: Ident, key: bytes, nonce: int) -> bytes:
     """IDENT under the node key; the tag also covers the host's nonce, so that an old one is worth nothing."""
     mode = frame.state << 4 | frame.busy << 1 | frame.same_run
+    own = frame.nonce
     body = pack(
         _IDENT,
         (
-            *(head(Kind.IDENT), frame.node, frame.session, frame.nonce),
-            *(frame.chip, frame.firmware, frame.config_hash, frame.version, mode),
+            *(head(Kind.IDENT), frame.node, frame.session, own.offers, own.boot, own.noise),
+            *(frame.clock & 0xFFFFFFFF, frame.config_hash, frame.version, mode),
         ),
     )
     return body + tag(key, body + nonce_bytes(nonce), FROM_NODE)
@@ -312,14 +481,11 @@ def decode_ident(payload: bytes, key: bytes, nonce: int) -> Ident | Reject:
     """IDENT, or why it is none under `key` for the handshake `nonce`."""
     if (reject := verify(payload, Kind.IDENT, key, nonce_bytes(nonce) + FROM_NODE)) is not None:
         return reject
-    _, node, session, node_nonce, chip, firmware, config_hash, version, mode = _IDENT.unpack_from(payload)
-    try:
-        state = State(mode >> 4)
-    except ValueError:
+    _, node, session, offers, boot, noise, clock, config_hash, version, mode = _IDENT.unpack_from(payload)
+    own = NodeNonce(boot, offers, noise)
+    if mode & 0b1100 or mode >> 4 not in STATES or boot >= BOOT_END or session != own.session:
         return Reject.FIELD
-    if mode & 0b1100:
-        return Reject.FIELD
-    return Ident(node, session, node_nonce, chip, firmware, config_hash, version, state, bool(mode & 1), bool(mode & 2))
+    return Ident(node, own, clock, config_hash, version, State(mode >> 4), bool(mode & 1), bool(mode & 2))
 
 
 def encode_stop(frame: Stop, key: bytes) -> bytes:
@@ -363,8 +529,8 @@ def verify(payload: bytes, kind: Kind, key: bytes, trailer: bytes) -> Reject | N
 
 
 def nonce_bytes(nonce: int) -> bytes:
-    """The nonce a tag covers besides the body; 0 stands for none, because a session's key is fresh by itself."""
-    return nonce.to_bytes(8, "little") if nonce else b""
+    """The nonce or the time that a tag covers besides the body; 0 stands for none."""
+    return (nonce & 0xFFFFFFFFFFFFFFFF).to_bytes(8, "little") if nonce else b""
 
 
 def _position_units(counts: int) -> int:

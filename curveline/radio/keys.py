@@ -28,9 +28,10 @@ OPEN_KEY = derive(ZERO_MASTER, b"page")
 """Key of frames that are no secret and no evidence: it only tells a whole frame from a damaged one."""
 
 
-def session_key(node_key: bytes, host_nonce: int, node_nonce: int, run_tag: int) -> bytes:
-    """Key of one session: fresh on both sides, and bound to the run."""
-    return derive(node_key, b"session", *(part.to_bytes(8, "little") for part in (host_nonce, node_nonce, run_tag)))
+def session_key(node_key: bytes, host_nonce: int, node_nonce: tuple[int, int, int], run_tag: int) -> bytes:
+    """Key of one session: fresh on both sides, and bound to the run; the node's nonce is its boot, offers, noise."""
+    numbers = (part.to_bytes(4, "little") for part in node_nonce)
+    return derive(node_key, b"session", host_nonce.to_bytes(8, "little"), *numbers, run_tag.to_bytes(8, "little"))
 
 
 @dataclass(frozen=True)

@@ -17,14 +17,16 @@ from curveline.radio.asking import fresh_nonce, insist
 from curveline.radio.conductor import Conductor
 from curveline.radio.frames import (
     FLAG_QUERY,
+    NOT_HOMED,
     Counts,
     Drive,
     Fault,
     Hello,
     Reject,
+    Report,
     Status,
     decode_drive,
-    decode_status,
+    decode_report,
     encode_drive,
 )
 from curveline.radio.halts import Halt
@@ -83,7 +85,10 @@ class Control:
 
 @dataclass(frozen=True)
 class NodeStatus:
-    """What one node says; `state` is "silent" and the rest unknown (zeros, None) if it did not answer."""
+    """What one node says; `state` is "silent" and the rest unknown (zeros, None) if it did not answer.
+
+    `boot_cause`, `unhomed` (axis: why it is not homed) and `fault_seconds` (since when) are not asked for in a run.
+    """
 
     node: int
     address: str
@@ -94,6 +99,9 @@ class NodeStatus:
     staged: int = 0
     fault: str = ""
     counts: Counts | None = None
+    boot_cause: str = ""
+    unhomed: dict[str, str] = field(default_factory=dict)
+    fault_seconds: int | None = None
     link: LinkTally = field(default_factory=LinkTally)
 
 
@@ -175,9 +183,9 @@ def describe_plan_frames(plan: Plan) -> list[FrameRecord]:
     records = []
     for step, loads in zip(plan.steps, loads_of(plan), strict=True):
         for node, (number, target, move_ms) in enumerate(loads, start=1):
-            frame = Drive(node, 0, number, number - 1, number, target, move_ms)
+            frame = Drive(0, 0, number, number - 1, number, target, move_ms)
             payload = encode_drive(frame, key)
-            decoded = decode_drive(payload, key)
+            decoded = decode_drive(payload, key, frame.clock)
             assert not isinstance(decoded, Reject)
             fields = (decoded.release, decoded.target, decoded.move_ms, payload)
             records.append(FrameRecord(number, node, plan.drive.addresses[node - 1], step.action, *fields))
@@ -334,20 +342,23 @@ def _query(radio: Radio, number: int, address: str) -> NodeStatus:
     nonce = fresh_nonce()
     peer = Peer(number, address, radio.site.node_key(number), nonce)
     question = Hello(number, nonce, 0, 0, 0, FLAG_QUERY)
-    status = insist(radio, peer, question, partial(decode_status, key=peer.node_key, nonce=nonce))
-    return (
-        NodeStatus(number, address, SILENT, link=peer.tally)
-        if status is None
-        else _node_status(status, address, peer.tally)
+    report = insist(radio, peer, question, partial(decode_report, key=peer.node_key, nonce=nonce))
+    if report is None:
+        return NodeStatus(number, address, SILENT, link=peer.tally)
+    return replace(
+        _node_status(report, report.boot, address, peer.tally),
+        boot_cause=_plain(report.cause.name),
+        unhomed={axis: _reason(code) for axis, code in zip(AXES, report.axes, strict=True) if code},
+        fault_seconds=report.fault_s if report.fault is not Fault.NONE else None,
     )
 
 
 def _peer_status(peer: Peer) -> NodeStatus:
     assert peer.status is not None  # a run that did not end in an error has heard of every node
-    return _node_status(peer.status, peer.address, replace(peer.tally))
+    return _node_status(peer.status, peer.boot, peer.address, replace(peer.tally))
 
 
-def _node_status(status: Status, address: str, link: LinkTally) -> NodeStatus:
+def _node_status(status: Status | Report, boot: int, address: str, link: LinkTally) -> NodeStatus:
     fault = "" if status.fault is Fault.NONE else _plain(status.fault.name)
     if status.fault_axis:
         fault += f" ({AXES[status.fault_axis - 1]})"
@@ -355,7 +366,7 @@ def _node_status(status: Status, address: str, link: LinkTally) -> NodeStatus:
         node=status.node,
         address=address,
         state=_plain(status.state.name),
-        boot=status.boot,
+        boot=boot,
         started=status.started,
         finished=status.finished,
         staged=status.staged,
@@ -363,6 +374,10 @@ def _node_status(status: Status, address: str, link: LinkTally) -> NodeStatus:
         counts=status.position,
         link=link,
     )
+
+
+def _reason(code: int) -> str:
+    return "not homed" if code == NOT_HOMED else _plain(Fault(code).name)
 
 
 def _plain(name: str) -> str:

@@ -19,7 +19,7 @@ from curveline.radio.frames import Fault, Stop, encode_stop
 from curveline.radio.intruders import REPLAYS, NextVersion, Rival, forged, stranger_identity
 from curveline.radio.journal import SystemDisk
 from curveline.radio.node import Node
-from curveline.radio.nodestate import Memory
+from curveline.radio.nodestate import NOWHERE, Memory
 from curveline.radio.plant import MotorPlant
 from curveline.radio.station import FOR_EVER, Station
 
@@ -221,7 +221,7 @@ def _busy(stage: Stage, mishap: Mishap) -> None:
 
 
 def _unhomed(stage: Stage, mishap: Mishap) -> None:
-    stage.station(mishap).memory.homed = False
+    stage.station(mishap).memory.unhomed = NOWHERE
 
 
 def _estop(stage: Stage, mishap: Mishap) -> None:

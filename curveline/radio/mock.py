@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from hashlib import blake2s
 from pathlib import Path
 from random import Random
@@ -25,7 +26,7 @@ from curveline.radio.mishaps import MockDisk, Packet, Stage, Troubles
 from curveline.radio.mockspec import MockSpec, parse_spec
 from curveline.radio.motion import axes_of
 from curveline.radio.node import Node
-from curveline.radio.nodestate import Identity
+from curveline.radio.nodestate import Identity, Memory
 from curveline.radio.plant import PER_MILLE, MotorPlant
 from curveline.radio.station import Station
 from curveline.radio.store import MockState, Standing, Store, state_at_home
@@ -184,7 +185,8 @@ class MockRadio:
 
     def _state_at(self, now_ms: int) -> MockState:
         pairs = zip(self.nodes, self._positions_at(now_ms), strict=True)
-        return MockState([Standing(counts, node.memory) for node, counts in pairs], self._rod, self._rod_at)
+        nodes = [Standing(counts, _left_at(node.memory, now_ms)) for node, counts in pairs]
+        return MockState(nodes, self._rod, self._rod_at)
 
     def _positions_at(self, now_ms: int) -> tuple[Counts, ...]:
         return tuple(station.plant.positions(now_ms) for station in self._stations)
@@ -196,7 +198,7 @@ class MockRadio:
         """What a host that is killed now must find again: everything of a node that an answer may have told it."""
         memories = [node.memory for node in self.nodes]
         return [
-            (each.boot, each.homed, each.estop, each.fault, each.run_tag, each.started, each.finished)
+            (each.boot, *each.unhomed, each.estop, each.fault, each.run_tag, each.started, each.finished)
             for each in memories
         ]
 
@@ -216,10 +218,15 @@ class MockRadio:
         for later_ms in range(now_ms, now_ms + REST_LIMIT_MS, REST_STEP_MS):
             for node in self.nodes:
                 node.advance(later_ms)
-            if all(node.move is None for node in self.nodes):
+            if all(node.move is None and not node.memory.homing for node in self.nodes):
                 break
         self._realtime = False
         self._virtual_us = later_ms * 1000
+
+
+def _left_at(memory: Memory, now_ms: int) -> Memory:
+    """What a node knows, for a display that is opened again with its clocks at 0."""
+    return replace(memory, fault_ms=min(0, memory.fault_ms - now_ms), homing=0)
 
 
 def mock_site(drive: DriveTable) -> Site:

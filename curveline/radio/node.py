@@ -8,33 +8,41 @@ docs/radio-protocol.md, in the order given there.
 from __future__ import annotations
 
 from curveline.radio.frames import (
+    CLOCK_SHIFT,
     COUNTER_END,
     EVERY_NODE,
     FLAG_CLEAR,
     FLAG_QUERY,
     FLAG_RESUME,
     HOLD_END,
+    NOT_HOMED,
+    OFFERS_END,
     VERSION,
     Counts,
     Drive,
     Fault,
     Hello,
+    Home,
     Ident,
     Kind,
     Reject,
+    Report,
     State,
     Status,
+    clock_of,
     decode_drive,
     decode_estop,
     decode_hello,
+    decode_home,
     decode_stop,
     encode_ident,
+    encode_report,
     encode_status,
     kind_of,
 )
 from curveline.radio.keys import session_key
 from curveline.radio.motion import Axes, Move, config_hash, outside, plan_move, rest_ms
-from curveline.radio.nodestate import LOST_POSITION, Identity, Memory, Session, Tally
+from curveline.radio.nodestate import LOST_POSITION, Identity, Memory, Session, Tally, with_reason
 from curveline.radio.pages import WHO, Page, decode_ask, encode_page
 from curveline.radio.plant import Plant, PlantFault
 
@@ -62,6 +70,7 @@ class Node:
         self._handlers = {
             Kind.DRIVE: self._on_drive,
             Kind.ESTOP: self._on_estop,
+            Kind.HOME: self._on_home,
             Kind.HELLO: self._on_hello,
             Kind.PAGE: self._on_ask,
             Kind.STOP: self._on_stop,
@@ -75,10 +84,12 @@ class Node:
             return State.BOOT
         if memory.estop:
             return State.ESTOP
+        if memory.homing:
+            return State.HOMING
         if memory.fault is not Fault.NONE:
             return State.POSITION_LOST if memory.fault in LOST_POSITION else State.FAULT
         if not memory.homed:
-            return State.HOMING if memory.homing else State.UNHOMED
+            return State.UNHOMED
         if self.move is not None:
             return State.MOVING
         if self._stopped or (self._session is not None and self._session.hold_gen & 1):
@@ -109,21 +120,24 @@ class Node:
         self._schedule()
         self.advance(now_ms)
 
-    def start_homing(self, now_ms: int) -> None:
-        """A person asks the idle node to find its zero; the position is void until `finish_homing`."""
-        if self.move is None and not self.memory.estop:
-            self.memory.homed, self.memory.homing = False, True
+    def start_homing(self, now_ms: int, axes: int) -> None:
+        """A person or a host asks the idle node to find the zeros of `axes` (bit 0 for the first).
+
+        Their positions are void from now on, and with them what the node has done of its run.
+        """
+        memory = self.memory
+        if self.move is None and not memory.homing and not memory.estop:
+            memory.unhomed = with_reason(memory.unhomed, axes, NOT_HOMED)
+            memory.homing = axes
+            memory.forget_run()
+            self.plant.seek(now_ms, axes)
             self._reload(now_ms)
 
-    def finish_homing(self, now_ms: int) -> None:
-        """The zero is found: the position is known again, which also ends a fault that had put it in doubt."""
-        if not self.memory.homing:
-            return
-        self.memory.homed, self.memory.homing = True, False
-        if self.memory.fault in LOST_POSITION:
-            self.memory.fault, self.memory.fault_axis = Fault.NONE, 0
-        self._abandon_run()
-        self._reload(now_ms)
+    def stop_homing(self, now_ms: int) -> None:
+        """A person wants the homing to end; what has not found its zero stays without."""
+        if self.memory.homing:
+            self._abandon_homing(now_ms)
+            self._reload(now_ms)
 
     # What time brings
 
@@ -131,7 +145,9 @@ class Node:
         moments = []
         session = self._session
         if session is not None and not session.closed and not self._silent:
-            moments.append(session.heard_ms + session.hello.deadman_ms)
+            moments.append(session.expires_ms)
+        if self.memory.homing and (sought := self.plant.sought()) is not None:
+            moments.append(sought.at_ms)
         if self.move is not None:
             if (settles := self.plant.settles_ms()) is not None:
                 moments.append(settles)
@@ -149,7 +165,10 @@ class Node:
         settles = self.plant.settles_ms()
         if self.move is not None and settles is not None and settles <= now_ms:
             self._arrive(now_ms, self.move)
-        if session is not None and not session.closed and now_ms >= session.heard_ms + session.hello.deadman_ms:
+        sought = self.plant.sought()
+        if self.memory.homing and sought is not None and sought.at_ms <= now_ms:
+            self._finish_homing(sought.reasons)
+        if session is not None and not session.closed and now_ms >= session.expires_ms:
             self._fall_silent(now_ms)
         self._reload(now_ms)
 
@@ -162,24 +181,42 @@ class Node:
             memory.move_ms = rest_ms(move)
             self._go_on(now_ms)
 
+    def _finish_homing(self, reasons: tuple[int, int, int]) -> None:
+        """The plant is through with the axes it sought; if all are homed now, no fault puts the position in doubt."""
+        memory = self.memory
+        x, y, z = (
+            new if memory.homing >> index & 1 else old
+            for index, (new, old) in enumerate(zip(reasons, memory.unhomed, strict=True))
+        )
+        memory.unhomed, memory.homing = (x, y, z), 0
+        if memory.homed and memory.fault in LOST_POSITION:
+            memory.forget_fault()
+
+    def _abandon_homing(self, now_ms: int) -> None:
+        if self.memory.homing:
+            self.memory.homing = 0
+            self.plant.give_up(now_ms)
+
     def _fall_silent(self, now_ms: int) -> None:
         if not self._silent and self._session is not None:
             self._silent = True
             self._lift_above = self._session.hold_gen
-            self._brake(now_ms)
+            self._halt(now_ms)
 
     def _fail(self, now_ms: int, fault: Fault, axis: int) -> None:
-        if self.memory.fault is Fault.NONE:
-            self.memory.fault, self.memory.fault_axis = fault, axis
-            self.memory.homed = self.memory.homed and fault not in LOST_POSITION
+        memory = self.memory
+        if memory.fault is Fault.NONE:
+            memory.fault, memory.fault_axis, memory.fault_ms = fault, axis, now_ms
+            if fault in LOST_POSITION:
+                memory.lose(fault, axis)
         self._brake(now_ms)
 
     # Motion
 
     def _may_move(self) -> bool:
         memory, session = self.memory, self._session
-        able = memory.homed and not memory.estop and memory.fault is Fault.NONE
-        if not able or session is None or session.closed:
+        able = memory.homed and not memory.homing and not memory.estop and memory.fault is Fault.NONE
+        if not able or session is None or session.closed or not session.owns_run:
             return False
         return not (self._silent or self._stopped or session.hold_gen & 1)
 
@@ -196,18 +233,24 @@ class Node:
             self.move = self.move.braked(now_ms - self.move_start_ms)
             self.plant.follow(now_ms, self.move_start_ms, self.move)
 
+    def _halt(self, now_ms: int) -> None:
+        """Whatever turns comes to rest."""
+        self._brake(now_ms)
+        self._abandon_homing(now_ms)
+
     # What frames bring
 
     def _on_drive(self, now_ms: int, payload: bytes) -> None:
         session = self._session_of(payload)
         if session is None:
             return
-        frame = decode_drive(payload, session.key)
+        frame = decode_drive(payload, session.key, clock_of(now_ms))
         if isinstance(frame, Reject):
             self.tally.refuse(now_ms, frame)
             return
-        if not self._admit(now_ms, session, frame.node, frame.counter):
+        if not self._is_fresh(now_ms, session, frame) or not self._admit(now_ms, session, frame.counter):
             return
+        session.heard_ms = max(session.heard_ms, frame.clock << CLOCK_SHIFT)
         session.hold_gen = max(session.hold_gen, frame.hold_gen)
         if session.hold_gen >= HOLD_END or session.counter == COUNTER_END - 1:
             self._close(now_ms, session)
@@ -217,10 +260,10 @@ class Node:
 
     def _obey(self, now_ms: int, session: Session, frame: Drive) -> None:
         if session.hold_gen & 1:
-            self._brake(now_ms)
+            self._halt(now_ms)
         elif session.hold_gen > self._lift_above:
             self._silent = self._stopped = False
-        self._stage(now_ms, frame)
+        self._stage(now_ms, session, frame)
         session.release = max(session.release, frame.release)
         self._start(session)
         self._go_on(now_ms)
@@ -233,46 +276,61 @@ class Node:
                 return session
         return None
 
-    def _admit(self, now_ms: int, session: Session, number: int, counter: int) -> bool:
-        """Whether a frame with a good tag counts; if it does, the dead-man is fed and a pending session takes over."""
-        if number != self.identity.number:
-            return False
+    def _is_fresh(self, now_ms: int, session: Session, frame: Drive | Home) -> bool:
+        """Whether the host had heard of the node lately when it sent this.
+
+        If not, the node only says what time it is now: somebody may have kept the frame back.
+        """
+        if now_ms < (frame.clock << CLOCK_SHIFT) + session.hello.deadman_ms:
+            return True
+        self.tally.old_frames += 1
+        if session is self._pending:
+            self._identify(now_ms, session.hello)
+        else:
+            self._reload(now_ms)
+        return False
+
+    def _admit(self, now_ms: int, session: Session, counter: int) -> bool:
+        """Whether a frame with a good tag counts; if it does, a pending session takes over."""
         if counter <= session.counter or counter >= COUNTER_END:
-            self.tally.old_counters += 1
+            self.tally.old_frames += 1
             return False
         if session is self._pending:
-            if self.move is not None and not self._owner_gone(now_ms):
+            if (self.move is not None or self.memory.homing) and not self._owner_gone(now_ms):
                 return False
             self._take_over(now_ms, session)
         session.counter = counter
-        session.heard_ms = now_ms
         return True
 
     def _owner_gone(self, now_ms: int) -> bool:
         owner = self._session
-        return owner is None or owner.closed or now_ms - owner.heard_ms >= owner.hello.deadman_ms
+        return owner is None or owner.closed or now_ms >= owner.expires_ms
 
     def _take_over(self, now_ms: int, session: Session) -> None:
-        """The offered session becomes the live one; what was done stays known only if the same run is resumed."""
-        resumed = bool(session.hello.flags & FLAG_RESUME) and session.hello.run_tag == self.memory.run_tag
+        """The offered session becomes the live one. What was done stays known until the new host stages a step."""
+        flags = session.hello.flags
+        session.owns_run = bool(flags & FLAG_RESUME) and session.hello.run_tag == self.memory.run_tag
         self._brake(now_ms)
         self._session, self._pending = session, None
         self._lift_above = 0
-        if not resumed:
-            self._abandon_run()
+        if not session.owns_run:
             self._silent = self._stopped = False
-            self.memory.run_tag = session.hello.run_tag
-        if session.hello.flags & FLAG_CLEAR and self.memory.fault not in LOST_POSITION:
-            self.memory.fault, self.memory.fault_axis = Fault.NONE, 0
+        if flags & FLAG_CLEAR and self.memory.fault not in LOST_POSITION:
+            self.memory.forget_fault()
 
-    def _abandon_run(self) -> None:
-        memory = self.memory
-        memory.finished = memory.started = memory.staged = 0
-        memory.move_ms = 0
+    def _begin_run(self, session: Session) -> None:
+        """The first step that a host stages is of a run of its own: the one before cannot go on any more."""
+        self.memory.forget_run()
+        self.memory.run_tag = session.hello.run_tag
+        session.owns_run = True
 
-    def _stage(self, now_ms: int, frame: Drive) -> None:
+    def _stage(self, now_ms: int, session: Session, frame: Drive) -> None:
         memory = self.memory
-        if frame.load_step == 0 or frame.load_step <= memory.started:
+        if frame.load_step == 0:
+            return
+        if not session.owns_run:
+            self._begin_run(session)
+        if frame.load_step <= memory.started:
             return
         wanted = (frame.load_step, frame.target, frame.move_ms)
         if memory.staged > memory.started:
@@ -297,7 +355,27 @@ class Node:
         """The host gives the node back; its last answer stays loaded."""
         session.closed = True
         self._silent = self.memory.started > self.memory.finished
-        self._brake(now_ms)
+        self._halt(now_ms)
+
+    def _on_home(self, now_ms: int, payload: bytes) -> None:
+        session = self._session_of(payload)
+        if session is None:
+            return
+        frame = decode_home(payload, session.key, clock_of(now_ms))
+        if isinstance(frame, Reject):
+            self.tally.refuse(now_ms, frame)
+        elif self._is_fresh(now_ms, session, frame) and self._admit(now_ms, session, frame.counter):
+            session.heard_ms = max(session.heard_ms, frame.clock << CLOCK_SHIFT)
+            if frame.order > session.order and self._may_home(session):
+                session.order = frame.order
+                self.start_homing(now_ms, frame.axes)
+            self._reload(now_ms)
+
+    def _may_home(self, session: Session) -> bool:
+        """Whether a host may order it: never in a run of its own, nor while the node is to hold or does anything."""
+        memory = self.memory
+        held = self._silent or self._stopped or session.hold_gen & 1
+        return not (held or session.owns_run or self.move is not None or memory.homing or memory.estop)
 
     def _on_estop(self, now_ms: int, payload: bytes) -> None:
         session = self._session_of(payload)
@@ -306,9 +384,9 @@ class Node:
         frame = decode_estop(payload, session.key)
         if isinstance(frame, Reject):
             self.tally.refuse(now_ms, frame)
-        elif self._admit(now_ms, session, frame.node, frame.counter):
+        elif frame.node == self.identity.number and self._admit(now_ms, session, frame.counter):
             self.memory.estop = True
-            self._brake(now_ms)
+            self._halt(now_ms)
             self._reload(now_ms)
 
     def _on_stop(self, now_ms: int, payload: bytes) -> None:
@@ -318,7 +396,7 @@ class Node:
             return
         self._stopped = True
         self._lift_above = max(self._lift_above, self._session.hold_gen if self._session else 0)
-        self._brake(now_ms)
+        self._halt(now_ms)
         self._reload(now_ms)
 
     def _on_hello(self, now_ms: int, payload: bytes) -> None:
@@ -327,32 +405,34 @@ class Node:
         if isinstance(hello, Reject):
             self.tally.refuse(now_ms, hello)
         elif hello.node == self.identity.number and hello.flags & FLAG_QUERY:
-            status = self._status(now_ms, 0, hello.nonce & 0xFFFFFFFF)
-            self.ack = encode_status(status, key, hello.handshake)
+            self.ack = encode_report(self._report(now_ms), key, hello.handshake)
         elif hello.node == self.identity.number:
             self._offer(now_ms, hello)
 
     def _offer(self, now_ms: int, hello: Hello) -> None:
         """Answer a HELLO; repeated attempts of one handshake get the same session offered."""
-        memory, key = self.memory, self.identity.node_key
-        pending = self._pending
-        if pending is None or pending.hello.handshake != hello.handshake:
-            memory.offers = memory.offers % 0xFFFF + 1
-            fresh = session_key(key, hello.handshake, self._nonce(), hello.run_tag)
-            self._pending = Session(memory.offers, fresh, hello)
+        memory = self.memory
+        if self._pending is None or self._pending.hello.handshake != hello.handshake:
+            if memory.offers == OFFERS_END - 1:
+                return
+            memory.offers += 1
+            fresh = session_key(self.identity.node_key, hello.handshake, memory.nonce, hello.run_tag)
+            self._pending = Session(memory.nonce.session, fresh, hello)
+        self._identify(now_ms, hello)
+
+    def _identify(self, now_ms: int, hello: Hello) -> None:
+        """Say who the node is, what it offers, and what time it is."""
         ident = Ident(
             node=self.identity.number,
-            session=memory.offers,
-            nonce=self._nonce(),
-            chip=self.identity.chip,
-            firmware=self.identity.firmware,
+            nonce=self.memory.nonce,
+            clock=clock_of(now_ms),
             config_hash=self._hash,
             version=VERSION,
             state=self.state,
-            same_run=memory.run_tag == hello.run_tag,
+            same_run=self.memory.run_tag == hello.run_tag,
             busy=not self._owner_gone(now_ms),
         )
-        self.ack = encode_ident(ident, key, hello.handshake)
+        self.ack = encode_ident(ident, self.identity.node_key, hello.handshake)
 
     def _on_ask(self, now_ms: int, payload: bytes) -> None:
         ask = decode_ask(payload)
@@ -364,29 +444,34 @@ class Node:
                 *(self.memory.boot, self._hash),
                 state=self.state,
                 bad_tags=self.tally.bad_tags,
-                old_counters=self.tally.old_counters,
+                old_frames=self.tally.old_frames,
             )
             self.ack = encode_page(page, ask.handshake)
-
-    def _nonce(self) -> int:
-        """Boot number, offers made since, and noise taken at boot: never the same twice for one chip."""
-        return self.memory.boot << 48 | self.memory.offers << 32 | self.memory.noise
 
     # What is answered
 
     def _reload(self, now_ms: int) -> None:
         """Load a fresh answer after a change of state, and find out when the next one is due."""
         self._schedule()
-        if self._session is not None:
-            status = self._status(now_ms, self._session.number, self._session.counter)
-            self.ack = encode_status(status, self._session.key)
+        session = self._session
+        if session is not None:
+            self.ack = encode_status(self._status(now_ms, session), session.key)
 
-    def _status(self, now_ms: int, session: int, echo: int) -> Status:
+    def _status(self, now_ms: int, session: Session) -> Status:
+        """What the owner is told; of a run that is not its own it learns nothing here."""
         memory = self.memory
-        facts = (memory.boot, memory.finished, memory.started, memory.staged)
-        hold = 0 if self._session is None else self._session.hold_gen & 0xF
-        position = self.plant.positions(now_ms)
+        steps = (memory.finished, memory.started, memory.staged) if session.owns_run else (0, 0, 0)
         return Status(
-            *(self.identity.number, session, echo, *facts),
-            *(self.state, hold, memory.fault, memory.fault_axis, position),
+            *(self.identity.number, session.number, session.counter, clock_of(now_ms), *steps),
+            *(self.state, session.hold_gen & 0xF, memory.fault, memory.fault_axis, self.plant.positions(now_ms)),
+        )
+
+    def _report(self, now_ms: int) -> Report:
+        memory = self.memory
+        hold = 0 if self._session is None else self._session.hold_gen & 0xF
+        fault_s = (now_ms - memory.fault_ms) // 1000 if memory.fault is not Fault.NONE else 0
+        return Report(
+            *(self.identity.number, memory.boot, memory.cause, memory.finished, memory.started, memory.staged),
+            *(self.state, hold, memory.fault, memory.fault_axis, self.plant.positions(now_ms)),
+            *(memory.unhomed, fault_s),
         )

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from curveline.radio import BATCH
 from curveline.radio.actions import Policy
+from curveline.radio.frames import CLOCK_SHIFT
 from curveline.radio.peer import Peer
 
 DEADMAN_LIMIT_MS = 5000
@@ -18,6 +19,8 @@ ANSWER_MS = {"250kbps": 4, "1Mbps": 2, "2Mbps": 2}
 """What an answered poll takes."""
 LOSS_MS = {"250kbps": 14, "1Mbps": 6, "2Mbps": 4}
 """What a poll takes that is repeated to the end and never answered."""
+LAG_CYCLES = 2
+TICK_MS = 1 << CLOCK_SHIFT
 BUSY_MS = 500
 BUSY_CYCLES = 5
 """How long beyond the dead-man a node may go on calling itself busy: so many poll cycles, but at least `BUSY_MS`."""
@@ -30,12 +33,17 @@ DOUBTFUL = 4
 
 
 class Pace:
-    """The rhythm of one run's polls; `silence_ms` is the nodes' dead-man time, after which they hold by themselves."""
+    """The rhythm of one run's polls.
+
+    A node that has not been heard for `silence_ms` counts as lost. `deadman_ms` is how long a node obeys after what its
+    host last heard of it: longer by what an answer and the frame after it take to get through.
+    """
 
     def __init__(self, policy: Policy, count: int, data_rate: str) -> None:
         cycle_ms = max(policy.poll_ms, ANSWER_MS[data_rate] * count)
         self.silence_ms = min(DEADMAN_LIMIT_MS, max(policy.silence_ms, CYCLES * cycle_ms))
-        self._busy_ms = self.silence_ms + max(BUSY_MS, BUSY_CYCLES * cycle_ms)
+        self.deadman_ms = self.silence_ms + LAG_CYCLES * cycle_ms + TICK_MS
+        self._busy_ms = self.deadman_ms + max(BUSY_MS, BUSY_CYCLES * cycle_ms)
         self._policy = policy
         self._loss_ms = LOSS_MS[data_rate]
         self._batch = min(BATCH, BATCH_MS // ANSWER_MS[data_rate])

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from curveline.radio.frames import (
     ATTEMPT_MASK,
     BODY_BYTES,
+    BOOT_END,
     VERSION,
     Kind,
     Reject,
@@ -27,7 +28,7 @@ WHO = 0
 """Number of the one page there is."""
 
 _ASK = struct.Struct("<BBBxQ12x")
-_PAGE = struct.Struct("<BBBxIIHHBBHH2x")
+_PAGE = struct.Struct("<BBBxIIIHBBHH")
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +57,7 @@ class Page:
     state: State
     version: int = VERSION
     bad_tags: int = 0
-    old_counters: int = 0
+    old_frames: int = 0
     page: int = 0
 
 
@@ -78,7 +79,7 @@ def decode_ask(payload: bytes) -> Ask | Reject:
 
 def encode_page(frame: Page, nonce: int) -> bytes:
     """PAGE, the answer, under the open key and the question's nonce; counts saturate at 16 bits."""
-    counts = (min(frame.bad_tags, 0xFFFF), min(frame.old_counters, 0xFFFF))
+    counts = (min(frame.bad_tags, 0xFFFF), min(frame.old_frames, 0xFFFF))
     facts = (frame.chip, frame.firmware, frame.boot, frame.config_hash, frame.state, frame.version)
     body = pack(_PAGE, (head(Kind.PAGE), frame.node, frame.page, *facts, *counts))
     return body + tag(OPEN_KEY, body + nonce_bytes(nonce), FROM_NODE)
@@ -93,6 +94,6 @@ def decode_page(payload: bytes, nonce: int) -> Page | Reject:
         state = State(mode)
     except ValueError:
         return Reject.FIELD
-    if payload[3] or any(payload[22:BODY_BYTES]):
+    if payload[3] or boot >= BOOT_END:
         return Reject.FIELD
     return Page(node, chip, firmware, boot, config_hash, state, version, bad, old, page)

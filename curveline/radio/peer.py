@@ -10,6 +10,7 @@ from curveline.radio.frames import (
     Drive,
     Estop,
     Hello,
+    Home,
     Ident,
     Kind,
     Reject,
@@ -19,6 +20,7 @@ from curveline.radio.frames import (
     encode_drive,
     encode_estop,
     encode_hello,
+    encode_home,
     kind_of,
 )
 from curveline.radio.keys import session_key
@@ -59,6 +61,8 @@ class Peer:
     key: bytes = field(default=b"", repr=False)
     session: int = 0
     counter: int = 0
+    clock: int = 0
+    """The newest time of the node that was heard [its ticks]; frames carry it as proof that they are fresh."""
     ident: Ident | None = None
     status: Status | None = None
     started: int = 0
@@ -92,8 +96,13 @@ class Peer:
         """The next DRIVE: release and hold as levels, `load` = (step, target, move_ms)."""
         self.counter += 1
         step, target, move_ms = load
-        frame = Drive(self.number, self.session, self.counter, release, step, target, move_ms, hold_gen)
+        frame = Drive(self.clock, self.session, self.counter, release, step, target, move_ms, hold_gen)
         return encode_drive(frame, self.key)
+
+    def home(self, axes: int, order: int) -> bytes:
+        """The next HOME: find the zeros of `axes`, bit 0 for the first; one order is carried out once."""
+        self.counter += 1
+        return encode_home(Home(self.clock, self.session, self.counter, axes, order), self.key)
 
     def estop(self) -> bytes:
         """The next ESTOP."""
@@ -109,7 +118,7 @@ class Peer:
             return None
         if int.from_bytes(payload[2:4], "little") != self.session:
             return None
-        status = decode_status(payload, self.key)
+        status = decode_status(payload, self.key, self.clock)
         if isinstance(status, Reject):
             self.tally.bad_tags += status is Reject.TAG
             return None
@@ -123,19 +132,24 @@ class Peer:
         self.session = ident.session
         self.key = session_key(self.node_key, self.nonce & ~ATTEMPT_MASK, ident.nonce, run_tag)
         self.counter = 0
+        self.clock = ident.clock
 
     def _take_ident(self, payload: bytes) -> Ident | None:
         ident = decode_ident(payload, self.node_key, self.nonce & ~ATTEMPT_MASK)
         if isinstance(ident, Reject):
             self.tally.bad_tags += ident is Reject.TAG
             return None
-        return ident if ident.node == self.number else None
+        if ident.node != self.number:
+            return None
+        self.clock = max(self.clock, ident.clock)
+        return ident
 
     def _merge(self, status: Status) -> Status:
         """Take over the facts of a STATUS; an older one than the newest seen adds what it knows and no more."""
         self.started = max(self.started, status.started)
         self.finished = max(self.finished, status.finished)
         self.staged = max(self.staged, status.staged)
+        self.clock = max(self.clock, status.clock)
         if self.status is None or status.echo >= self.status.echo:
             self.status = status
         return status

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from curveline.radio.frames import Counts, Fault
 from curveline.radio.motion import Move
+from curveline.radio.nodestate import HOMED, with_reason
 
 PER_MILLE = 1000
 STALL_MS = 200
@@ -16,6 +17,10 @@ MUTE_MS = 100
 """How long an encoder may give no counts from a motor that is driven."""
 RUNAWAY_COUNTS = 50
 """How far an axis may go against its command."""
+SEEK_COUNTS_PER_S = 4000
+SEEK_LEAST_MS = 400
+SEEK_RAMP_MS = 100
+"""A search for zeros is a slow way there; longer than `MUTE_MS`, so that it finds out what is absent."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +30,14 @@ class PlantFault:
     at_ms: int
     fault: Fault
     axis: int
+
+
+@dataclass(frozen=True)
+class Sought:
+    """How a search for zeros ends, and when: per axis why it is not homed, 0 if it is; of the sought ones only."""
+
+    at_ms: int
+    reasons: tuple[int, int, int]
 
 
 class Plant(Protocol):
@@ -44,6 +57,18 @@ class Plant(Protocol):
 
     def fault(self) -> PlantFault | None:
         """The fault that the present move will run into."""
+        ...
+
+    def seek(self, now_ms: int, axes: int) -> None:
+        """Find the zeros of some axes (bit 0 for the first) and go there."""
+        ...
+
+    def sought(self) -> Sought | None:
+        """How and when the search ends, None if that is not known or there is none."""
+        ...
+
+    def give_up(self, now_ms: int) -> None:
+        """End the search where it is."""
         ...
 
 
@@ -107,12 +132,15 @@ class _Stretch:
 class MotorPlant:
     """Axes that follow exactly, or slower than told, or into a fault; it remembers all motion since it was made.
 
-    `paces` are the speeds of the axes in thousandths of the commanded ones; `trouble` is what the next move runs into.
+    `paces` are the speeds of the axes in thousandths of the commanded ones; `trouble` is what the next move runs into;
+    motors of the axes `absent` (bit 0 for the first) are not connected. A search for zeros goes straight there.
     What it leaves out: gear play, following error in steady motion, and the rod's forces.
     """
 
     def __init__(self, counts: Counts, paces: tuple[int, int, int] = (PER_MILLE, PER_MILLE, PER_MILLE)) -> None:
         self.trouble = Fault.NONE
+        self.absent = 0
+        self._search: Sought | None = None
         self._home = counts
         self._paces = paces
         self._past: list[_Stretch] = []
@@ -126,13 +154,48 @@ class MotorPlant:
             stretch = _Stretch(now_ms, start_ms, (x, y, z), last.fault)
         else:
             stretch = self._set_off(now_ms, start_ms, move)
+        self._search = None
+        self._append(stretch)
+
+    def seek(self, now_ms: int, axes: int) -> None:
+        """See Plant; a motor that is not there is found out because its encoder stays mute."""
+        start = self.positions(now_ms)
+        moving = axes & ~self.absent
+        x, y, z = (0 if moving >> index & 1 else at for index, at in enumerate(start))
+        longest = max(abs(end - at) for end, at in zip((x, y, z), start, strict=True))
+        duration_ms = max(SEEK_LEAST_MS, 1000 * longest // SEEK_COUNTS_PER_S)
+        run = _AxisRun(Move(start, (x, y, z), duration_ms, SEEK_RAMP_MS), PER_MILLE)
+        self._append(_Stretch(now_ms, now_ms, (run, run, run)))
+        self._search = Sought(now_ms + duration_ms, with_reason(HOMED, axes & self.absent, Fault.ENCODER))
+
+    def sought(self) -> Sought | None:
+        """See Plant."""
+        return self._search
+
+    def give_up(self, now_ms: int) -> None:
+        """See Plant."""
+        if self._search is not None:
+            self._search = None
+            last = self._past[-1]
+            x, y, z = (run.braked(now_ms - last.start_ms) for run in last.axes)
+            self._append(replace(last, begin_ms=now_ms, axes=(x, y, z)))
+
+    def _append(self, stretch: _Stretch) -> None:
         self._past.append(stretch)
-        self._begins.append(now_ms)
+        self._begins.append(stretch.begin_ms)
 
     def _set_off(self, now_ms: int, start_ms: int, move: Move) -> _Stretch:
         """A new move; what goes wrong with it concerns the axis with the longest way, half of which it does."""
-        axis, half_ms = _longest(move), move.duration_ms // 2
         runs = [_AxisRun(move, pace) for pace in self._paces]
+        if absent := [index for index in range(len(runs)) if self.absent >> index & 1 and _distance(move, index)]:
+            for index in absent:
+                runs[index] = replace(runs[index], stuck_ms=0)
+            x, y, z = runs
+            return _Stretch(now_ms, start_ms, (x, y, z), PlantFault(start_ms + MUTE_MS, Fault.ENCODER, absent[0] + 1))
+        return self._set_off_whole(now_ms, start_ms, move, runs)
+
+    def _set_off_whole(self, now_ms: int, start_ms: int, move: Move, runs: list[_AxisRun]) -> _Stretch:
+        axis, half_ms = _longest(move), move.duration_ms // 2
         bad = runs[axis]
         fault = None
         if self.trouble in _STICKING:
@@ -177,9 +240,12 @@ _STICKING = {Fault.STALL: STALL_MS, Fault.ENCODER: MUTE_MS}
 """Faults of one axis whose counts stand still, and how long it takes until a node calls them so."""
 
 
+def _distance(move: Move, index: int) -> int:
+    return abs(move.target[index] - move.start[index])
+
+
 def _longest(move: Move) -> int:
-    distances = [abs(end - begin) for begin, end in zip(move.start, move.target, strict=True)]
-    return distances.index(max(distances))
+    return max(range(len(move.start)), key=lambda index: _distance(move, index))
 
 
 def _way(move: Move, index: int, at_ms: int) -> int:

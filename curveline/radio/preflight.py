@@ -63,12 +63,10 @@ def _beyond(plan: Plan, number: int, node: int, axis: int) -> InvalidInput:
     )
 
 
-def check_ident(ident: Ident, peer: Peer, chip: int, config: int) -> Halt | None:
-    """Whether the right device with the right firmware and settings has answered."""
+def check_ident(ident: Ident, peer: Peer, config: int) -> Halt | None:
+    """Whether a node, which has proven by its key which device it is, has the right firmware and settings."""
     if ident.version != VERSION:
         return Halt(Cause.VERSION, peer.number, detail=f"it has {ident.version}, this release needs {VERSION}")
-    if ident.chip != chip:
-        return Halt(Cause.CHIP, peer.number, detail=f"chip {ident.chip:08x} instead of {chip:08x}")
     if ident.config_hash != config:
         detail = f"fingerprint {ident.config_hash:04x} instead of {config:04x}"
         return Halt(Cause.CONFIG, peer.number, detail=detail)
@@ -137,8 +135,6 @@ def check_running(peer: Peer, step: int, released: int) -> Halt | None:
     status = peer.status
     assert status is not None
     halt = check_fit(status, step)
-    if status.boot != peer.boot:
-        return Halt(Cause.REBOOT, peer.number, step, f"boot number {status.boot} instead of {peer.boot}")
     if peer.started > released:
         return Halt(Cause.AHEAD, peer.number, step, str(peer.started))
     if halt is None and status.state is State.HOLD_LINK:

@@ -14,7 +14,7 @@ from typing import Any
 from curveline.errors import InvalidInput
 from curveline.plan import AXES, Plan
 from curveline.radio.actions import Record
-from curveline.radio.frames import FLAG_CLEAR, FLAG_RESUME, Counts, Ident, Status
+from curveline.radio.frames import BOOT_END, FLAG_CLEAR, FLAG_RESUME, Counts, Ident, Status
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.peer import Peer
 from curveline.radio.preflight import START_TOLERANCE, check_fit, node_facts, run_tag
@@ -29,7 +29,6 @@ FINAL = frozenset(
 )
 """Causes after which a run cannot go on: its steps no longer begin where the nodes are, or know that they are."""
 SEND_AGAIN = "send the shape again: that plans from where the display stands"
-BOOT_END = 1 << 16
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from curveline.plan import DriveTable
 from curveline.radio import BATCH, Answer, Radio
-from curveline.radio.frames import ATTEMPT_MASK, FLAG_QUERY, Hello, State, Status, Stop, decode_status, encode_stop
+from curveline.radio.frames import ATTEMPT_MASK, FLAG_QUERY, Hello, Report, State, Stop, decode_report, encode_stop
 from curveline.radio.keyfile import UNKNOWN_CHIP
 from curveline.radio.peer import LinkTally, Peer
 
@@ -80,6 +80,6 @@ class _Asked:
 
     def _note(self, answer: Answer) -> None:
         self.found.link.count(answer.payload, answer.retries)
-        status = decode_status(answer.payload or b"", self._peer.node_key, self._nonce)
-        if self._is_told and isinstance(status, Status):
-            self.found.state = status.state
+        report = decode_report(answer.payload or b"", self._peer.node_key, self._nonce)
+        if self._is_told and isinstance(report, Report):
+            self.found.state = report.state

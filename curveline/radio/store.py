@@ -15,14 +15,14 @@ from typing import Any
 from curveline import portable
 from curveline.errors import LinkError
 from curveline.plan import DriveTable
-from curveline.radio.frames import TARGET_LIMIT, Counts, Fault
-from curveline.radio.nodestate import Memory
+from curveline.radio.frames import REASONS, TARGET_LIMIT, BootCause, Counts, Fault
+from curveline.radio.nodestate import Memory, Reasons
 
-FORMAT = 1
+FORMAT = 2
 LOCK_WAIT_S = 10.0
 LOCK_RETRY_S = 0.05
 SIZE_LIMIT = 1_000_000
-BITS = {"run_tag": 64, "noise": 32, "move_ms": 32}
+BITS = {"boot": 24, "run_tag": 64, "noise": 32, "offers": 32, "move_ms": 32, "homing": 3}
 """Width of the numbers in a node's memory that are not 16 bits wide."""
 FRESH_HINT = "`--radio mock:fresh` puts a new display there, standing at home"
 
@@ -183,14 +183,24 @@ def _standing(content: Mapping[str, Any]) -> Standing:
         raise ValueError("a node has missing or unknown entries")
     for name in ("target", "next_target"):
         values[name] = _counts(values[name])
-    for name in ("homed", "homing", "estop"):
-        if not isinstance(values[name], bool):
-            raise ValueError(f"{name} is neither true nor false")
-    for name in known - {"target", "next_target", "homed", "homing", "estop"}:
+    if not isinstance(values["estop"], bool):
+        raise ValueError("estop is neither true nor false")
+    if type(values["fault_ms"]) is not int or not -(2**53) < values["fault_ms"] <= 0:
+        raise ValueError("fault_ms is not a whole number of the past")
+    values["unhomed"] = _reasons(values["unhomed"])
+    for name in known - {"target", "next_target", "unhomed", "fault_ms", "estop"}:
         if type(values[name]) is not int or not 0 <= values[name] < 2 ** BITS.get(name, 16):
             raise ValueError(f"{name} is not a whole number in its range")
-    values["fault"] = Fault(values["fault"])
+    values["fault"], values["cause"] = Fault(values["fault"]), BootCause(values["cause"])
     return Standing(counts, Memory(**values))
+
+
+def _reasons(value: Any) -> Reasons:
+    if not isinstance(value, list) or len(value) != 3 or not all(type(each) is int for each in value):
+        raise ValueError("what keeps axes from being homed is not three numbers")
+    if not REASONS.issuperset(value):
+        raise ValueError("what keeps an axis from being homed has no meaning")
+    return value[0], value[1], value[2]
 
 
 def _counts(value: Any) -> Counts:
