@@ -10,6 +10,7 @@ from curveline.radio.frames import (
     ATTEMPT_MASK,
     BODY_BYTES,
     FLAG_TAKEOVER,
+    VERSION,
     Hello,
     Ident,
     Kind,
@@ -28,7 +29,7 @@ from curveline.radio.peer import Peer
 if TYPE_CHECKING:
     from curveline.radio.station import Station
 
-NEXT_VERSION = 2
+NEXT_VERSION = VERSION + 1
 FEED_MS = 100
 DEADMAN_MS = 1000
 REPLAYS = 500

@@ -246,7 +246,7 @@ class Node:
             return
         frame = decode_drive(payload, session.key, clock_of(now_ms))
         if isinstance(frame, Reject):
-            self.tally.refuse(now_ms, frame)
+            self._doubt(now_ms, session, frame)
             return
         if not self._is_fresh(now_ms, session, frame) or not self._admit(now_ms, session, frame.counter):
             return
@@ -277,18 +277,24 @@ class Node:
         return None
 
     def _is_fresh(self, now_ms: int, session: Session, frame: Drive | Home) -> bool:
-        """Whether the host had heard of the node lately when it sent this.
-
-        If not, the node only says what time it is now: somebody may have kept the frame back.
-        """
+        """Whether the host had heard of the node lately when it sent this; if not, somebody may have kept it back."""
         if now_ms < (frame.clock << CLOCK_SHIFT) + session.hello.deadman_ms:
             return True
         self.tally.old_frames += 1
+        self._tell_time(now_ms, session)
+        return False
+
+    def _doubt(self, now_ms: int, session: Session, reject: Reject) -> None:
+        """A frame is not under the key of the session that it names, or so old that its clock is taken for another."""
+        self.tally.refuse(now_ms, reject)
+        self._tell_time(now_ms, session)
+
+    def _tell_time(self, now_ms: int, session: Session) -> None:
+        """Load the answer that the session's host looks for, with the time as it is now, and do no more."""
         if session is self._pending:
             self._identify(now_ms, session.hello)
         else:
             self._reload(now_ms)
-        return False
 
     def _admit(self, now_ms: int, session: Session, counter: int) -> bool:
         """Whether a frame with a good tag counts; if it does, a pending session takes over."""
@@ -363,7 +369,7 @@ class Node:
             return
         frame = decode_home(payload, session.key, clock_of(now_ms))
         if isinstance(frame, Reject):
-            self.tally.refuse(now_ms, frame)
+            self._doubt(now_ms, session, frame)
         elif self._is_fresh(now_ms, session, frame) and self._admit(now_ms, session, frame.counter):
             session.heard_ms = max(session.heard_ms, frame.clock << CLOCK_SHIFT)
             if frame.order > session.order and self._may_home(session):

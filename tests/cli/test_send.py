@@ -140,7 +140,7 @@ def test_a_dry_run_decodes_the_frames_and_touches_nothing(run: Run, plan_file: P
     document = json.loads(out)
     assert [(frame["step"], frame["node"]) for frame in document["frames"]] == [(1, 1), (1, 2), (2, 1), (2, 2)]
     for frame in document["frames"]:
-        decoded = decode_drive(bytes.fromhex(frame["payload"]), bytes(KEY_BYTES))
+        decoded = decode_drive(bytes.fromhex(frame["payload"]), bytes(KEY_BYTES), 0)
         assert list(decoded.target) == frame["target_counts"]
         assert decoded.move_ms == frame["move_ms"] == 500
         assert decoded.release == frame["release"] == frame["step"] - 1

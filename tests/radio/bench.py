@@ -14,7 +14,7 @@ from curveline.radio.frames import Counts
 from curveline.radio.mock import mock_site
 from curveline.radio.motion import Move, axes_of
 from curveline.radio.node import Node
-from curveline.radio.nodestate import Identity, Memory
+from curveline.radio.nodestate import NOWHERE, Identity, Memory
 from curveline.radio.plant import MotorPlant
 from curveline.radio.resume import resume_point
 
@@ -118,7 +118,8 @@ class Bench:
         old = self.nodes[index]
         if old.move is not None:
             self.plants[index].follow(self.now_ms, old.move_start_ms, old.move.braked(self.now_ms - old.move_start_ms))
-        fields = {"boot": old.memory.boot + 1, "homed": old.move is None, **memory}
+        unhomed = old.memory.unhomed if old.move is None else NOWHERE
+        fields = {"boot": old.memory.boot + 1, "unhomed": unhomed, **memory}
         self.nodes[index] = self.antennas[index].node = self.new_node(index, Memory(**fields))  # type: ignore[arg-type]
 
     def turn(self) -> bool:

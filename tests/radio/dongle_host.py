@@ -25,7 +25,7 @@ from curveline.radio.keys import Site
 from curveline.radio.mock import mock_site
 from curveline.radio.motion import axes_of
 from curveline.radio.node import Node
-from curveline.radio.nodestate import Identity, Memory
+from curveline.radio.nodestate import HOMED, NOWHERE, Identity, Memory
 from curveline.radio.plant import MotorPlant
 from firmware.dongle_core import Core
 
@@ -61,7 +61,7 @@ class Room:
         old, now_ms = self.nodes[index], self.now_us // 1000
         if old.move is not None:
             self.plants[index].follow(now_ms, old.move_start_ms, old.move.braked(now_ms - old.move_start_ms))
-        fresh = self._new_node(index, Memory(boot=old.memory.boot + 1, homed=old.move is None))
+        fresh = self._new_node(index, Memory(boot=old.memory.boot + 1, unhomed=HOMED if old.move is None else NOWHERE))
         list(self.antennas.values())[index].node = self.nodes[index] = fresh
 
     def transmit(self, address: str, payload: bytes) -> tuple[Outcome, bytes, int]:

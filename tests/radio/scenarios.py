@@ -17,6 +17,7 @@ from curveline.radio.frames import Kind
 from curveline.radio.halts import Cause
 from curveline.radio.motion import Move
 from curveline.radio.node import Node
+from curveline.radio.nodestate import HOMED
 
 from .watched import LAYOUTS, QUICK, SLOW_STEP, STEPS, Watched, layout_plan, require
 
@@ -251,7 +252,7 @@ def haunted(seed: int, bench_class: type[Watched] = Watched) -> int:
     bench.hooks.append(again)
     bench.finish()
     for index in range(len(bench.nodes)):
-        bench.reboot(index, homed=True)
+        bench.reboot(index, unhomed=HOMED)
     for send in recorded:
         bench.now_us += 2000
         began = list(map(len, bench.begun))

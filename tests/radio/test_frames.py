@@ -13,13 +13,18 @@ from hypothesis import strategies as st
 from curveline.errors import InvalidInput
 from curveline.radio import frames, pages
 from curveline.radio.frames import (
+    NOT_HOMED,
+    BootCause,
     Drive,
     Estop,
     Fault,
     Hello,
+    Home,
     Ident,
     Kind,
+    NodeNonce,
     Reject,
+    Report,
     State,
     Status,
     Stop,
@@ -30,56 +35,73 @@ from curveline.radio.pages import Ask, Page
 KEY = bytes(range(16))
 NONCE = 0x0123456789ABCD00
 
-DRIVE = Drive(2, 0x1234, 0x01020304, 7, 8, (-1, 0x123456, -0x7FFFFF), 0x2211, 5)
+CLOCK = 0x1_0203_0405
+"""A time of the node [ticks], more than its low bits."""
+NOW = CLOCK + 9
+DRIVE = Drive(CLOCK, 0x1234, 0x01020304, 7, 8, (-1, 0x123456, -0x7FFFFF), 0x2211, 5)
 ESTOP = Estop(3, 0x1234, 0x01020304)
-STATUS = Status(2, 0x1234, 0x01020304, 9, 6, 7, 8, State.MOVING, 5, Fault.STALL, 2, (8, -16, 262136))
-HELLO = Hello(4, NONCE + 1, 0x1111111122222222, 0xBEEF, 1000, 3, 1, 1)
-IDENT = Ident(4, 0x4321, 0x0009000A0B0C0D0E, 0xCAFEF00D, 0x00010203, 0xBEEF, 1, State.READY, True, True)
+HOME = Home(CLOCK, 0x1234, 0x01020304, 5, 7)
+STATUS = Status(2, 0x1234, 0x01020304, CLOCK, 6, 7, 8, State.MOVING, 5, Fault.STALL, 2, (8, -16, 262136))
+HELLO = Hello(4, NONCE + 1, 0x1111111122222222, 0xBEEF, 1000, 3, 2, 2)
+IDENT = Ident(4, NodeNonce(0x00090A, 0x00014321, 0x0B0C0D0E), 0x02030405, 0xBEEF, 2, State.READY, True, True)
+REPORT = Report(
+    *(4, 0x00090A, BootCause.WATCHDOG, 6, 7, 8, State.MOVING, 5, Fault.STALL, 2, (8, -16, 262136)),
+    *((0, NOT_HOMED, Fault.ENCODER), 0x0E10),
+)
 STOP = Stop(1)
 ASK = Ask(0xFF, NONCE + 1)
-PAGE = Page(4, 0xCAFEF00D, 0x00010203, 9, 0xBEEF, State.READY, 1, 0x0201, 0x0403)
+PAGE = Page(4, 0xCAFEF00D, 0x00010203, 0x00090A, 0xBEEF, State.READY, 2, 0x0201, 0x0403)
 
 GOLDEN = {
-    # head node session counter / release load / three 24-bit targets / move_ms hold
-    "drive": "11 02 3412 04030201 0700 0800 ffffff 563412 010080 1122 05",
-    "estop": "17 03 3412 04030201 0000 0000 000000 000000 000000 0000 00",
-    # head node session echo / boot finished started staged / state|hold axis|fault / three positions in 8 counts
-    "status": "12 02 3412 04030201 0900 0600 0700 0800 45 23 0100 feff ff7f",
+    # head clock session counter / release load / three 24-bit targets / move_ms hold
+    "drive": "21 05 3412 04030201 0700 0800 ffffff 563412 010080 1122 05",
+    # head clock session counter / axes order
+    "home": "29 05 3412 04030201 05 07" + "00" * 14,
+    "estop": "27 03 3412 04030201" + "00" * 16,
+    # head node session echo / clock finished started staged / state|hold axis|fault / three positions in 8 counts
+    "status": "22 02 3412 04030201 0504 0600 0700 0800 45 23 0100 feff ff7f",
     # head node min max / host nonce / run tag / config hash, dead-man in 50 ms, flags
-    "hello": "13 04 01 01 01cdab8967452301 2222222211111111 efbe 14 03",
-    # head node session / node nonce / chip / firmware / config hash, version, state|busy|same run
-    "ident": "14 04 2143 0e0d0c0b0a000900 0df0feca 03020100 efbe 01 33",
-    "stop": "16 ff 01" + "00" * 21,
+    "hello": "23 04 02 02 01cdab8967452301 2222222211111111 efbe 14 03",
+    # head node session / offers, boot, noise / clock / config hash, version, state|busy|same run
+    "ident": "24 04 2243 21430100 0a090000 0e0d0c0b 05040302 efbe 02 33",
+    # head node boot cause / finished started staged / state|hold axis|fault / positions / axes, seconds
+    "report": "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f f005 100e",
+    "stop": "26 ff 01" + "00" * 21,
     # head node page 0 / nonce / zeros
-    "ask": "15 ff 00 00 01cdab8967452301" + "00" * 12,
-    # head node page 0 / chip / firmware / boot / config hash / state, version / bad tags, old counters / zero
-    "page": "15 04 00 00 0df0feca 03020100 0900 efbe 03 01 0102 0304 0000",
+    "ask": "25 ff 00 00 01cdab8967452301" + "00" * 12,
+    # head node page 0 / chip / firmware / boot / config hash / state, version / bad tags, old frames
+    "page": "25 04 00 00 0df0feca 03020100 0a090000 efbe 03 02 0102 0304",
 }
 
 ENCODED = {
     "drive": frames.encode_drive(DRIVE, KEY),
+    "home": frames.encode_home(HOME, KEY),
     "estop": frames.encode_estop(ESTOP, KEY),
     "status": frames.encode_status(STATUS, KEY),
     "hello": frames.encode_hello(HELLO, KEY),
     "ident": frames.encode_ident(IDENT, KEY, NONCE),
+    "report": frames.encode_report(REPORT, KEY, NONCE),
     "stop": frames.encode_stop(STOP, KEY),
     "ask": pages.encode_ask(ASK),
     "page": pages.encode_page(PAGE, NONCE),
 }
 DECODE = {
-    "drive": lambda payload: frames.decode_drive(payload, KEY),
+    "drive": lambda payload: frames.decode_drive(payload, KEY, NOW),
+    "home": lambda payload: frames.decode_home(payload, KEY, NOW),
     "estop": lambda payload: frames.decode_estop(payload, KEY),
-    "status": lambda payload: frames.decode_status(payload, KEY),
+    "status": lambda payload: frames.decode_status(payload, KEY, NOW),
     "hello": lambda payload: frames.decode_hello(payload, KEY),
     "ident": lambda payload: frames.decode_ident(payload, KEY, NONCE),
+    "report": lambda payload: frames.decode_report(payload, KEY, NONCE),
     "stop": lambda payload: frames.decode_stop(payload, KEY),
     "ask": pages.decode_ask,
     "page": lambda payload: pages.decode_page(payload, NONCE),
 }
 MESSAGES = {"drive": DRIVE, "estop": ESTOP, "status": STATUS, "hello": HELLO, "ident": IDENT, "stop": STOP}
-MESSAGES |= {"ask": ASK, "page": PAGE}
-TRAILERS = {"drive": b"H", "estop": b"H", "hello": b"H", "stop": b"H", "ask": b"H", "status": b"N"}
-TRAILERS["ident"] = TRAILERS["page"] = NONCE.to_bytes(8, "little") + b"N"
+MESSAGES |= {"ask": ASK, "page": PAGE, "home": HOME, "report": REPORT}
+TRAILERS = {"estop": b"H", "hello": b"H", "stop": b"H", "ask": b"H", "status": CLOCK.to_bytes(8, "little") + b"N"}
+TRAILERS["drive"] = TRAILERS["home"] = CLOCK.to_bytes(8, "little") + b"H"
+TRAILERS["ident"] = TRAILERS["page"] = TRAILERS["report"] = NONCE.to_bytes(8, "little") + b"N"
 KEYS = dict.fromkeys(GOLDEN, KEY) | {"ask": OPEN_KEY, "page": OPEN_KEY}
 KINDS = {kind: [name for name, payload in ENCODED.items() if frames.kind_of(payload) is kind] for kind in frames.Kind}
 NAMES = sorted(GOLDEN)
@@ -97,13 +119,13 @@ def test_layout_is_the_documented_one(name: str) -> None:
 def test_tags_do_not_change_between_releases() -> None:
     """Literal values for the firmware's tests: they came from hashlib once and must stay."""
     assert derive(bytes(16), b"node", b"\x01\x02\x03\x04").hex() == NODE_KEY
-    assert session_key(KEY, 1, 2, 3).hex() == SESSION_KEY
+    assert session_key(KEY, 1, (2, 3, 4), 5).hex() == SESSION_KEY
     assert ENCODED["drive"][24:].hex() == DRIVE_TAG
 
 
 NODE_KEY = "7d2122b728af71b41f44622b6f27928b"
-SESSION_KEY = "7a0eb75454d28b37030b11ab3e1d13a7"
-DRIVE_TAG = "838bd2a35ac69068"
+SESSION_KEY = "ae7ab95c3404784c125a2957ebad83e7"
+DRIVE_TAG = "566855f88a416adb"
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -121,7 +143,7 @@ def test_random_payloads_are_never_accepted() -> None:
     """A million that look right up to the tag, each to the decoders of its kind; thousands of any length to all."""
     random = Random(1)
     kinds = list(frames.Kind)
-    heads = [bytes([0x10 | kind]) for kind in kinds]
+    heads = [bytes([0x20 | kind]) for kind in kinds]
     decoders = [[DECODE[name] for name in KINDS[kind]] for kind in kinds]
     for number in range(1_000_000):
         pick = number % len(kinds)
@@ -148,11 +170,11 @@ def test_a_frame_is_taken_for_no_other_kind() -> None:
 
 def test_rejects_say_why() -> None:
     drive = ENCODED["drive"]
-    assert frames.decode_drive(drive[:31], KEY) is Reject.LENGTH
-    assert frames.decode_drive(b"\x21" + drive[1:], KEY) is Reject.VERSION
-    assert frames.decode_drive(ENCODED["status"], KEY) is Reject.KIND
-    assert frames.decode_drive(drive, bytes(16)) is Reject.TAG
-    assert frames.kind_of(b"\x18" + drive[1:]) is Reject.KIND
+    assert frames.decode_drive(drive[:31], KEY, NOW) is Reject.LENGTH
+    assert frames.decode_drive(b"\x11" + drive[1:], KEY, NOW) is Reject.VERSION
+    assert frames.decode_drive(ENCODED["status"], KEY, NOW) is Reject.KIND
+    assert frames.decode_drive(drive, bytes(16), NOW) is Reject.TAG
+    assert frames.kind_of(b"\x2a" + drive[1:]) is Reject.KIND
     assert frames.kind_of(drive) is Kind.DRIVE
 
 
@@ -162,10 +184,31 @@ def test_an_ident_is_worth_nothing_under_another_nonce() -> None:
 
 
 def test_a_query_answer_is_bound_to_its_question() -> None:
-    answer = frames.encode_status(STATUS, KEY, NONCE)
-    assert frames.decode_status(answer, KEY, NONCE) == STATUS
-    assert frames.decode_status(answer, KEY) is Reject.TAG
-    assert frames.decode_status(answer, KEY, NONCE + 0x100) is Reject.TAG
+    answer = frames.encode_report(REPORT, KEY, NONCE)
+    assert frames.decode_report(answer, KEY, NONCE) == REPORT
+    assert frames.decode_report(answer, KEY, 0) is Reject.TAG
+    assert frames.decode_report(answer, KEY, NONCE + 0x100) is Reject.TAG
+
+
+@pytest.mark.parametrize(("later", "known"), [(0, True), (255, True), (256, False), (-1, False), (1 << 33, False)])
+def test_a_drive_is_known_by_its_clock_for_sixteen_seconds(later: int, known: bool) -> None:
+    found = frames.decode_drive(ENCODED["drive"], KEY, CLOCK + later)
+    assert found == (DRIVE if known else Reject.TAG)
+    assert isinstance(frames.decode_home(ENCODED["home"], KEY, CLOCK + later), Home) == known
+
+
+@pytest.mark.parametrize(
+    ("away", "known"), [(0, True), (32_768, True), (-32_767, True), (32_769, False), (-32_768, False)]
+)
+def test_a_status_is_known_by_its_clock_for_half_an_hour_either_way(away: int, known: bool) -> None:
+    assert frames.decode_status(ENCODED["status"], KEY, CLOCK + away) == (STATUS if known else Reject.TAG)
+
+
+@given(st.integers(0, 2**40), st.integers(0, 300))
+def test_clocks_are_found_by_their_low_bits(now: int, age: int) -> None:
+    assert (frames.latest_clock((now - age) & 0xFF, now) == now - age) == (age < 256)
+    assert frames.nearest_clock(now & 0xFFFF, now + age) == now
+    assert frames.nearest_clock(now & 0xFFFF, max(0, now - age)) == now
 
 
 def sealed(name: str, body: str) -> bytes:
@@ -176,56 +219,78 @@ def sealed(name: str, body: str) -> bytes:
 @pytest.mark.parametrize(
     ("name", "body"),
     [
-        ("drive", "11 02 3412 04030201 0700 0800 000080 563412 010080 1122 05"),
-        ("estop", "17 03 3412 04030201 0000 0100 000000 000000 000000 0000 00"),
-        ("status", "12 02 3412 04030201 0900 0600 0700 0800 a5 23 0100 feff ff7f"),
-        ("status", "12 02 3412 04030201 0900 0600 0700 0800 45 28 0100 feff ff7f"),
-        ("status", "12 02 3412 04030201 0900 0600 0700 0800 45 43 0100 feff ff7f"),
-        ("status", "12 02 3412 04030201 0900 0600 0700 0800 45 23 0100 0080 ff7f"),
-        ("ident", "14 04 2143 0e0d0c0b0a000900 0df0feca 03020100 efbe 01 a3"),
-        ("ident", "14 04 2143 0e0d0c0b0a000900 0df0feca 03020100 efbe 01 37"),
-        ("stop", "16 fe 01" + "00" * 21),
-        ("stop", "16 ff 01" + "00" * 20 + "01"),
-        ("ask", "15 ff 00 01 01cdab8967452301" + "00" * 12),
-        ("ask", "15 ff 00 00 01cdab8967452301" + "00" * 11 + "01"),
-        ("page", "15 04 00 01 0df0feca 03020100 0900 efbe 03 01 0102 0304 0000"),
-        ("page", "15 04 00 00 0df0feca 03020100 0900 efbe 0a 01 0102 0304 0000"),
-        ("page", "15 04 00 00 0df0feca 03020100 0900 efbe 03 01 0102 0304 0001"),
+        ("drive", "21 05 3412 04030201 0700 0800 000080 563412 010080 1122 05"),
+        ("estop", "27 03 3412 04030201 0000 0100" + "00" * 12),
+        ("home", "29 05 3412 04030201 00 07" + "00" * 14),
+        ("home", "29 05 3412 04030201 08 07" + "00" * 14),
+        ("home", "29 05 3412 04030201 05 07" + "00" * 13 + "01"),
+        ("report", "28 04 0a0900 07 0600 0700 0800 45 23 0100 feff ff7f f005 100e"),
+        ("report", "28 04 0a0900 04 0600 0700 0800 a5 23 0100 feff ff7f f005 100e"),
+        ("report", "28 04 0a0900 04 0600 0700 0800 45 43 0100 feff ff7f f005 100e"),
+        ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 0080 ff7f f005 100e"),
+        ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f f015 100e"),
+        ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f 8005 100e"),
+        ("status", "22 02 3412 04030201 0504 0600 0700 0800 a5 23 0100 feff ff7f"),
+        ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 28 0100 feff ff7f"),
+        ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 43 0100 feff ff7f"),
+        ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 23 0100 0080 ff7f"),
+        ("ident", "24 04 2243 21430100 0a090000 0e0d0c0b 05040302 efbe 02 a3"),
+        ("ident", "24 04 2243 21430100 0a090000 0e0d0c0b 05040302 efbe 02 37"),
+        ("ident", "24 04 2243 21430100 0a090001 0e0d0c0b 05040302 efbe 02 33"),
+        ("ident", "24 04 2143 21430100 0a090000 0e0d0c0b 05040302 efbe 02 33"),
+        ("stop", "26 fe 01" + "00" * 21),
+        ("stop", "26 ff 01" + "00" * 20 + "01"),
+        ("ask", "25 ff 00 01 01cdab8967452301" + "00" * 12),
+        ("ask", "25 ff 00 00 01cdab8967452301" + "00" * 11 + "01"),
+        ("page", "25 04 00 01 0df0feca 03020100 0a090000 efbe 03 02 0102 0304"),
+        ("page", "25 04 00 00 0df0feca 03020100 0a090000 efbe 0a 02 0102 0304"),
+        ("page", "25 04 00 00 0df0feca 03020100 0a090001 efbe 03 02 0102 0304"),
     ],
 )
 def test_fields_with_no_meaning_are_rejected_behind_a_good_tag(name: str, body: str) -> None:
     assert DECODE[name](sealed(name, body)) is Reject.FIELD
 
 
-u8, u16, u32, u64 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 32, 64))
+u8, u16, u24, u32, u40, u64 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 24, 32, 40, 64))
 i24 = st.integers(-frames.TARGET_LIMIT, frames.TARGET_LIMIT)
 units = st.integers(-32767, 32767).map(lambda value: value * 8)
 bool_ = st.booleans()
-drives = st.builds(Drive, u8, u16, u32, u16, u16, st.tuples(i24, i24, i24), u16, u8)
+drives = st.builds(Drive, u40, u16, u32, u16, u16, st.tuples(i24, i24, i24), u16, u8)
 statuses = st.builds(
     Status,
-    *(u8, u16, u32, u16, u16, u16, u16),
+    *(u8, u16, u32, u40, u16, u16, u16),
     *(st.sampled_from(State), st.integers(0, 15), st.sampled_from(Fault), st.integers(0, 3)),
     st.tuples(units, units, units),
 )
 hellos = st.builds(Hello, u8, u64, u64, u16, u8.map(lambda value: value * 50), u8, u8, u8)
-idents = st.builds(Ident, u8, u16, u64, u32, u32, u16, u8, st.sampled_from(State), bool_, bool_)
+nonces = st.builds(NodeNonce, u24, u32.filter(bool), u32)
+idents = st.builds(Ident, u8, nonces, u32, u16, u8, st.sampled_from(State), bool_, bool_)
+reasons = st.sampled_from([*Fault, NOT_HOMED])
+reports = st.builds(
+    Report,
+    *(u8, u24, st.sampled_from(BootCause), u16, u16, u16),
+    *(st.sampled_from(State), st.integers(0, 15), st.sampled_from(Fault), st.integers(0, 3)),
+    *(st.tuples(units, units, units), st.tuples(reasons, reasons, reasons), u16),
+)
+homes = st.builds(Home, u40, u16, u32, st.integers(1, 7), u8)
 
 
 @settings(max_examples=200)
-@given(drives, statuses, hellos, idents, st.builds(Estop, u8, u16, u32), st.builds(Stop, u8))
+@given(st.tuples(drives, homes), st.tuples(statuses, reports), hellos, idents, st.builds(Estop, u8, u16, u32))
 def test_decoding_gives_back_what_was_encoded(
-    drive: Drive, status: Status, hello: Hello, ident: Ident, estop: Estop, stop: Stop
+    claims: tuple[Drive, Home], answers: tuple[Status, Report], hello: Hello, ident: Ident, estop: Estop
 ) -> None:
-    assert frames.decode_drive(frames.encode_drive(drive, KEY), KEY) == drive
-    assert frames.decode_status(frames.encode_status(status, KEY), KEY) == status
+    (drive, home), (status, report) = claims, answers
+    assert frames.decode_drive(frames.encode_drive(drive, KEY), KEY, drive.clock) == drive
+    assert frames.decode_home(frames.encode_home(home, KEY), KEY, home.clock) == home
+    assert frames.decode_status(frames.encode_status(status, KEY), KEY, status.clock) == status
+    assert frames.decode_report(frames.encode_report(report, KEY, NONCE), KEY, NONCE) == report
     assert frames.decode_hello(frames.encode_hello(hello, KEY), KEY) == hello
     assert frames.decode_ident(frames.encode_ident(ident, KEY, NONCE), KEY, NONCE) == ident
     assert frames.decode_estop(frames.encode_estop(estop, KEY), KEY) == estop
-    assert frames.decode_stop(frames.encode_stop(stop, KEY), KEY) == stop
 
 
-pages_ = st.builds(Page, u8, u32, u32, u16, u16, st.sampled_from(State), u8, u16, u16, u8)
+pages_ = st.builds(Page, u8, u32, u32, u24, u16, st.sampled_from(State), u8, u16, u16, u8)
 
 
 @given(st.builds(Ask, u8, u64, u8), pages_)
@@ -236,16 +301,16 @@ def test_pages_give_back_what_was_encoded(ask: Ask, page: Page) -> None:
 
 
 def test_counts_of_a_page_saturate() -> None:
-    page = Page(4, 1, 2, 3, 4, State.HOLD, bad_tags=70_000, old_counters=65_536)
+    page = Page(4, 1, 2, 3, 4, State.HOLD, bad_tags=70_000, old_frames=65_536)
     found = pages.decode_page(pages.encode_page(page, NONCE), NONCE)
     assert isinstance(found, Page)
-    assert (found.bad_tags, found.old_counters) == (0xFFFF, 0xFFFF)
+    assert (found.bad_tags, found.old_frames) == (0xFFFF, 0xFFFF)
 
 
 @given(st.integers(-(10**9), 10**9))
 def test_positions_are_rounded_to_eight_counts_and_saturate(counts: int) -> None:
     status = Status(1, 1, 1, 1, 0, 0, 0, State.READY, 0, Fault.NONE, 0, (counts, 0, 0))
-    decoded = frames.decode_status(frames.encode_status(status, KEY), KEY)
+    decoded = frames.decode_status(frames.encode_status(status, KEY), KEY, 1)
     assert isinstance(decoded, Status)
     nearest = max(-frames.POSITION_LIMIT, min(frames.POSITION_LIMIT, counts))
     assert abs(decoded.position[0] - nearest) <= 4
@@ -260,7 +325,7 @@ def test_positions_are_rounded_to_eight_counts_and_saturate(counts: int) -> None
         Drive(1, 1, 1, release=2**16),
         Drive(1, 1, 1, load_step=-1),
         Drive(1, 1, 1, move_ms=2**16),
-        Drive(256, 1, 1),
+        Drive(1, 2**16, 1),
     ],
 )
 def test_what_does_not_fit_a_frame_is_refused(frame: Drive) -> None:

@@ -258,7 +258,7 @@ def test_a_dry_run_shows_the_real_frames() -> None:
     records = describe_plan_frames(plan)
     assert [(each.step, each.node) for each in records] == [(step, node) for step in (1, 2, 3) for node in (1, 2)]
     for record in records:
-        frame = decode_drive(record.payload, bytes(16))
+        frame = decode_drive(record.payload, bytes(16), 0)
         assert isinstance(frame, Drive)
         assert (frame.load_step, frame.release) == (record.step, record.step - 1)
         assert frame.target == record.target == plan.steps[record.step - 1].targets[record.node - 1].counts

@@ -7,81 +7,25 @@ from dataclasses import replace
 import pytest
 
 from curveline.radio import frames
-from curveline.radio.frames import Counts, Drive, Estop, Fault, Hello, Ident, State, Status, Stop
-from curveline.radio.keys import FROM_HOST, OPEN_KEY, ZERO_MASTER, Site, session_key, tag
-from curveline.radio.motion import Move, axes_of, config_hash
+from curveline.radio.frames import (
+    Counts,
+    Drive,
+    Estop,
+    Fault,
+    Hello,
+    Report,
+    State,
+    Stop,
+    clock_of,
+)
+from curveline.radio.keys import FROM_HOST, OPEN_KEY, tag
+from curveline.radio.motion import Move, config_hash
 from curveline.radio.node import Node
-from curveline.radio.nodestate import DEAF_MS, FIRMWARE, FLOOD, Identity, Memory
+from curveline.radio.nodestate import DEAF_MS, FIRMWARE, FLOOD, NOWHERE, Identity, Memory
 from curveline.radio.pages import Ask, Page, decode_page, encode_ask
-from curveline.radio.plant import MotorPlant, PlantFault
+from curveline.radio.plant import PlantFault
 
-from .bench import drive_table
-
-AXES = axes_of(drive_table())
-SITE = Site(ZERO_MASTER, (0xC0FFEE, 0xBADCAB1E))
-NODE_KEY = SITE.node_key(1)
-DEADMAN = 1000
-TARGET = (2000, 500, 100)
-FAR = (20000, 0, 0)
-RUN = 77
-
-
-class FaultyPlant(MotorPlant):
-    """A plant that can be told to fail."""
-
-    coming: PlantFault | None = None
-
-    def fault(self) -> PlantFault | None:
-        return self.coming
-
-
-class NewsPlant(MotorPlant):
-    """A plant that does not know in advance when it will arrive, as real motors."""
-
-    arrived_ms: int | None = None
-
-    def settles_ms(self) -> int | None:
-        return self.arrived_ms
-
-
-class Host:
-    """One host talking to one node, without any air between them."""
-
-    def __init__(self, node: Node, nonce: int = 0x5500, run: int = RUN, flags: int = 0) -> None:
-        self.node = node
-        self.hello = Hello(1, nonce, run, config_hash(AXES), DEADMAN, flags)
-        self.counter = 0
-        self.session = 0
-        self.key = b""
-
-    def offer(self, now: int) -> Ident:
-        self.hello = replace(self.hello, nonce=self.hello.nonce + 1)
-        self.node.receive(now, frames.encode_hello(self.hello, NODE_KEY))
-        ident = frames.decode_ident(self.node.ack, NODE_KEY, self.hello.handshake)
-        assert isinstance(ident, Ident)
-        self.session = ident.session
-        self.key = session_key(NODE_KEY, self.hello.handshake, ident.nonce, self.hello.run_tag)
-        self.counter = 0
-        return ident
-
-    def drive(self, now: int, **fields: object) -> Status:
-        self.counter += 1
-        frame = Drive(1, self.session, self.counter, **fields)  # type: ignore[arg-type]
-        self.node.receive(now, frames.encode_drive(frame, self.key))
-        return self.status()
-
-    def status(self) -> Status:
-        status = frames.decode_status(self.node.ack, self.key)
-        assert isinstance(status, Status), status
-        return status
-
-    def start(self, now: int, step: int = 1, target: Counts = TARGET, hold_gen: int = 0) -> Status:
-        self.drive(now, release=step - 1, load_step=step, target=target, hold_gen=hold_gen)
-        return self.drive(now, release=step, hold_gen=hold_gen)
-
-
-def make_node(memory: Memory | None = None, counts: Counts = (0, 0, 0)) -> Node:
-    return Node(Identity(1, SITE), AXES, FaultyPlant(counts), memory or Memory())
+from .single import AXES, DEADMAN, FAR, NODE_KEY, RUN, SITE, TARGET, Host, NewsPlant, keep_alive, make_node
 
 
 @pytest.fixture
@@ -90,14 +34,6 @@ def host() -> Host:
     host.offer(0)
     host.drive(0)
     return host
-
-
-def keep_alive(host: Host, start: int, end: int, **fields: object) -> Status:
-    """Poll often enough for the dead-man from `start` to `end`."""
-    status = host.status()
-    for now in range(start, end + 1, 100):
-        status = host.drive(now, **fields)
-    return status
 
 
 # Sessions
@@ -109,9 +45,9 @@ def test_a_node_boots_with_nothing_loaded_and_says_who_it_is() -> None:
     node.advance(0)
     assert (node.state, node.ack) == (State.READY, b"")
     ident = Host(node).offer(0)
-    assert (ident.node, ident.boot, ident.chip, ident.firmware) == (1, 7, 0xC0FFEE, FIRMWARE)
+    assert (ident.node, ident.nonce, ident.session) == (1, frames.NodeNonce(7, 1, 0xABC), 1)
     assert ident.config_hash == config_hash(AXES)
-    assert (ident.state, ident.same_run, ident.busy, ident.version) == (State.READY, False, False, 1)
+    assert (ident.state, ident.same_run, ident.busy, ident.version) == (State.READY, False, False, 2)
 
 
 def test_attempts_of_one_handshake_get_the_same_offer_and_another_handshake_another() -> None:
@@ -134,7 +70,7 @@ def test_a_new_host_takes_an_idle_node_over_and_the_old_one_is_fenced_off(host: 
     assert other.offer(10).busy
     assert other.drive(20).echo == 1
     before = host.node.ack
-    stale = Drive(1, host.session, 1000, release=1, load_step=1, target=TARGET)
+    stale = Drive(0, host.session, 1000, release=1, load_step=1, target=TARGET)
     host.node.receive(30, frames.encode_drive(stale, host.key))
     assert host.node.ack == before
     assert host.node.memory.staged == 0
@@ -144,11 +80,11 @@ def test_a_moving_node_is_not_taken_over_before_its_owner_has_been_silent(host: 
     host.start(0, target=FAR)
     other = Host(host.node, nonce=0x9900, run=RUN + 1)
     other.offer(500)
-    other.node.receive(600, frames.encode_drive(Drive(1, other.session, 1), other.key))
+    other.node.receive(600, frames.encode_drive(Drive(clock_of(600), other.session, 1), other.key))
     assert host.node.state is State.MOVING
     assert host.drive(700, release=1).echo == host.counter
     other.offer(1699)
-    other.node.receive(1700, frames.encode_drive(Drive(1, other.session, 1), other.key))
+    other.node.receive(1700, frames.encode_drive(Drive(clock_of(1700), other.session, 1), other.key))
     assert other.status().echo == 1
 
 
@@ -158,40 +94,40 @@ def test_a_new_hosts_step_waits_for_the_axes_to_rest_and_takes_its_own_time(host
     other.offer(DEADMAN)
     taken = other.drive(DEADMAN + 10, release=1, load_step=1, target=TARGET, move_ms=30_000)
     assert (taken.state, taken.staged, taken.started) == (State.MOVING, 1, 0)
-    assert other.drive(DEADMAN + 1000, release=1).started == 1
+    assert other.drive(DEADMAN + 900, release=1).started == 1
     assert host.node.move is not None
     assert host.node.move.duration_ms == 30_000
 
 
 def test_nobody_is_obeyed_who_speaks_for_another_node(host: Host) -> None:
     before = host.node.ack
-    host.node.receive(5, frames.encode_drive(Drive(2, host.session, 99, load_step=1), host.key))
+    host.node.receive(5, frames.encode_estop(Estop(2, host.session, 99), host.key))
     host.node.receive(5, frames.encode_hello(replace(host.hello, node=2), NODE_KEY))
     assert host.node.ack == before
 
 
-def test_old_counters_and_wrong_tags_have_no_effect(host: Host) -> None:
+def test_old_frames_and_wrong_tags_have_no_effect(host: Host) -> None:
     host.drive(0)
     host.drive(0)
     before, memory = host.node.ack, replace(host.node.memory)
     for counter in (1, 2, host.counter):
-        old = Drive(1, host.session, counter, release=5, load_step=1, target=TARGET, hold_gen=3)
+        old = Drive(0, host.session, counter, release=5, load_step=1, target=TARGET, hold_gen=3)
         host.node.receive(5, frames.encode_drive(old, host.key))
         host.node.receive(5, frames.encode_estop(Estop(1, host.session, counter), host.key))
-    forged = Drive(1, host.session, 99, release=5, load_step=1, target=TARGET, hold_gen=3)
+    forged = Drive(0, host.session, 99, release=5, load_step=1, target=TARGET, hold_gen=3)
     host.node.receive(5, frames.encode_drive(forged, bytes(16)))
     host.node.receive(5, frames.encode_estop(Estop(1, host.session, 99), bytes(16)))
     host.node.receive(5, frames.encode_hello(host.hello, bytes(16)))
     host.node.receive(5, frames.encode_stop(Stop(0), bytes(16)))
     assert (host.node.ack, host.node.memory, host.node.state) == (before, memory, State.READY)
-    assert (host.node.tally.old_counters, host.node.tally.bad_tags) == (6, 4)
+    assert (host.node.tally.old_frames, host.node.tally.bad_tags) == (6, 4)
 
 
 def test_what_is_no_frame_for_a_node_is_ignored(host: Host) -> None:
     before = host.node.ack
-    for payload in (b"", bytes(32), host.node.ack, b"\x15" + bytes(31)):
+    for payload in (b"", bytes(32), host.node.ack, b"\x25" + bytes(31)):
         host.node.receive(5, payload)
-    foreign = Drive(1, host.session + 1, 99)
+    foreign = Drive(0, host.session + 1, 99)
     host.node.receive(5, frames.encode_drive(foreign, host.key))
     host.node.receive(5, frames.encode_estop(Estop(1, host.session + 1, 99), host.key))
     assert host.node.ack == before
@@ -201,7 +137,7 @@ def test_a_session_ends_with_its_counter(host: Host) -> None:
     host.start(0, target=FAR)
     host.counter = frames.COUNTER_END - 2
     assert host.drive(100, release=1).state is State.MOVING
-    host.node.receive(200, frames.encode_drive(Drive(1, host.session, frames.COUNTER_END), host.key))
+    host.node.receive(200, frames.encode_drive(Drive(clock_of(200), host.session, frames.COUNTER_END), host.key))
     host.node.advance(1000)
     assert host.node.state is State.HOLD_LINK
     assert host.node.memory.finished == 0
@@ -212,7 +148,7 @@ def test_giving_a_session_back_leaves_the_node_ready_and_its_last_answer_loaded(
     assert (status.state, status.echo) == (State.READY, host.counter)
     before = host.node.ack
     host.counter += 1
-    host.node.receive(20, frames.encode_drive(Drive(1, host.session, host.counter, load_step=1), host.key))
+    host.node.receive(20, frames.encode_drive(Drive(0, host.session, host.counter, load_step=1), host.key))
     host.node.advance(10**6)
     assert (host.node.ack, host.node.state) == (before, State.READY)
     assert not Host(host.node, nonce=0x9900).offer(20).busy
@@ -231,9 +167,9 @@ def test_a_query_tells_everything_and_changes_nothing(host: Host) -> None:
     session = host.node._session
     question = Hello(1, 0xABCDEF00, 0, 0, 0, frames.FLAG_QUERY)
     host.node.receive(500, frames.encode_hello(question, NODE_KEY))
-    answer = frames.decode_status(host.node.ack, NODE_KEY, question.handshake)
-    assert isinstance(answer, Status)
-    assert (answer.session, answer.state, answer.started) == (0, State.MOVING, 1)
+    answer = frames.decode_report(host.node.ack, NODE_KEY, question.handshake)
+    assert isinstance(answer, Report)
+    assert (answer.boot, answer.state, answer.started) == (1, State.MOVING, 1)
     assert answer.position[0] == pytest.approx(host.node.plant.positions(500)[0], abs=4)
     assert (host.node._session, host.node._pending) == (session, None)
     assert host.drive(510, release=1).echo == host.counter
@@ -276,7 +212,7 @@ def test_a_field_with_no_meaning_is_no_forgery(host: Host) -> None:
 
 
 def forged(host: Host, number: int) -> bytes:
-    frame = Drive(1, host.session, 1000 + number, release=9)
+    frame = Drive(0, host.session, 1000 + number, release=9)
     return frames.encode_drive(frame, bytes(16))
 
 
@@ -398,7 +334,7 @@ def test_targets_out_of_limits_are_refused(host: Host, target: Counts, axis: int
 
 
 def test_an_unhomed_node_does_not_move() -> None:
-    host = Host(make_node(Memory(homed=False)))
+    host = Host(make_node(Memory(unhomed=NOWHERE)))
     host.offer(0)
     assert host.start(0).state is State.UNHOMED
     assert host.status().started == 0
@@ -504,7 +440,7 @@ def test_an_emergency_stop_is_final(host: Host) -> None:
     other = Host(host.node, nonce=0x9900, run=RUN + 1, flags=frames.FLAG_CLEAR)
     other.offer(3000)
     assert other.start(3000).started == 0
-    host.node.start_homing(4000)
+    host.node.start_homing(4000, frames.ALL_AXES)
     assert host.node.state is State.ESTOP
     assert host.node.plant.positions(9000) == host.node.plant.positions(end)
 
@@ -546,23 +482,11 @@ def test_a_lost_position_is_cleared_by_homing_only(host: Host, fault: Fault) -> 
     clearing = Host(host.node, nonce=0xAA00, run=1, flags=frames.FLAG_CLEAR)
     clearing.offer(4001)
     assert clearing.drive(4001).state is State.POSITION_LOST
-    host.node.finish_homing(4500)
-    assert host.node.state is State.POSITION_LOST
-    host.node.start_homing(5000)
-    host.node.finish_homing(6000)
+    clearing.drive(4100, hold_gen=frames.HOLD_END)
+    host.node.start_homing(5000, frames.ALL_AXES)
+    host.node.advance(30_000)
     assert host.node.state in (State.READY, State.HOLD_LINK)
     assert host.node.memory.homed
-
-
-def test_homing_is_a_state_in_which_nothing_else_moves(host: Host) -> None:
-    host.node.start_homing(10)
-    assert host.status().state is State.HOMING
-    assert host.start(20).started == 0
-    host.node.finish_homing(30)
-    assert host.status().state is State.READY
-    host.start(40, target=FAR)
-    host.node.start_homing(50)
-    assert host.status().state is State.MOVING, "a moving node cannot be homed"
 
 
 # Runs
@@ -632,8 +556,3 @@ def test_the_set_point_is_the_move_and_then_the_position(host: Host) -> None:
     host.start(0, target=FAR)
     assert host.node.setpoint(700) == host.node.plant.positions(700)
     assert host.node.setpoint(700)[0] > 0
-
-
-def test_sequence_numbers_of_offers_wrap_without_zero() -> None:
-    host = Host(make_node(Memory(offers=0xFFFF)))
-    assert host.offer(0).session == 1

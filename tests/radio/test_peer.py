@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from curveline.radio.frames import Fault, Hello, Ident, State, Status, encode_ident, encode_status
+from curveline.radio.frames import Fault, Hello, Ident, NodeNonce, State, Status, encode_ident, encode_status
 from curveline.radio.keys import session_key
 from curveline.radio.peer import Peer
 
 NODE_KEY = b"n" * 16
 NONCE = 0x1100
 RUN = 9
-IDENT = Ident(1, 5, 0x0003000000000000, 7, 1, 8, 1, State.READY, False, False)
-STATUS = Status(1, 5, 10, 3, 1, 2, 3, State.MOVING, 0, Fault.NONE, 0, (80, 0, 0))
+IDENT = Ident(1, NodeNonce(3, 5, 0), 7, 8, 2, State.READY, False, False)
+STATUS = Status(1, 5, 10, 9, 1, 2, 3, State.MOVING, 0, Fault.NONE, 0, (80, 0, 0))
 
 
 def make_peer() -> Peer:

@@ -18,7 +18,7 @@ from curveline.radio.conductor import Conductor
 from curveline.radio.frames import Kind, State, kind_of
 from curveline.radio.motion import Axes
 from curveline.radio.node import Node
-from curveline.radio.nodestate import Identity, Memory, Tally
+from curveline.radio.nodestate import HOMED, Identity, Memory, Tally
 from curveline.radio.plant import MotorPlant
 from curveline.radio.resume import resume_point
 
@@ -112,7 +112,7 @@ def test_nor_does_an_emergency_stop_stop_another_run() -> None:
     assert {node.state for node in bench.nodes} == {State.ESTOP}
     assert Kind.ESTOP in bench.kinds()
     for index, plant in enumerate(bench.plants):
-        bench.reboot(index, homed=True, estop=False)
+        bench.reboot(index, unhomed=HOMED, estop=False)
         plant._home, plant._past, plant._begins = (0, 0, 0), [], []
     bench.conductor = Conductor(bench.plan, bench.site, 0x99AA00)
     assert bench.run() is Phase.DONE

@@ -13,8 +13,9 @@ from curveline.errors import InvalidInput
 from curveline.radio.actions import Phase, Policy
 from curveline.radio.air import Weather
 from curveline.radio.conductor import Conductor
-from curveline.radio.frames import Fault, State
+from curveline.radio.frames import ALL_AXES, Fault, State
 from curveline.radio.halts import Cause, Halt
+from curveline.radio.nodestate import HOMED, NOWHERE
 from curveline.radio.plant import PlantFault
 from curveline.radio.resume import FINAL, ResumePoint, can_resume, resume_point
 
@@ -79,7 +80,7 @@ def test_a_record_tells_where_to_go_on(records: Records, released: int, barrier:
         ([{**START, "boots": "12"}], "entry 1 "),
         ([{**START, "boots": [1, "1"]}], "entry 1 "),
         ([{**START, "boots": [1, True]}], "entry 1 "),
-        ([{**START, "boots": [1, 1 << 16]}], "entry 1 "),
+        ([{**START, "boots": [1, BOOT_END]}], "entry 1 "),
         ([START, BARRIER_1], "entry 2 "),
         ([START, {**BARRIER_1, "step": 0}], "entry 2 "),
         ([START, RELEASE_2], "entry 2 "),
@@ -180,7 +181,7 @@ def test_no_node_stirs_before_the_record_says_that_the_run_goes_on() -> None:
 
 def test_a_node_that_restarted_is_not_gone_on_with() -> None:
     bench = broken_off()
-    bench.reboot(1, homed=True)
+    bench.reboot(1, unhomed=HOMED)
     assert "boot number 2 instead of 1" in refused(bench, Cause.REBOOT, 2).message
 
 
@@ -209,8 +210,8 @@ def test_a_node_behind_the_record() -> None:
     """Homing makes a node forget its run, but not which one it was."""
     bench = broken_off(in_step=3)
     bench.nodes[1].advance(bench.now_ms)
-    bench.nodes[1].start_homing(bench.now_ms)
-    bench.nodes[1].finish_homing(bench.now_ms)
+    bench.nodes[1].start_homing(bench.now_ms, ALL_AXES)
+    bench.nodes[1].advance(bench.now_ms + 60_000)
     assert "the record says 2" in refused(bench, Cause.BEHIND, 2).message
 
 
@@ -225,7 +226,7 @@ def test_a_node_that_was_moved_by_somebody_else(off: int) -> None:
 
 @pytest.mark.parametrize(
     ("memory", "cause"),
-    [({"homed": False}, Cause.NOT_HOMED), ({"estop": True}, Cause.LATCHED), ({"fault": Fault.STALL}, Cause.STALL)],
+    [({"unhomed": NOWHERE}, Cause.NOT_HOMED), ({"estop": True}, Cause.LATCHED), ({"fault": Fault.STALL}, Cause.STALL)],
 )
 def test_a_node_that_is_not_fit_to_go_on(memory: dict[str, Any], cause: Cause) -> None:
     bench = broken_off()

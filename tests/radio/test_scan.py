@@ -70,7 +70,7 @@ def test_two_devices_on_one_address_are_found(opened, seed: int) -> None:
 @pytest.mark.parametrize(
     ("settings", "says"),
     [
-        ("version=2", "node 2: it speaks version 2 of the protocol, this release 1: flash it"),
+        ("version=2", "node 2: it speaks version 3 of the protocol, this release 2: flash it"),
         ("config=2", "node 2: it holds other limits than this display"),
         ("chip=2", "instead of {chip:08x}, which the site knows"),
         ("clone=2", "node 2: C1C1C1C102 acknowledges, but no whole answer came; they come cut short"),
