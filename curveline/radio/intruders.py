@@ -101,6 +101,7 @@ class Rival:
         if peer.session and now_ms - self._fed_ms >= FEED_MS:
             self._fed_ms = now_ms
             node.receive(now_ms, peer.drive(0, 0, (0, (0, 0, 0), 0)))
+            peer.take(node.ack)
 
 
 def stranger_identity(identity: Identity, mask: int) -> Identity:

@@ -248,9 +248,8 @@ class Node:
         if isinstance(frame, Reject):
             self._doubt(now_ms, session, frame)
             return
-        if not self._is_fresh(now_ms, session, frame) or not self._admit(now_ms, session, frame.counter):
+        if not self._accept(now_ms, session, frame):
             return
-        session.heard_ms = max(session.heard_ms, frame.clock << CLOCK_SHIFT)
         session.hold_gen = max(session.hold_gen, frame.hold_gen)
         if session.hold_gen >= HOLD_END or session.counter == COUNTER_END - 1:
             self._close(now_ms, session)
@@ -276,13 +275,20 @@ class Node:
                 return session
         return None
 
-    def _is_fresh(self, now_ms: int, session: Session, frame: Drive | Home) -> bool:
-        """Whether the host had heard of the node lately when it sent this; if not, somebody may have kept it back."""
-        if now_ms < (frame.clock << CLOCK_SHIFT) + session.hello.deadman_ms:
-            return True
-        self.tally.old_frames += 1
-        self._tell_time(now_ms, session)
-        return False
+    def _accept(self, now_ms: int, session: Session, frame: Drive | Home) -> bool:
+        """Whether a frame with a good tag counts; if it does, the dead-man is fed.
+
+        Its host must have heard of the node lately when it sent it, else somebody may have kept it back.
+        """
+        said_ms = frame.clock << CLOCK_SHIFT
+        if now_ms >= said_ms + session.hello.deadman_ms:
+            self.tally.old_frames += 1
+            self._tell_time(now_ms, session)
+            return False
+        if not self._admit(now_ms, session, frame.counter):
+            return False
+        session.heard_ms = max(session.heard_ms, said_ms)
+        return True
 
     def _doubt(self, now_ms: int, session: Session, reject: Reject) -> None:
         """A frame is not under the key of the session that it names, or so old that its clock is taken for another."""
@@ -297,7 +303,7 @@ class Node:
             self._reload(now_ms)
 
     def _admit(self, now_ms: int, session: Session, counter: int) -> bool:
-        """Whether a frame with a good tag counts; if it does, a pending session takes over."""
+        """Whether a frame is newer than all before; if it is, a pending session takes over."""
         if counter <= session.counter or counter >= COUNTER_END:
             self.tally.old_frames += 1
             return False
@@ -370,8 +376,7 @@ class Node:
         frame = decode_home(payload, session.key, clock_of(now_ms))
         if isinstance(frame, Reject):
             self._doubt(now_ms, session, frame)
-        elif self._is_fresh(now_ms, session, frame) and self._admit(now_ms, session, frame.counter):
-            session.heard_ms = max(session.heard_ms, frame.clock << CLOCK_SHIFT)
+        elif self._accept(now_ms, session, frame):
             if frame.order > session.order and self._may_home(session):
                 session.order = frame.order
                 self.start_homing(now_ms, frame.axes)

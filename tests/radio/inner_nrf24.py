@@ -14,7 +14,7 @@ from curveline.errors import LinkError
 from curveline.plan import DriveTable
 from curveline.radio import BATCH, Answer, Radio, RadioGone, open_radio
 from curveline.radio.air import RETRIES, Weather
-from curveline.radio.frames import FLAG_QUERY, Hello, Status, decode_status, encode_hello
+from curveline.radio.frames import FLAG_QUERY, Hello, Report, decode_report, encode_hello
 from curveline.radio.keyfile import read_site
 from curveline.radio.link import read_status
 
@@ -63,8 +63,8 @@ class Lab:
         return self.drive.addresses[number - 1], encode_hello(hello, self.rig.site.node_key(number))
 
     def is_status(self, answer: Answer, number: int = 1) -> bool:
-        status = decode_status(answer.payload or b"", self.rig.site.node_key(number), NONCE)
-        return isinstance(status, Status) and status.node == number
+        status = decode_report(answer.payload or b"", self.rig.site.node_key(number), NONCE)
+        return isinstance(status, Report) and status.node == number
 
 
 def build(folder: Path, drive: DriveTable) -> Lab:

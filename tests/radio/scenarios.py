@@ -17,8 +17,10 @@ from curveline.radio.frames import Kind
 from curveline.radio.halts import Cause
 from curveline.radio.motion import Move
 from curveline.radio.node import Node
-from curveline.radio.nodestate import HOMED
+from curveline.radio.nodestate import Identity, Memory
+from curveline.radio.plant import MotorPlant
 
+from .visits import keep_back, look_in
 from .watched import LAYOUTS, QUICK, SLOW_STEP, STEPS, Watched, layout_plan, require
 
 LOSSES = (0.0, 0.1, 0.3, 0.5)
@@ -242,22 +244,25 @@ def haunted(seed: int, bench_class: type[Watched] = Watched) -> int:
     """All that a host has sent comes again, in the run and after the nodes have restarted: nothing happens."""
     bench = make(seed, bench_class)
     recorded: list[Send] = []
+    times: list[int] = []
 
     def again(send: Send) -> None:
         recorded.append(send)
+        times.append(bench.now_ms)
         old = bench.random.choice(recorded)
         if old.payload[0] & 0xF == Kind.DRIVE:
             _replay(bench, old)
 
     bench.hooks.append(again)
     bench.finish()
-    for index in range(len(bench.nodes)):
-        bench.reboot(index, unhomed=HOMED)
-    for send in recorded:
-        bench.now_us += 2000
-        began = list(map(len, bench.begun))
-        bench.nodes[send.node - 1].receive(bench.now_ms, send.payload)
-        require(began == list(map(len, bench.begun)), "I6: a node that has restarted obeys frames of before")
+    restarted = [
+        bench.node_class(Identity(index + 1, bench.site), bench.axes, MotorPlant(start.counts), Memory(boot=2))
+        for index, start in enumerate(bench.plan.start)
+    ]
+    for now_ms, send in zip(times, recorded, strict=True):  # a node that is switched on has its clock at 0 again
+        node = restarted[send.node - 1]
+        node.receive(now_ms, send.payload)
+        require(node.memory.started == 0, "I6: a node that has restarted obeys frames of before")
     return bench.polls
 
 
@@ -268,9 +273,9 @@ def _replay(bench: Watched, send: Send) -> None:
     session = node._session
     if session is None or int.from_bytes(send.payload[4:8], "little") > session.counter:
         return
-    before = (node.ack, vars(node.memory).copy(), node.state, vars(session).copy())
+    before = (vars(node.memory).copy(), node.state, vars(session).copy())
     node.receive(bench.now_ms, send.payload)
-    require(before == (node.ack, vars(node.memory), node.state, vars(session)), "I6: a frame of before has an effect")
+    require(before == (vars(node.memory), node.state, vars(session)), "I6: a frame of before has an effect")
 
 
 def _take_up(bench: Watched, seed: int) -> None:
@@ -291,6 +296,22 @@ def _take_up(bench: Watched, seed: int) -> None:
 def rivals(seed: int, bench_class: type[Watched] = Watched) -> int:
     """Two hosts want the same nodes: no step is mixed, and one that does not get them knows so in time."""
     return Rivals(seed, bench_class.node_class, bench_class.host_class).play()
+
+
+def withheld(seed: int, bench_class: type[Watched] = Watched) -> int:
+    """Frames that were jammed and kept come after the host fell silent: nobody moves on for them."""
+    bench = make_slow(seed, bench_class)
+    bench.run_to(Phase.STAGING)
+    keep_back(bench)
+    return bench.polls
+
+
+def visited(seed: int, bench_class: type[Watched] = Watched) -> int:
+    """A host that is refused leaves a run that was broken off as it was."""
+    bench = make(seed, bench_class)
+    bench.run_to(Phase.STAGING)
+    look_in(bench)
+    return bench.polls
 
 
 class Rivals:
@@ -403,6 +424,8 @@ SCENARIOS: dict[str, Callable[..., int]] = {
     "misled": misled,
     "haunted": haunted,
     "rivals": rivals,
+    "withheld": withheld,
+    "visited": visited,
 }
 
 

@@ -50,7 +50,7 @@ TRIALS = (
         "the dead-man does not brake",
         (
             "node",
-            "self._lift_above = self._session.hold_gen\n            self._brake(now_ms)",
+            "self._lift_above = self._session.hold_gen\n            self._halt(now_ms)",
             "self._lift_above = self._session.hold_gen",
         ),
         "silenced",
@@ -58,7 +58,11 @@ TRIALS = (
     ),
     trial(
         "being heard again lifts the dead-man",
-        ("node", "session.heard_ms = now_ms", "session.heard_ms, self._silent = now_ms, False"),
+        (
+            "node",
+            "session.counter = counter\n        return",
+            "session.counter, self._silent = counter, False\n        return",
+        ),
         "cut_off",
         "I3",
     ),
@@ -84,15 +88,37 @@ TRIALS = (
     ),
     trial(
         "a resumed session begins from nothing",
-        ("node", "resumed = bool(session.hello.flags & FLAG_RESUME)", "resumed = False"),
+        ("node", "session.owns_run = bool(flags & FLAG_RESUME)", "session.owns_run = False"),
         "killed",
         "I10",
     ),
     trial(
         "a session key without the node's nonce",
-        ("keys", "(host_nonce, node_nonce, run_tag)", "(host_nonce, 0, run_tag)"),
+        ("keys", "*numbers, run_tag", "run_tag"),
         "haunted",
-        "I3",
+        "I6",
+    ),
+    trial(
+        "frames never grow old",
+        ("node", "now_ms >= said_ms + session.hello.deadman_ms", "False"),
+        "withheld",
+        "I8",
+    ),
+    trial(
+        "the dead-man is fed by a frame's arrival, not by what its host had heard",
+        ("node", "session.heard_ms = max(session.heard_ms, said_ms)", "session.heard_ms = now_ms"),
+        "withheld",
+        "I8",
+    ),
+    trial(
+        "a run is forgotten as soon as another host looks in",
+        (
+            "node",
+            "if not session.owns_run:\n            self._silent",
+            "if not session.owns_run:\n            self._begin_run(session)\n            self._silent",
+        ),
+        "visited",
+        "I10",
     ),
     trial(
         "a step is released before its record",

@@ -1,0 +1,76 @@
+"""Seeded runs into which somebody else comes: an eavesdropper who keeps frames back, and a host that is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from curveline.errors import InvalidInput
+from curveline.radio.actions import Phase, Send
+from curveline.radio.halts import Cause
+
+from .watched import Watched, require
+
+HOLD_MS = 50
+"""How much later than its dead-man time a node may begin to brake."""
+KEPT_MS = 900
+"""An eavesdropper delivers a frame so often: just often enough to keep a dead-man fed that takes any frame."""
+OUT_OF_THE_WAY = (100_000, 0, 0)
+
+
+def keep_back(bench: Watched) -> None:
+    """Jam all frames for a while and keep them; the host falls silent, and one by one they come after all.
+
+    Every second time what is kept is the end of a pause.
+    """
+    bench.run_for(bench.random.randrange(3000))
+    if bench.random.random() < 0.5 and bench.conductor.phase in (Phase.STAGING, Phase.RELEASED):
+        bench.conductor.hold(bench.now_ms)
+        bench.run(lambda: bench.conductor.phase is Phase.PAUSED)
+    kept = _jammed(bench, bench.random.randrange(900))
+    silent_ms = bench.now_ms
+    departures = list(bench.departures)
+    deadman_ms = bench.conductor._pace.deadman_ms
+    begin_ms = silent_ms + bench.random.choice((0, 2 * deadman_ms))
+    for number, send in enumerate(kept):
+        now_ms = begin_ms + number // len(bench.nodes) * KEPT_MS
+        node = bench.nodes[send.node - 1]
+        node.receive(now_ms, send.payload)
+        moves = node.move is not None and node.move.brake_ms is None
+        require(not moves or now_ms <= silent_ms + deadman_ms + HOLD_MS, "I8: frames that were kept back move a node")
+        bench.now_us = max(bench.now_us, 1000 * now_ms)
+        if now_ms > silent_ms + deadman_ms:
+            require(bench.departures[send.node - 1] - departures[send.node - 1] <= 1, "I8: a node sets off in silence")
+
+
+def _jammed(bench: Watched, duration_ms: int) -> list[Send]:
+    """What the host sends meanwhile, and nobody hears."""
+    kept: list[Send] = []
+    keep = kept.append
+    bench.hooks.append(keep)
+    bench.deaf.update(range(len(bench.nodes)))
+    bench.conductor.resume(bench.now_ms)
+    bench.run_for(duration_ms)
+    bench.hooks.remove(keep)
+    bench.deaf.clear()
+    return kept
+
+
+def look_in(bench: Watched) -> None:
+    """A host is killed; another one comes with a plan that is refused, and leaves; the first run goes on unharmed."""
+    bench.run_for(bench.random.randrange(700))
+    if bench.conductor.phase in (Phase.CLOSING, Phase.DONE):
+        return
+    bench.now_us += 1000 * (bench.conductor._pace.deadman_ms + 500)
+    records, plan, policy = bench.records, bench.plan, bench.conductor.policy
+    bench.records = []
+    elsewhere = replace(plan, start=tuple(replace(each, counts=OUT_OF_THE_WAY) for each in plan.start))
+    bench.conductor = bench.host_class(elsewhere, bench.site, bench.random.getrandbits(64) & ~0xFF, policy)
+    bench._facts = [(0, 0, 0)] * len(bench.nodes)
+    phase, halt = bench.run(), bench.conductor.halt
+    require(phase is Phase.HALTED and halt is not None and halt.cause is Cause.ELSEWHERE, f"I7: not refused: {halt}")
+    bench.records = records
+    try:
+        bench.new_host(bench.random.getrandbits(64) & ~0xFF)
+    except InvalidInput as error:
+        require(False, f"I10: the run before cannot go on: {error.message}")
+    bench.finish()
