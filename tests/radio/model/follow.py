@@ -11,6 +11,7 @@ from random import Random
 from curveline.radio.actions import Action, Phase, Policy, Poll, Write
 from curveline.radio.air import Heard, Weather
 from curveline.radio.frames import (
+    CLOCK_SHIFT,
     FLAG_QUERY,
     FLAG_RESUME,
     Drive,
@@ -18,6 +19,7 @@ from curveline.radio.frames import (
     Kind,
     Status,
     Stop,
+    clock_of,
     decode_drive,
     decode_hello,
     decode_status,
@@ -50,7 +52,7 @@ TIMED = {Cause.SILENT, Cause.DEAF, Cause.TAKEN, Cause.BUSY, Cause.DEADLINE, Caus
 """Halts that depend on time or place, which the model leaves out."""
 NODE_FIELDS = (
     *("boot", "homed", "fault", "session", "closed", "pending", "release", "hold", "started", "finished", "staged"),
-    *("silent", "quiet", "lift", "stopped", "motion", "run"),
+    *("silent", "quiet", "lift", "stopped", "motion", "run", "owns"),
 )
 
 
@@ -93,7 +95,7 @@ class Followed(Bench):
     def receive(self, index: int, now_ms: int, payload: bytes) -> None:
         """A payload for a node: first what time brought, then what the frame does."""
         self._advance(index, now_ms)
-        frame, fresh = self._frame(index, payload)
+        frame, fresh = self._frame(index, payload, now_ms)
         model = self.models[index]
         self.nodes[index].receive(now_ms, payload)
         self._compare(index, [self.rules.receive(model, frame)] if fresh else [model], str(frame), now_ms)
@@ -108,8 +110,8 @@ class Followed(Bench):
                 allowed.extend(after for after in found if after not in allowed)
         self._compare(index, allowed, "time passes", now_ms)
 
-    def _frame(self, index: int, payload: bytes) -> tuple[Frame, bool]:
-        """What a payload is to the model, and whether it is to have an effect: counters and tags decide that."""
+    def _frame(self, index: int, payload: bytes, now_ms: int) -> tuple[Frame, bool]:
+        """What a payload is to the model, and whether it is to have an effect: counters, clocks, tags decide."""
         node, kind = self.nodes[index], kind_of(payload)
         if kind is Kind.HELLO:
             hello = decode_hello(payload, node.identity.node_key)
@@ -119,11 +121,12 @@ class Followed(Bench):
             return Frame("stop"), payload == encode_stop(Stop(payload[2]), self.site.stop_key)
         if kind is Kind.DRIVE:
             for code, session in self._keys[index].items():
-                drive = decode_drive(payload, session.key)
+                drive = decode_drive(payload, session.key, clock_of(now_ms))
                 if isinstance(drive, Drive):
                     fresh = drive.session == session.number and drive.counter > session.counter
+                    young = now_ms < (drive.clock << CLOCK_SHIFT) + session.hello.deadman_ms
                     loads = (drive.release, drive.load_step, drive.hold_gen)
-                    return Frame("drive", code, *loads), fresh and drive.node == index + 1
+                    return Frame("drive", code, *loads), fresh and young
         return Frame("nothing"), False
 
     def _handshake(self, hello: Hello) -> int:
@@ -150,7 +153,7 @@ class Followed(Bench):
         node, memory, session = self.nodes[index], self.nodes[index].memory, self.nodes[index]._session
         motion = nodes.IDLE if node.move is None else nodes.RUNNING if node.move.brake_ms is None else nodes.BRAKING
         closed = session is not None and session.closed
-        quiet = session is not None and not closed and now_ms - session.heard_ms >= session.hello.deadman_ms
+        quiet = session is not None and not closed and now_ms >= session.expires_ms
         return (
             *(memory.boot, memory.homed, bool(memory.fault), self._code(index, session), closed),
             self._code(index, node._pending),
@@ -158,6 +161,7 @@ class Followed(Bench):
             *(memory.started, memory.finished, memory.staged),
             *(node._silent, quiet, node._lift_above, node._stopped, motion),
             int(memory.run_tag == self.conductor.run_tag),
+            session is not None and session.owns_run,
         )
 
     def _compare(self, index: int, allowed: list[Node], event: str, now_ms: int | None = None) -> None:
@@ -234,12 +238,12 @@ class Followed(Bench):
             code = self._offers[index].get((ident.boot, ident.session), 0)
             same_run = ident.same_run and bool(code)
             return Answer("ident", code, ident.boot, busy=ident.busy, same_run=same_run), False
-        status = decode_status(payload, peer.key) if peer.key else None
+        status = decode_status(payload, peer.key, peer.clock) if peer.key else None
         if not isinstance(status, Status) or status.session != peer.session or status.echo > peer.counter:
             return None, False
-        code = self._offers[index][status.boot, status.session]
+        code = self._offers[index][peer.boot, status.session]
         hold = LOW_BITS.get(status.hold_low, status.hold_low)
-        facts = (status.boot, status.finished, status.started, status.staged, int(status.state), hold)
+        facts = (peer.boot, status.finished, status.started, status.staged, int(status.state), hold)
         return Answer("status", code, *facts, at_start=True), peer.status is not None and status.echo < peer.status.echo
 
     def _settle_host(self, event: str) -> None:

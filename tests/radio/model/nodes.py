@@ -1,8 +1,9 @@
 """The rules of a node without time, counters and tags: what it does with a frame, and what happens to it by itself.
 
-Time is left out by letting arrivals and the dead-man happen at any moment. Counters are left out by letting every
-frame that was ever sent come in at any moment, as often as it likes: the counter only takes some of that away.
-Tags are left out by giving sessions numbers that are never used twice.
+Time is left out by letting arrivals and the dead-man happen at any moment. Counters, and the clocks by which frames
+grow old, are left out by letting every frame that was ever sent come in at any moment, as often as it likes: they only
+take some of that away. Tags are left out by giving sessions numbers that are never used twice; how a node keeps that
+promise is a model of its own, in which it can make a few offers only.
 """
 
 from __future__ import annotations
@@ -73,6 +74,10 @@ class Node(NamedTuple):
     stopped: bool = False
     motion: int = IDLE
     run: int = 0
+    owns: bool = False
+    """Whether `run` is the session's: resumed, or begun by its first staged step."""
+    made: int = 0
+    """Offers in this boot, counted where they are limited."""
     ran: tuple[int, ...] = (0, 0, 0)
     did: tuple[int, ...] = (0, 0, 0)
     top: int = 0
@@ -102,17 +107,21 @@ def session_code(node: Node, handshake: int, bugs: frozenset[str]) -> int:
     """Number of the session that a node offers: fresh for each boot and offer."""
     if "session key without the node's nonce" in bugs:
         return handshake
-    count = sum(each & 63 == handshake for each in node.offers)
-    return (node.boot * 8 + count + 1) * 64 + handshake
+    count = node.made or sum(each & 63 == handshake for each in node.offers) + 1
+    return (node.boot * 8 + count) * 64 + handshake
 
 
 class Rules:
-    """The node's part of the protocol, with `bugs` switched in; `places` tells where each run begins."""
+    """The node's part of the protocol, with `bugs` switched in; `places` tells where each run begins.
 
-    def __init__(self, bugs: frozenset[str], places: tuple[int, ...], offers: int) -> None:
+    A node answers each handshake with `offers` offers; or, if `range_` is given, it makes so many in a boot altogether.
+    """
+
+    def __init__(self, bugs: frozenset[str], places: tuple[int, ...], offers: int, range_: int = 0) -> None:
         self.bugs = bugs
         self.places = places
         self.offers = offers
+        self.range = range_
 
     # Frames
 
@@ -125,11 +134,21 @@ class Rules:
         return self._on_drive(node, frame)
 
     def _on_hello(self, node: Node, handshake: int) -> Node:
-        made = sum(each & 63 == handshake for each in node.offers)
-        if (node.pending and node.pending & 63 == handshake) or made >= self.offers:
+        if node.pending and node.pending & 63 == handshake:
+            return node
+        if self.range:
+            return self._offer_counted(node, handshake)
+        if sum(each & 63 == handshake for each in node.offers) >= self.offers:
             return node
         pending = session_code(node, handshake, self.bugs)
         return node._replace(pending=pending, offers=node.offers | {pending})
+
+    def _offer_counted(self, node: Node, handshake: int) -> Node:
+        """The next offer of those that a boot has numbers for; after the last there is none."""
+        if node.made == self.range and "offer numbers come again" not in self.bugs:
+            return node
+        node = node._replace(made=node.made % self.range + 1)
+        return node._replace(pending=session_code(node, handshake, self.bugs))
 
     def _on_drive(self, node: Node, frame: Frame) -> Node:
         if frame.session == node.session and not node.closed:
@@ -157,10 +176,15 @@ class Rules:
         resumes = bool(session & 1) and run_of(session) == node.run
         owned = node.owned | {session & 63}
         node = node._replace(session=session, pending=0, closed=False, owned=owned)
-        node = node._replace(release=0, hold=0, top=0, lift=0)
+        node = node._replace(release=0, hold=0, top=0, lift=0, owns=resumes)
         if not resumes:
-            node = node._replace(started=0, finished=0, staged=0, silent=False, stopped=False, latched=False)
-        return node._replace(run=run_of(session))
+            node = node._replace(silent=False, stopped=False, latched=False)
+        return node
+
+    @staticmethod
+    def _begin_run(node: Node) -> Node:
+        run = run_of(node.session)
+        return node._replace(run=run, owns=True, started=0, finished=0, staged=0)
 
     def _obey(self, node: Node, frame: Frame) -> Node:
         if node.hold & 1:
@@ -175,7 +199,11 @@ class Rules:
 
     def _stage(self, node: Node, frame: Frame) -> Node:
         load = frame.load
-        if load == 0 or load <= node.started:
+        if load == 0:
+            return node
+        if not node.owns:
+            node = self._begin_run(node)
+        if load <= node.started:
             return node
         if node.staged > node.started and load == node.staged:
             return node
@@ -200,7 +228,7 @@ class Rules:
         """A frame that does the same to the node, now and ever: levels that it has passed are nothing new to it."""
         if frame.kind != "drive" or frame.session != node.session:
             return frame
-        staged = node.staged if node.staged > node.started else node.started
+        staged = max(node.staged, node.started) if node.owns else 0
         return frame._replace(
             release=frame.release if frame.release > node.release else 0,
             load=frame.load if frame.load > staged else 0,
@@ -213,7 +241,7 @@ class Rules:
         held = node.silent or node.stopped or node.hold & 1
         if "hold does not keep a step from starting" in self.bugs:
             held = node.silent
-        return node.homed and not node.fault and node.session > 0 and not node.closed and not held
+        return node.homed and not node.fault and node.session > 0 and node.owns and not node.closed and not held
 
     def go_on(self, node: Node) -> Node:
         """Set off for the started step's target, if nothing forbids it."""
@@ -294,8 +322,8 @@ class Rules:
         """The STATUS that is loaded, None without a session."""
         if not node.session:
             return None
-        facts = (node.finished, node.started, node.staged)
-        at_start = node.place == self.places[node.run]
+        facts = (node.finished, node.started, node.staged) if node.owns else (0, 0, 0)
+        at_start = node.place == self.places[run_of(node.session)]
         return Answer("status", node.session, node.boot, *facts, self.state(node), node.hold, at_start)
 
     def ident(self, node: Node) -> Answer | None:

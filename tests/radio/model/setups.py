@@ -16,6 +16,10 @@ MODELS = (
     Setup("a stop broadcast, for ever repeated", nodes=2, steps=1, stops=True),
     Setup("a second host asks", nodes=2, steps=1, hosts=2),
     Setup("a second host takes over", nodes=2, steps=1, hosts=2, takeover=True),
+    Setup("a second host finds an owner silent", nodes=1, steps=2, hosts=2, silences=True),
+    Setup("HELLOs replayed until there are no more offers", nodes=1, steps=2, lives=2, range=4),
+    Setup("HELLOs replayed in two boots", nodes=1, steps=1, lives=2, restarts=1, range=2),
+    Setup("two hosts' HELLOs replayed until there are no more offers", nodes=1, steps=1, hosts=2, range=5),
 )
 
 MISTAKES = (
@@ -33,6 +37,7 @@ MISTAKES = (
     Setup("resume does not compare boot numbers", nodes=1, steps=2, lives=2, restarts=1),
     Setup("resume believes the journal, not the nodes", nodes=2, steps=2, lives=2),
     Setup("session key without the node's nonce", nodes=1, steps=1, restarts=1),
+    Setup("offer numbers come again", nodes=1, steps=1, lives=2, range=2),
 )
 """Each is named for the one mistake that is built into it."""
 
@@ -51,5 +56,6 @@ CAUGHT_BY = {
     "resume does not compare boot numbers": "I2",
     "resume believes the journal, not the nodes": "I10",
     "session key without the node's nonce": "I2",
+    "offer numbers come again": "I2",
 }
 """Invariant of docs/radio-protocol.md that each mistake breaks first."""

@@ -35,6 +35,8 @@ class Setup:
     takeover: bool = False
     offers: int = 1
     """How often a node answers the same handshake with another offer; nothing limits that in truth."""
+    range: int = 0
+    """Offers for which a node has numbers in a boot; if it is given, every HELLO stays in the network for ever."""
     bugs: frozenset[str] = frozenset()
 
     unreduced: bool = False
@@ -48,7 +50,7 @@ class Setup:
     @property
     def calm(self) -> bool:
         """Whether nothing can happen that may end a run before its end."""
-        return self.hosts == 1 and not self.restarts and not self.silences and not self.stops
+        return self.hosts == 1 and not (self.restarts or self.silences or self.stops or self.range)
 
 
 class Station(NamedTuple):
@@ -81,7 +83,7 @@ class World:
     def __init__(self, setup: Setup) -> None:
         self.setup = setup
         places = (0, 0, 16 + setup.steps // 2)  # the second run begins in the middle of the first
-        self.rules = Rules(setup.bugs, places, setup.offers)
+        self.rules = Rules(setup.bugs, places, setup.offers, setup.range)
         limits = Limits(setup.steps, setup.lives, setup.holds, setup.takeover)
         self.host_rules = HostRules(setup.bugs, limits)
         self.hosts = Table()
@@ -267,7 +269,8 @@ class World:
             station: Station = self.stations.things[station_number]
             frame = self._sends(host_number)[index]
             net = station.net if frame is None else self._on_the_way(station.node, station.net | {frame})
-            net = frozenset(each for each in net if each.kind != "hello" or each.session in codes)
+            if not self.setup.range:
+                net = frozenset(each for each in net if each.kind != "hello" or each.session in codes)
             said = frozenset(each for each in station.said if each.session & 63 in codes)
             found = self._sent[key] = self.stations.number(station._replace(net=net, said=said))
         return found
