@@ -41,6 +41,8 @@ MAX_CHANNEL = 125
 MAX_NODES = 128
 STATE = r"[a-z]{1,20}(-[0-9]{1,9})?"
 """What a single state is called: `peak`, `middle-1`."""
+DEFAULT_DISPLAY = "single"
+"""The built-in display that commands take if none is named."""
 AXES = ("extrude", "bias", "translate")
 """The order of a node's axes wherever they stand in a row: counts, frames, tables."""
 

@@ -16,8 +16,11 @@ from curveline import __version__
 from curveline.cli import bench, load, plan, send, show, simulate, status, stop
 from curveline.cli.display import check
 from curveline.cli.display import show as show_display
-from curveline.cli.keys import adopt, new, node
+from curveline.cli.keys import adopt, new
+from curveline.cli.keys import node as image
 from curveline.cli.keys import show as show_keys
+from curveline.cli.node import clear, home
+from curveline.cli.node import status as node_status
 from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError, LinkError, SystemRefusal
 from curveline.portable import is_hang_up
 from curveline.system_errors import hint_of, message_of
@@ -28,7 +31,7 @@ EPILOG = (
     "or the system refused while a radio was in use; 130 interrupted. Results go to stdout, everything else to stderr."
 )
 
-LINKED = (send.send, status.status, stop.stop, adopt.adopt)
+LINKED = (send.send, status.status, stop.stop, adopt.adopt, node_status.status, clear.clear, home.home)
 """Commands that have a radio in use."""
 
 app = typer.Typer(
@@ -61,9 +64,13 @@ for _command in (simulate.simulate, plan.plan, send.send, status.status, stop.st
         _reporting(_command)
     )
 keys = typer.Typer(help="The keys of a site: make them, load them, learn who the nodes are.", no_args_is_help=True)
-for _key_command in (new.new, node.node, adopt.adopt, show_keys.show):
+for _key_command in (new.new, image.node, adopt.adopt, show_keys.show):
     keys.command(epilog=EPILOG)(_reporting(_key_command))
 app.add_typer(keys, name="keys", epilog=EPILOG)
+one = typer.Typer(help="One node: how it is, and what brings it back to work.", no_args_is_help=True)
+for _node_command in (node_status.status, clear.clear, home.home):
+    one.command(epilog=EPILOG, no_args_is_help=True)(_reporting(_node_command))
+app.add_typer(one, name="node", epilog=EPILOG)
 displays = typer.Typer(
     help="The displays: what is built in, and whether a file of your own is sound.", no_args_is_help=True
 )

@@ -206,6 +206,7 @@ def _agrees(way: _Way) -> bool:
 def _plan_from_here(goal: Goal, radio: Radio, drive: DriveTable, way: _Way) -> Plan:
     """A plan from where the nodes say that they stand; LinkError if one of them cannot say."""
     from curveline.cli.shown import Shown, shown_states
+    from curveline.radio.halts import display_option
     from curveline.radio.link import read_status
 
     statuses = read_status(radio, drive)
@@ -213,7 +214,9 @@ def _plan_from_here(goal: Goal, radio: Radio, drive: DriveTable, way: _Way) -> P
     for status in statuses:
         if status.counts is None or status.state in NOWHERE:
             said = "does not answer" if status.counts is None else f"does not know where it stands: {status.state}"
-            hint = "see `curveline status`" if status.counts is None else "home the node, then send again"
+            display = display_option(goal.display.path or goal.display.name)
+            home = f"home it: `curveline node home {status.node}{display}`; then send again"
+            hint = f"see `curveline status{display}`" if status.counts is None else home
             raise LinkError(f"node {status.node} {said}", hint, status.node)
         counts.append(status.counts)
     shown = Shown() if way.touched else shown_states(radio, drive, statuses, way.runs)

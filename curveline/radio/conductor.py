@@ -18,7 +18,7 @@ from curveline.radio.halts import Cause, Halt
 from curveline.radio.keys import Site
 from curveline.radio.motion import axes_of, config_hash
 from curveline.radio.pacing import Pace
-from curveline.radio.peer import STRANGE, Peer
+from curveline.radio.peer import NO_LOAD, STRANGE, Peer
 from curveline.radio.preflight import (
     check_ident,
     check_running,
@@ -34,7 +34,6 @@ from curveline.radio.preflight import (
 )
 from curveline.radio.resume import ResumePoint, check_identity, check_progress, resume_record
 
-NO_LOAD: tuple[int, Counts, int] = (0, (0, 0, 0), 0)
 ENDED = frozenset({Phase.DONE, Phase.HALTED})
 STOPPING = frozenset({Phase.PAUSING, Phase.HALTING})
 GOING = frozenset({Phase.STAGING, Phase.RELEASED})

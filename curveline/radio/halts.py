@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from shlex import quote
 
-from curveline.plan import AXES
+from curveline.plan import AXES, DEFAULT_DISPLAY, Plan
 from curveline.radio.frames import Fault
 
 
 class Cause(Enum):
-    """What stopped a run: a message, in which `{node}`, `{when}` and `{detail}` are filled in, and a hint."""
+    """What stopped a run: a message, in which `{node}`, `{when}` and `{detail}` are filled in, and a hint.
+
+    In a hint `{node}` is filled in, and `{display}` with the option that names the display, if the commands need one.
+    Every command in it works as it is printed, once the radio is named: docs/ways-out.md has them all.
+    """
 
     def __init__(self, text: str, hint: str) -> None:
         self.text = text
@@ -18,20 +23,21 @@ class Cause(Enum):
 
     SILENT = (
         "node {node} does not answer{detail}",
-        "check its power and antenna, the channel and the address; `curveline status` shows who answers",
+        "check its power and antenna, the channel and the address; `curveline status{display}` shows who answers",
     )
     DEAF = (
         "no node answers{detail}",
-        "see that the nodes have power and that the radio is on the display's channel and data rate; something may be "
-        "jamming that channel, too",
+        "see that the nodes have power and that the radio is on the display's channel and data rate; something may "
+        "be jamming that channel, too",
     )
     UNTRUSTED = (
         "node {node} answers, but not to the key of this site",
-        "load the site's key into it: `curveline keys node`; `curveline status --scan` shows who answers",
+        "load the site's key into it: `curveline keys node`; `curveline status --scan{display}` shows who answers",
     )
     CLONE = (
         "the answers of node {node} come cut short",
-        "its radio chip may be a bad copy, or this computer's if all do so: see `curveline status --radio-test`",
+        "its radio chip may be a bad copy, or this computer's if all do so: see `curveline status "
+        "--radio-test{display}`",
     )
     TWIN = (
         "two devices answer on the address of node {node}: {detail}",
@@ -51,24 +57,32 @@ class Cause(Enum):
     )
     BUSY = (
         "node {node} belongs to another host that is sending to it{detail}",
-        "wait until the other host is done, or stop it; `--takeover` takes nodes over that stand still",
+        "wait until the other host is done, or stop it: `curveline stop{display}`; `--takeover` takes nodes over "
+        "that stand still",
     )
     TAKEN = (
         "node {node} no longer obeys this session; another host may have taken it over",
-        "only one host may send at a time; find the other one before sending again",
+        "only one host may send at a time; find the other one, then send the shape again: that plans from where the "
+        "display stands",
     )
-    NOT_HOMED = ("node {node} does not know where it is{when}: it has not been homed", "home the node, then send again")
+    NOT_HOMED = (
+        "node {node} does not know where it is{when}: it has not been homed",
+        "home it: `curveline node home {node}{display}`; then send again",
+    )
     LOST = (
         "node {node} has lost its position{when} ({detail})",
-        "check the cable of that motor's encoder; then home the node, nothing else can tell where it stands",
+        "check the cable of that motor's encoder; then home the node: `curveline node home {node}{display}`; "
+        "nothing else can tell where it stands",
     )
     BROWN_OUT = (
         "the supply of node {node} sagged{when} ({detail}), and its position went with it",
-        "check its supply: cable, connector, current with all motors turning; then home the node",
+        "check its supply: cable, connector, current with all motors turning; then home the node: `curveline node "
+        "home {node}{display}`",
     )
     LATCHED = (
         "node {node} has been stopped for good by an emergency stop",
-        "find out why, then switch the node off and on and home it",
+        "find out why; then switch the node off and on (the mock: `curveline status --radio "
+        "mock:repower{display}`), and send again",
     )
     ELSEWHERE = (
         "node {node} does not stand where the plan starts: {detail}",
@@ -76,31 +90,37 @@ class Cause(Enum):
     )
     REBOOT = (
         "node {node} has restarted{when}: {detail}",
-        "check its supply; home the node before sending again",
+        "check its supply; then send the shape again: that plans from where the display stands, or says which node "
+        "does not know that any more",
     )
     DEADLINE = (
         "node {node} is late{when}: {detail}",
-        "look for something in its way, or a motor that is too slow for the plan",
+        "look for something in its way, or a motor that is too slow for the plan; the run can be resumed",
     )
     CONFLICT = (
         "node {node} was given two different targets for one step{when}",
-        "this is a fault in a host program; restart the node and report it",
+        "this is a fault in a host program: report it; `curveline node clear {node}{display}` ends it, then send "
+        "the shape again",
     )
     LIMIT = (
         "node {node} refused a target{when}: its {detail} axis would leave its limits",
-        "the node's limits and the display file disagree; write the settings to the node again",
+        "the node's limits and the display file disagree: write the settings to the node again; `curveline node "
+        "clear {node}{display}` ends the fault, then send the shape again",
     )
     STALL = (
         "node {node} has stalled{when}: its {detail} motor does not follow",
-        "free what blocks it; resuming the run then clears the fault",
+        "free what blocks it; going on with the run that it broke off (`curveline send --resume last{display}`) clears "
+        "the fault, and so does `curveline node clear {node}{display}`",
     )
     RUNAWAY = (
         "node {node} moved against its command{when} ({detail})",
-        "motor or encoder is wired the wrong way round",
+        "motor or encoder is wired the wrong way round: set that right; `curveline node clear {node}{display}` ends"
+        " the fault, then send the shape again",
     )
     DRIVER = (
         "node {node} reports a fault of its motor driver{when} ({detail})",
-        "check the motor's wiring and supply for a short circuit; resuming the run then clears the fault",
+        "check the motor's wiring and supply for a short circuit; going on with the run that it broke off (`curveline "
+        "send --resume last{display}`) clears the fault, and so does `curveline node clear {node}{display}`",
     )
     HELD = (
         "node {node} heard nothing for longer than its dead-man time and holds{when}",
@@ -112,11 +132,12 @@ class Cause(Enum):
     )
     STOPPED = (
         "node {node} was stopped{when} by a stop broadcast that this run did not send",
-        "find out who stopped the display before sending again",
+        "find out who stopped the display; then resume the run, or send the shape again from where the display stands",
     )
     AHEAD = (
         "node {node} is at step {detail}, which this run never released",
-        "another host has driven it, or the run's record is not the newest; do not go on with this run",
+        "another host has driven it, or the run's record is not the newest: this run cannot go on; send the shape "
+        "again from where the display stands",
     )
     BEHIND = (
         "node {node} has not done what the record of the run says that it did: {detail}",
@@ -134,17 +155,28 @@ class Cause(Enum):
         "this run has been paused and resumed as often as one session allows",
         "send the shape again from where the display stands",
     )
-    ESTOP = ("emergency stop was asked for{when}", "switch every node off and on, and home it")
+    ESTOP = (
+        "emergency stop was asked for{when}",
+        "switch every node off and on (the mock: `curveline status --radio mock:repower{display}`), then send again",
+    )
+    UNHEEDED = (
+        "node {node} did not begin to home: {detail}",
+        "see what it is doing: `curveline node status {node}{display}`; then try again",
+    )
 
 
 @dataclass(frozen=True)
 class Halt:
-    """A cause with its particulars; `node` is 0 when it concerns all, `step` 0 before the first."""
+    """A cause with its particulars; `node` is 0 when it concerns all, `step` 0 before the first.
+
+    `display` is the name or file by which commands find the display.
+    """
 
     cause: Cause
     node: int = 0
     step: int = 0
     detail: str = ""
+    display: str = DEFAULT_DISPLAY
 
     @property
     def message(self) -> str:
@@ -155,7 +187,7 @@ class Halt:
     @property
     def hint(self) -> str:
         """What to do about it."""
-        return self.cause.hint
+        return self.cause.hint.format(node=self.node, display=display_option(self.display))
 
 
 _FAULTS = {
@@ -175,3 +207,13 @@ def fault_halt(fault: Fault, axis: int, node: int, step: int) -> Halt:
     if _FAULTS[fault] is Cause.LOST:
         where = f"{where}: {fault.name.lower().replace('_', '-')}"
     return Halt(_FAULTS[fault], node, step, where)
+
+
+def named_display(plan: Plan) -> str:
+    """The name or file by which commands find the display of a plan."""
+    return str(plan.provenance.get("display", plan.drive.display))
+
+
+def display_option(display: str) -> str:
+    """What a command that is advised needs besides to find a display; nothing for the one that it takes by itself."""
+    return "" if display == DEFAULT_DISPLAY else f" --display {quote(display)}"

@@ -29,7 +29,7 @@ from curveline.radio.frames import (
     decode_report,
     encode_drive,
 )
-from curveline.radio.halts import Halt
+from curveline.radio.halts import Halt, named_display
 from curveline.radio.journal import Journal, ReopenedJournal
 from curveline.radio.keys import KEY_BYTES
 from curveline.radio.peer import LinkTally, Peer
@@ -212,7 +212,8 @@ class _Run:
             raise
         conductor = self._conductor
         if conductor.halt is not None:
-            raise Halted(explain(self._radio, conductor.plan.drive, conductor.halt))
+            halt = explain(self._radio, conductor.plan.drive, conductor.halt)
+            raise Halted(replace(halt, display=named_display(conductor.plan)))
         return RunReport(
             outcome="done" if conductor.phase is Phase.DONE else "paused",
             steps_done=conductor.barrier,
@@ -345,8 +346,13 @@ def _query(radio: Radio, number: int, address: str) -> NodeStatus:
     report = insist(radio, peer, question, partial(decode_report, key=peer.node_key, nonce=nonce))
     if report is None:
         return NodeStatus(number, address, SILENT, link=peer.tally)
+    return replace(status_of_report(report, address), link=peer.tally)
+
+
+def status_of_report(report: Report, address: str) -> NodeStatus:
+    """What a node said to a query, in words."""
     return replace(
-        _node_status(report, report.boot, address, peer.tally),
+        _node_status(report, report.boot, address, LinkTally()),
         boot_cause=_plain(report.cause.name),
         unhomed={axis: _reason(code) for axis, code in zip(AXES, report.axes, strict=True) if code},
         fault_seconds=report.fault_s if report.fault is not Fault.NONE else None,

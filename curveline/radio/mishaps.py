@@ -38,16 +38,18 @@ class Form(Enum):
     STEP = "@step<number>"
     FULL_STEP = "=full@step<number>"
     CHANCE = "=<number from 0 to below 1>"
+    AXIS_NODE = "=<axis>@<node>"
 
 
 @dataclass(frozen=True)
 class Mishap:
-    """What was asked for: a key of `MISHAPS`, and node (from 1), step (from 1) or chance as its form has them."""
+    """What was asked for: a key of `MISHAPS`, and node, step, axis (all from 1) or chance as its form has them."""
 
     key: str
     node: int = 0
     step: int = 0
     chance: float = 0.0
+    axis: int = 0
 
 
 @dataclass
@@ -224,6 +226,10 @@ def _unhomed(stage: Stage, mishap: Mishap) -> None:
     stage.station(mishap).memory.unhomed = NOWHERE
 
 
+def _absent(stage: Stage, mishap: Mishap) -> None:
+    stage.station(mishap).plant.absent |= 1 << mishap.axis - 1
+
+
 def _estop(stage: Stage, mishap: Mishap) -> None:
     stage.station(mishap).memory.estop = True
 
@@ -283,6 +289,7 @@ MISHAPS: Mapping[str, Row] = {
     "stop": Row(Form.STEP, "somebody else stops the display", strike=_stop),
     "disk": Row(Form.FULL_STEP, "the disk under the run's record is full", strike=_disk),
     "unhomed": Row(Form.NODE, "a node has not been homed", prepare=_unhomed),
+    "absent": Row(Form.AXIS_NODE, "a motor is not connected", prepare=_absent),
     "estop": Row(Form.NODE, "a node was stopped for good", prepare=_estop),
     "version": Row(Form.NODE, "a node has firmware for another protocol", prepare=_version),
     "config": Row(Form.NODE, "a node holds other limits", prepare=_config),

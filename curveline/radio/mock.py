@@ -81,7 +81,7 @@ class MockRadio:
         self._virtual_us = 0
         self._store = store
         self._closed = False
-        self._stations = self._build(drive, state, spec.spread)
+        self._stations = self._build(drive, state, spec)
         self._numbers = {address.upper(): number for number, address in enumerate(drive.addresses, start=1)}
         stage = Stage(self._stations, self._air, self._random)
         self._troubles = Troubles(spec.mishaps, stage)
@@ -206,11 +206,12 @@ class MockRadio:
         x, y, z = (PER_MILLE - round(PER_MILLE * spread * self._random.random()) for _ in range(3))
         return x, y, z
 
-    def _build(self, drive: DriveTable, state: MockState, spread: float) -> list[Station]:
+    def _build(self, drive: DriveTable, state: MockState, spec: MockSpec) -> list[Station]:
+        memories = [node.memory.restarted(rested=True) if spec.repower else node.memory for node in state.nodes]
         axes, site = axes_of(drive), Site(self.site.master, mock_site(drive).chips)
         return [
-            Station(Identity(number, site), axes, MotorPlant(node.counts, self._paces(spread)), node.memory)
-            for number, node in enumerate(state.nodes, start=1)
+            Station(Identity(number, site), axes, MotorPlant(node.counts, self._paces(spec.spread)), memory)
+            for number, (node, memory) in enumerate(zip(state.nodes, memories, strict=True), start=1)
         ]
 
     def _settle(self) -> None:

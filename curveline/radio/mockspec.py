@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from curveline.errors import InvalidInput
+from curveline.plan import AXES
 from curveline.radio.air import Weather
 from curveline.radio.mishaps import MISHAPS, Form, Mishap
 
@@ -18,7 +19,8 @@ from curveline.radio.mishaps import MISHAPS, Form, Mishap
 class MockSpec:
     """What kind of display and air to model; `spread` is the largest part by which a motor is slower than told.
 
-    With `keys` the nodes hold the master key of the site's key file instead of the mock's open one.
+    With `keys` the nodes hold the master key of the site's key file instead of the mock's open one; with `repower` all
+    of them are switched off and on before anything else.
     """
 
     weather: Weather = field(default_factory=Weather)
@@ -28,6 +30,7 @@ class MockSpec:
     realtime: bool = False
     fresh: bool = False
     keys: bool = False
+    repower: bool = False
     mishaps: tuple[Mishap, ...] = ()
 
 
@@ -83,7 +86,8 @@ def _mishap(key: str, value: str) -> Mishap:
             raise ValueError
         found = match.groupdict()
         chance = _chance(found["chance"]) if "chance" in found else 0.0
-        return Mishap(key, int(found.get("node", 0)), int(found.get("step", 0)), chance)
+        axis = AXES.index(found["axis"]) + 1 if "axis" in found else 0
+        return Mishap(key, int(found.get("node", 0)), int(found.get("step", 0)), chance, axis)
     except ValueError:
         raise InvalidInput(f"the mock radio's {key}{value} is not {key}{form.value}", hint=_takes()) from None
 
@@ -108,7 +112,7 @@ def _whole(text: str) -> int:
     return int(text)
 
 
-_FLAGS = ("realtime", "fresh", "keys")
+_FLAGS = ("realtime", "fresh", "keys", "repower")
 _WEATHER = {"loss": "loss", "dup": "duplicate", "stale": "stale", "corrupt": "corrupt"}
 _A_CHANCE = "<number from 0 to below 1>"
 _READERS: Mapping[str, tuple[Callable[[str], object], str]] = {
@@ -128,4 +132,5 @@ _FORMS = {
     Form.STEP: _STEP,
     Form.FULL_STEP: "=full" + _STEP,
     Form.CHANCE: "=(?P<chance>.*)",
+    Form.AXIS_NODE: f"=(?P<axis>{'|'.join(AXES)})@(?P<node>[1-9][0-9]{{0,2}})",
 }

@@ -80,6 +80,10 @@ class Memory:
         """The node's part of the key of the session that it offered last."""
         return NodeNonce(self.boot, self.offers, self.noise)
 
+    def restarted(self, *, rested: bool) -> Memory:
+        """What is left after the power went and came; a node that was not at rest cannot trust its counts any more."""
+        return Memory(boot=self.boot + 1, unhomed=self.unhomed if rested else NOWHERE)
+
     def lose(self, fault: Fault, axis: int) -> None:
         """A fault has put the counts of an axis (from 1, 0 for all) in doubt."""
         lost = 1 << axis - 1 if axis else ALL_AXES

@@ -25,6 +25,8 @@ from curveline.radio.frames import (
 )
 from curveline.radio.keys import session_key
 
+NO_LOAD: tuple[int, Counts, int] = (0, (0, 0, 0), 0)
+"""Nothing to stage: step, target and move time of a DRIVE that only asks."""
 STRANGE = 3
 """Answers in a row that are no status of the session, after which a node is asked who it is."""
 

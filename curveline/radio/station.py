@@ -10,7 +10,7 @@ from curveline.radio.frames import FRAME_BYTES, Kind, kind_of
 from curveline.radio.intruders import Pair
 from curveline.radio.motion import Axes
 from curveline.radio.node import Node
-from curveline.radio.nodestate import NOWHERE, Identity, Memory
+from curveline.radio.nodestate import Identity, Memory
 from curveline.radio.plant import MotorPlant
 
 FOR_EVER = 2**62
@@ -43,9 +43,8 @@ class Station:
         old = self.node
         if old.move is not None:
             self.plant.follow(now_ms, old.move_start_ms, old.move.braked(now_ms - old.move_start_ms))
-        rested = old.move is None and not old.memory.homing
         self.plant.give_up(now_ms)
-        self.memory = Memory(boot=old.memory.boot + 1, unhomed=old.memory.unhomed if rested else NOWHERE)
+        self.memory = old.memory.restarted(rested=old.move is None and not old.memory.homing)
         self.power_up(random)
 
     def intrude(self, now_ms: int, payload: bytes) -> None:

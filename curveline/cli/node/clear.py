@@ -1,0 +1,31 @@
+"""`curveline node clear`: make a node forget its fault."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from curveline.cli.node.one import NumberArgument, one_node, show_report
+from curveline.cli.nodes import DisplayOption, RadioOption, RunsOption
+from curveline.errors import EXIT_DONE, EXIT_LINK
+
+
+def clear(
+    number: NumberArgument,
+    radio: RadioOption = None,
+    display: DisplayOption = "single",
+    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    runs: RunsOption = None,
+) -> None:
+    """Make a node forget its fault, once the reason is gone. Nothing moves, and a run that it broke off can go on.
+
+    A fault that cost the position ends with homing only: `curveline node home`.
+    """
+    from curveline.radio.frames import Fault
+    from curveline.radio.service import clear_fault
+
+    with one_node(number, radio, display, runs) as node:
+        report = clear_fault(node.radio, node.drive, number)
+        show_report(node, report, as_json=json)
+    raise typer.Exit(EXIT_DONE if report.fault is Fault.NONE and report.state.can_move else EXIT_LINK)

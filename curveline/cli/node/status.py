@@ -1,0 +1,32 @@
+"""`curveline node status`: all that one node says of itself."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from curveline.cli.node.one import NumberArgument, one_node, show_report
+from curveline.cli.nodes import DisplayOption, RadioOption, RunsOption
+from curveline.errors import EXIT_DONE, EXIT_LINK
+
+
+def status(
+    number: NumberArgument,
+    radio: RadioOption = None,
+    display: DisplayOption = "single",
+    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    runs: RunsOption = None,
+) -> None:
+    """Say how a node is: why it started last, each axis, its last run, its fault and since when, and what helps.
+
+    Asking disturbs no run.
+    """
+    from curveline.radio.frames import Fault
+    from curveline.radio.service import report_of
+
+    with one_node(number, radio, display, runs) as node:
+        report = report_of(node.radio, node.drive, number)
+        show_report(node, report, as_json=json)
+    is_well = not any(report.axes) and report.fault is Fault.NONE and report.state.can_move
+    raise typer.Exit(EXIT_DONE if is_well else EXIT_LINK)

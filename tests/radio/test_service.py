@@ -1,0 +1,169 @@
+"""What a host does to single nodes: over lossy air, with nodes that are absent, owned, stopped or hurt."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from curveline.errors import InvalidInput, LinkError
+from curveline.radio.frames import ALL_AXES, NOT_HOMED, BootCause, Fault, State
+from curveline.radio.halts import Cause
+from curveline.radio.journal import Journal, ReopenedJournal, new_run
+from curveline.radio.link import Halted, resume_plan, send_plan
+from curveline.radio.mock import MockRadio, open_radio
+from curveline.radio.service import clear_fault, home_axes, report_of
+
+from .bench import drive_table, make_plan
+
+DRIVE = drive_table()
+LOSSES = ["", "loss=0.3,dup=0.1,stale=0.2", "loss=0.5"]
+
+
+def opened(runs: Path, settings: str) -> MockRadio:
+    return open_radio(settings, DRIVE, runs)
+
+
+def broken_off(runs: Path, settings: str) -> tuple[Path, LinkError]:
+    """A run that ends in a fault."""
+    radio = opened(runs, settings)
+    run = new_run(runs, "test")
+    journal = Journal(run)
+    with pytest.raises(LinkError) as caught:
+        send_plan(make_plan(seconds=2.0), radio, journal)
+    journal.close()
+    radio.close()
+    return run, caught.value
+
+
+@pytest.mark.parametrize("weather", LOSSES)
+def test_an_unhomed_node_is_homed(tmp_path: Path, weather: str) -> None:
+    radio = opened(tmp_path, f"unhomed=2,{weather}")
+    assert report_of(radio, DRIVE, 2).axes == (NOT_HOMED, NOT_HOMED, NOT_HOMED)
+    seen: list[State] = []
+    report = home_axes(radio, DRIVE, 2, watcher=lambda status: seen.append(status.state))
+    assert (report.axes, report.state, report.cause) == ((0, 0, 0), State.READY, BootCause.POWER_ON)
+    assert State.HOMING in seen
+    radio.close()
+
+
+def test_one_axis_at_a_time_and_a_motor_that_is_absent(tmp_path: Path) -> None:
+    radio = opened(tmp_path, "unhomed=1,absent=bias@1")
+    assert home_axes(radio, DRIVE, 1, 0b001).axes == (0, NOT_HOMED, NOT_HOMED)
+    report = home_axes(radio, DRIVE, 1, ALL_AXES)
+    assert (report.axes, report.state, report.fault) == ((0, Fault.ENCODER, 0), State.UNHOMED, Fault.NONE)
+    radio.close()
+
+
+def test_what_interrupts_homing_ends_it(tmp_path: Path) -> None:
+    broken_off(tmp_path, "reboot=1@step3")
+    radio = opened(tmp_path, "")
+    polls = 0
+
+    def interrupt(status: object) -> None:
+        nonlocal polls
+        polls += 1
+        if polls == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        home_axes(radio, DRIVE, 1, watcher=interrupt)
+    assert radio.nodes[0].memory.homing == 0
+    assert report_of(radio, DRIVE, 1).state is State.UNHOMED
+    radio.close()
+
+
+@pytest.mark.parametrize("weather", LOSSES)
+def test_a_fault_is_cleared_and_the_run_goes_on(tmp_path: Path, weather: str) -> None:
+    run, error = broken_off(tmp_path, "stall=1@step2")
+    assert isinstance(error, Halted)
+    radio = opened(tmp_path, weather)
+    before = report_of(radio, DRIVE, 1)
+    assert (before.state, before.fault, before.fault_axis) == (State.FAULT, Fault.STALL, 2)
+    after = clear_fault(radio, DRIVE, 1)
+    assert (after.state, after.fault, after.started) == (State.HOLD_LINK, Fault.NONE, before.started)
+    journal = ReopenedJournal(run)
+    assert resume_plan(make_plan(seconds=2.0), radio, journal).outcome == "done"
+    journal.close()
+    radio.close()
+
+
+def test_a_lost_position_is_not_cleared(tmp_path: Path) -> None:
+    broken_off(tmp_path, "encoder=1@step2")
+    radio = opened(tmp_path, "")
+    assert clear_fault(radio, DRIVE, 1).state is State.POSITION_LOST
+    assert home_axes(radio, DRIVE, 1).state is State.READY
+    radio.close()
+
+
+def test_a_fault_says_since_when_over_several_hosts(tmp_path: Path) -> None:
+    broken_off(tmp_path, "stall=1@step2")
+    radio = opened(tmp_path, "")
+    radio.sleep_until(90_000_000)
+    assert 90 <= report_of(radio, DRIVE, 1).fault_s < 120
+    radio.close()
+
+
+def test_a_node_of_another_host_is_left_alone(tmp_path: Path) -> None:
+    radio = opened(tmp_path, "busy=1")
+    for act in (clear_fault, home_axes):
+        with pytest.raises(Halted) as caught:
+            act(radio, DRIVE, 1)
+        assert caught.value.halt.cause is Cause.BUSY
+    assert clear_fault(radio, DRIVE, 2).state is State.READY
+    radio.close()
+
+
+def test_a_node_stopped_for_good_does_not_home(tmp_path: Path) -> None:
+    radio = opened(tmp_path, "estop=1")
+    with pytest.raises(Halted) as caught:
+        home_axes(radio, DRIVE, 1)
+    assert caught.value.halt.cause is Cause.LATCHED
+    radio.close()
+    again = opened(tmp_path, "repower")
+    assert home_axes(again, DRIVE, 1).state is State.READY
+    again.close()
+
+
+@pytest.mark.parametrize(
+    ("settings", "cause"),
+    [("config=1", Cause.CONFIG), ("version=1", Cause.VERSION), ("chip=1", Cause.CHIP), ("clone=1", Cause.CLONE)],
+)
+def test_a_node_that_is_not_as_it_should_be_is_refused(tmp_path: Path, settings: str, cause: Cause) -> None:
+    radio = opened(tmp_path, settings)
+    with pytest.raises(Halted) as caught:
+        home_axes(radio, DRIVE, 1)
+    assert caught.value.halt.cause is cause
+    radio.close()
+
+
+def test_a_node_that_is_off_and_one_that_does_not_exist(tmp_path: Path) -> None:
+    radio = opened(tmp_path, "")
+    radio._stations[0].deaf_until_ms = 10**9
+    for act in (report_of, clear_fault, home_axes):
+        with pytest.raises(Halted) as caught:
+            act(radio, DRIVE, 1)
+        assert caught.value.halt.cause is Cause.SILENT
+        with pytest.raises(InvalidInput, match="there is no node 3"):
+            act(radio, DRIVE, 3)
+    radio.close()
+
+
+def test_a_node_that_falls_silent_while_it_homes_is_given_up(tmp_path: Path) -> None:
+    radio = opened(tmp_path, "unhomed=1")
+
+    def fall_silent(status: object) -> None:
+        radio._stations[0].deaf_until_ms = 10**9
+
+    with pytest.raises(Halted, match="node 1 does not answer any more"):
+        home_axes(radio, DRIVE, 1, watcher=fall_silent)
+    radio.close()
+    assert radio.nodes[0].memory.homing == 0
+
+
+def test_homing_leaves_the_other_nodes_alone(tmp_path: Path) -> None:
+    radio = opened(tmp_path, "unhomed=1")
+    before = radio.nodes[1].memory.offers
+    home_axes(radio, DRIVE, 1)
+    assert radio.nodes[1].memory.offers == before
+    radio.close()
