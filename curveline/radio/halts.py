@@ -28,7 +28,7 @@ class Cause(Enum):
     DEAF = (
         "no node answers{detail}",
         "see that the nodes have power and that the radio is on the display's channel and data rate; something may "
-        "be jamming that channel, too",
+        "be jamming that channel, too; `curveline status{display}` shows who answers",
     )
     UNTRUSTED = (
         "node {node} answers, but not to the key of this site",
