@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from curveline.radio import Radio
     from curveline.radio.frames import Report
 
-NumberArgument = Annotated[int, typer.Argument(metavar="N", min=1, help="Number of the node in the row, from 1.")]
+NumberArgument = Annotated[int, typer.Argument(metavar="N", help="Number of the node in the row, from 1.")]
 UNITS = ("mm", "deg", "mm")
 CAUSES = {
     "power-on": "the power came on",

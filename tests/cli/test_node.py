@@ -1,0 +1,120 @@
+"""`curveline node`: one node's words, and what brings it back to work."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from .conftest import SHAPES, Run
+
+SHAPE = SHAPES / "level-down-peak.toml"
+
+
+def test_a_sound_node_says_all_of_itself(run: Run) -> None:
+    done = run("node", "status", "1", "--radio", "mock:fresh")
+    assert (done.code, done.err) == (0, "")
+    assert done.out.splitlines() == [
+        "node 1 of display single over mock:fresh: ready",
+        "  boot 1: the power came on",
+        "  extrude: 0.00 mm",
+        "  bias: 0.00 deg",
+        "  translate: 0.00 mm",
+        "  steps of its last run: 0 begun, 0 done",
+    ]
+
+
+def test_a_fault_says_which_and_since_when_and_what_helps(run: Run) -> None:
+    run("send", SHAPE, "--radio", "mock:fresh,stall=1@step2", "--yes")
+    found = run("node", "status", "1", "--radio", "mock")
+    assert found.code == 3
+    assert "  steps of its last run: 2 begun, 1 done" in found.out
+    assert "  fault: stall (bias), for 0 s" in found.out
+    assert "`curveline node clear 1`" in found.out
+    cleared = run("node", "clear", "1", "--radio", "mock")
+    assert cleared.code == 0
+    assert "fault" not in cleared.out
+
+
+def test_what_is_printed_as_json(run: Run) -> None:
+    run("send", SHAPE, "--radio", "mock:fresh,encoder=2@step1", "--yes")
+    found = run("node", "status", "2", "--radio", "mock", "--json")
+    assert found.code == 3
+    document = json.loads(found.out)
+    assert (document["display"], document["radio"]) == ("single", "mock")
+    node = document["node"]
+    assert (node["node"], node["state"], node["fault"], node["boot_cause"]) == (
+        *(2, "position-lost", "encoder (extrude)", "power-on"),
+    )
+    assert node["unhomed"] == {"extrude": "encoder"}
+    assert node["fault_seconds"] >= 0
+
+
+def test_clearing_a_lost_position_says_that_homing_is_what_helps(run: Run) -> None:
+    run("send", SHAPE, "--radio", "mock:fresh,encoder=2@step1", "--yes")
+    done = run("node", "clear", "2", "--radio", "mock")
+    assert done.code == 3
+    assert "`curveline node home 2`" in done.out
+
+
+def test_homing_takes_the_axes_that_are_named(run: Run) -> None:
+    run("status", "--radio", "mock:fresh,unhomed=1")
+    one = run("node", "home", "1", "--axis", "bias", "--radio", "mock", "--yes")
+    assert one.code == 0, "what was asked for is done"
+    assert "extrude: not homed" in one.out
+    assert "bias: 0.00 deg" in one.out
+    others = run("node", "home", "1", "--axis", "translate", "--axis", "extrude", "--radio", "mock", "--yes")
+    assert (others.code, others.out.splitlines()[0]) == (0, "node 1 of display single over mock: ready")
+    assert "node 1 is homing; Ctrl-C stops it" in others.err
+
+
+def test_homing_asks_where_there_is_somebody_to_ask(run: Run) -> None:
+    done = run("node", "home", "1", "--radio", "mock:fresh")
+    assert done.code == 2
+    assert "add --yes" in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (("status", "3"), 2, "there is no node 3: display 'single' has nodes 1 to 2"),
+        (("home", "0", "--yes"), 2, "there is no node 0"),
+        (("home", "1", "--axis", "yaw", "--yes"), 2, "'yaw' is not one of"),
+        (("status",), 2, "Missing argument"),
+    ],
+)
+def test_what_is_not_there_is_refused(run: Run, arguments: tuple[str, ...], code: int, message: str) -> None:
+    done = run("node", *arguments, "--radio", "mock:fresh")
+    assert (done.code, message in done.err) == (code, True), done.err
+
+
+def test_the_advice_names_the_display(run: Run) -> None:
+    done = run("node", "status", "4", "--display", "quad", "--radio", "mock:fresh,unhomed=4")
+    assert done.code == 3
+    assert "`curveline node home 4 --display quad`" in done.out
+    again = run("node", "home", "4", "--display", "quad", "--radio", "mock", "--yes")
+    assert again.code == 0
+    refused = run("node", "home", "4", "--display", "quad", "--radio", "mock:busy=4", "--yes")
+    assert "`curveline stop --display quad`" in refused.err
+
+
+def test_ctrl_c_stops_a_node_that_is_homing(run: Run, tmp_path: Path) -> None:
+    run("send", SHAPE, "--radio", "mock:fresh,reboot=1@step3", "--yes")
+    command = [sys.executable, "-m", "curveline", "node", "home", "1", "--radio", "mock:realtime", "--yes"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=dict(os.environ)) as homing:
+        assert homing.stderr is not None
+        assert "is homing" in homing.stderr.readline()
+        time.sleep(0.3)
+        homing.send_signal(signal.SIGINT)
+        rest = homing.stderr.read()
+    assert homing.returncode == 130
+    assert "stopped" in rest
+    assert "unhomed" in rest
+    stands = run("node", "status", "1", "--radio", "mock")
+    assert "unhomed" in stands.out
