@@ -156,5 +156,7 @@ static bool fault(void *self, cl_plant_fault *fault) {
 }
 
 cl_plant cl_drive_plant(cl_drive *drive) {
-    return (cl_plant){drive, follow, positions, settles, fault};
+    return (cl_plant){
+        .self = drive, .follow = follow, .positions = positions, .settles = settles, .fault = fault,
+    };
 }

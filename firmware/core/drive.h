@@ -56,7 +56,7 @@ void cl_drive_fail(cl_drive *drive, int64_t now_ms, uint8_t fault, uint8_t axis)
 /* Whether no motor runs or is about to: time for the flash. */
 bool cl_drive_still(const cl_drive *drive);
 
-/* The drive as its node sees it. */
+/* The drive as its node sees it; searching is not its business. */
 cl_plant cl_drive_plant(cl_drive *drive);
 
 #endif

@@ -4,23 +4,30 @@
 
 #include "bytes.h"
 
-enum { CL_ESTOP_FIELDS_END = 8 };
+enum { ESTOP_FIELDS_END = 8, HOME_FIELDS_END = 10, NO_NONCE = 0 };
 
 static uint8_t head(uint8_t kind) { return (uint8_t)(CL_VERSION << 4 | kind); }
 
 uint8_t cl_kind_of(const uint8_t *payload, size_t length) {
     if (length != CL_FRAME_BYTES || payload[0] >> 4 != CL_VERSION) return 0;
     uint8_t kind = payload[0] & 0xF;
-    return kind <= CL_KIND_ESTOP ? kind : 0;
+    return kind <= CL_KIND_HOME ? kind : 0;
+}
+
+int64_t cl_clock_of(int64_t now_ms) { return now_ms >> CL_CLOCK_SHIFT; }
+
+/* The last tick not after `now` whose low bits a payload carries; below 0 if there has been none yet. */
+static int64_t latest_clock(const uint8_t *payload, int64_t now) {
+    return now - ((now - payload[1]) & ((1 << CL_DRIVE_CLOCK_BITS) - 1));
 }
 
 uint16_t cl_session_of(const uint8_t payload[CL_FRAME_BYTES]) { return cl_get16(payload + 2); }
 
 /* Whether the tag is right; every byte is compared, so that time does not tell a forger how far he got. */
-static cl_verdict verify(const uint8_t *payload, uint8_t kind, const cl_keyed *key) {
+static cl_verdict verify(const uint8_t *payload, uint8_t kind, const cl_keyed *key, uint64_t nonce) {
     if (payload[0] != head(kind)) return CL_REJECT_KIND;
     uint8_t tag[CL_TAG_BYTES], wrong = 0;
-    cl_tag(key, payload, 0, CL_FROM_HOST, tag);
+    cl_tag(key, payload, nonce, CL_FROM_HOST, tag);
     for (unsigned i = 0; i < CL_TAG_BYTES; i++) wrong |= (uint8_t)(tag[i] ^ payload[CL_BODY_BYTES + i]);
     return wrong ? CL_REJECT_TAG : CL_GOOD;
 }
@@ -36,8 +43,9 @@ static int32_t get24(const uint8_t *from) {
     return from[2] & 0x80 ? value - 0x1000000 : value;
 }
 
-cl_verdict cl_decode_drive(const uint8_t *payload, const cl_keyed *key, cl_drive_frame *frame) {
-    cl_verdict verdict = verify(payload, CL_KIND_DRIVE, key);
+cl_verdict cl_decode_drive(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_drive_frame *frame) {
+    int64_t clock = latest_clock(payload, now);
+    cl_verdict verdict = verify(payload, CL_KIND_DRIVE, key, (uint64_t)clock);
     if (verdict != CL_GOOD) return verdict;
     cl_counts target;
     for (unsigned axis = 0; axis < CL_AXES; axis++) {
@@ -45,7 +53,7 @@ cl_verdict cl_decode_drive(const uint8_t *payload, const cl_keyed *key, cl_drive
         if (target.at[axis] < -CL_TARGET_LIMIT) return CL_REJECT_FIELD;
     }
     *frame = (cl_drive_frame){
-        .node = payload[1],
+        .clock = clock,
         .counter = cl_get32(payload + 4),
         .release = cl_get16(payload + 8),
         .load_step = cl_get16(payload + 10),
@@ -56,16 +64,26 @@ cl_verdict cl_decode_drive(const uint8_t *payload, const cl_keyed *key, cl_drive
     return CL_GOOD;
 }
 
-cl_verdict cl_decode_estop(const uint8_t *payload, const cl_keyed *key, cl_estop_frame *frame) {
-    cl_verdict verdict = verify(payload, CL_KIND_ESTOP, key);
+cl_verdict cl_decode_home(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_home_frame *frame) {
+    int64_t clock = latest_clock(payload, now);
+    cl_verdict verdict = verify(payload, CL_KIND_HOME, key, (uint64_t)clock);
     if (verdict != CL_GOOD) return verdict;
-    if (!zero_from(payload, CL_ESTOP_FIELDS_END)) return CL_REJECT_FIELD;
+    uint8_t axes = payload[8];
+    if (axes == 0 || axes > CL_ALL_AXES || !zero_from(payload, HOME_FIELDS_END)) return CL_REJECT_FIELD;
+    *frame = (cl_home_frame){.clock = clock, .counter = cl_get32(payload + 4), .axes = axes, .order = payload[9]};
+    return CL_GOOD;
+}
+
+cl_verdict cl_decode_estop(const uint8_t *payload, const cl_keyed *key, cl_estop_frame *frame) {
+    cl_verdict verdict = verify(payload, CL_KIND_ESTOP, key, NO_NONCE);
+    if (verdict != CL_GOOD) return verdict;
+    if (!zero_from(payload, ESTOP_FIELDS_END)) return CL_REJECT_FIELD;
     *frame = (cl_estop_frame){.node = payload[1], .counter = cl_get32(payload + 4)};
     return CL_GOOD;
 }
 
 cl_verdict cl_decode_hello(const uint8_t *payload, const cl_keyed *key, cl_hello_frame *frame) {
-    cl_verdict verdict = verify(payload, CL_KIND_HELLO, key);
+    cl_verdict verdict = verify(payload, CL_KIND_HELLO, key, NO_NONCE);
     if (verdict != CL_GOOD) return verdict;
     *frame = (cl_hello_frame){
         .node = payload[1],
@@ -78,7 +96,7 @@ cl_verdict cl_decode_hello(const uint8_t *payload, const cl_keyed *key, cl_hello
 }
 
 cl_verdict cl_decode_ask(const uint8_t *payload, const cl_keyed *key, cl_ask_frame *frame) {
-    cl_verdict verdict = verify(payload, CL_KIND_PAGE, key);
+    cl_verdict verdict = verify(payload, CL_KIND_PAGE, key, NO_NONCE);
     if (verdict != CL_GOOD) return verdict;
     if (payload[3] != 0 || !zero_from(payload, 12)) return CL_REJECT_FIELD;
     *frame = (cl_ask_frame){.node = payload[1], .page = payload[2], .nonce = cl_get64(payload + 4)};
@@ -86,7 +104,7 @@ cl_verdict cl_decode_ask(const uint8_t *payload, const cl_keyed *key, cl_ask_fra
 }
 
 cl_verdict cl_decode_stop(const uint8_t *payload, const cl_keyed *key) {
-    cl_verdict verdict = verify(payload, CL_KIND_STOP, key);
+    cl_verdict verdict = verify(payload, CL_KIND_STOP, key, NO_NONCE);
     if (verdict != CL_GOOD) return verdict;
     return payload[1] == CL_EVERY_NODE && zero_from(payload, 3) ? CL_GOOD : CL_REJECT_FIELD;
 }
@@ -105,20 +123,36 @@ static void seal(uint8_t *payload, const cl_keyed *key, uint64_t nonce) {
     cl_tag(key, payload, nonce, CL_FROM_NODE, payload + CL_BODY_BYTES);
 }
 
-void cl_encode_status(uint8_t *payload, const cl_status_frame *frame, const cl_keyed *key, uint64_t nonce) {
+/* The steps, what the node is doing, and where its axes are: `steps` and `mode` are where a kind of frame has them. */
+static void put_condition(uint8_t *steps, uint8_t *mode, const cl_condition *now) {
+    cl_put16(steps, now->finished);
+    cl_put16(steps + 2, now->started);
+    cl_put16(steps + 4, now->staged);
+    mode[0] = (uint8_t)(now->state << 4 | now->hold_low);
+    mode[1] = (uint8_t)(now->fault_axis << 4 | now->fault);
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        cl_put16(mode + 2 + 2 * axis, position_units(now->position.at[axis]));
+    }
+}
+
+void cl_encode_status(uint8_t *payload, const cl_status_frame *frame, const cl_keyed *key) {
     payload[0] = head(CL_KIND_STATUS);
     payload[1] = frame->node;
     cl_put16(payload + 2, frame->session);
     cl_put32(payload + 4, frame->echo);
-    cl_put16(payload + 8, frame->boot);
-    cl_put16(payload + 10, frame->finished);
-    cl_put16(payload + 12, frame->started);
-    cl_put16(payload + 14, frame->staged);
-    payload[16] = (uint8_t)(frame->state << 4 | frame->hold_low);
-    payload[17] = (uint8_t)(frame->fault_axis << 4 | frame->fault);
-    for (unsigned axis = 0; axis < CL_AXES; axis++) {
-        cl_put16(payload + 18 + 2 * axis, position_units(frame->position.at[axis]));
-    }
+    cl_put16(payload + 8, (uint16_t)frame->clock);
+    put_condition(payload + 10, payload + 16, &frame->now);
+    seal(payload, key, (uint64_t)frame->clock);
+}
+
+void cl_encode_report(uint8_t *payload, const cl_report_frame *frame, const cl_keyed *key, uint64_t nonce) {
+    payload[0] = head(CL_KIND_REPORT);
+    payload[1] = frame->node;
+    cl_put32(payload + 2, frame->boot | (uint32_t)frame->cause << 24);
+    put_condition(payload + 6, payload + 12, &frame->now);
+    payload[20] = (uint8_t)(frame->axes.of[0] | frame->axes.of[1] << 4);
+    payload[21] = frame->axes.of[2];
+    cl_put16(payload + 22, frame->fault_s);
     seal(payload, key, nonce);
 }
 
@@ -126,9 +160,10 @@ void cl_encode_ident(uint8_t *payload, const cl_ident_frame *frame, const cl_key
     payload[0] = head(CL_KIND_IDENT);
     payload[1] = frame->node;
     cl_put16(payload + 2, frame->session);
-    cl_put64(payload + 4, frame->nonce);
-    cl_put32(payload + 12, frame->chip);
-    cl_put32(payload + 16, frame->firmware);
+    cl_put32(payload + 4, frame->nonce.offers);
+    cl_put32(payload + 8, frame->nonce.boot);
+    cl_put32(payload + 12, frame->nonce.noise);
+    cl_put32(payload + 16, (uint32_t)frame->clock);
     cl_put16(payload + 20, frame->config_hash);
     payload[22] = CL_VERSION;
     payload[23] = (uint8_t)(frame->state << 4 | frame->busy << 1 | frame->same_run);
@@ -142,11 +177,11 @@ void cl_encode_page(uint8_t *payload, const cl_page_frame *frame, const cl_keyed
     payload[2] = CL_WHO;
     cl_put32(payload + 4, frame->chip);
     cl_put32(payload + 8, frame->firmware);
-    cl_put16(payload + 12, frame->boot);
-    cl_put16(payload + 14, frame->config_hash);
-    payload[16] = frame->state;
-    payload[17] = CL_VERSION;
-    cl_put16(payload + 18, frame->bad_tags);
-    cl_put16(payload + 20, frame->old_counters);
+    cl_put32(payload + 12, frame->boot);
+    cl_put16(payload + 16, frame->config_hash);
+    payload[18] = frame->state;
+    payload[19] = CL_VERSION;
+    cl_put16(payload + 20, frame->bad_tags);
+    cl_put16(payload + 22, frame->old_frames);
     seal(payload, key, nonce);
 }

@@ -9,7 +9,7 @@
 
 #include "keys.h"
 
-#define CL_VERSION 1
+#define CL_VERSION 2
 #define CL_FRAME_BYTES 32
 #define CL_BODY_BYTES 24
 #define CL_EVERY_NODE 0xFF
@@ -19,6 +19,12 @@
 #define CL_POSITION_UNIT 8
 #define CL_POSITION_LIMIT 262136
 #define CL_DEADMAN_UNIT_MS 50
+#define CL_CLOCK_SHIFT 6     /* a node's clock ticks every 64 ms of the time since it was switched on */
+#define CL_DRIVE_CLOCK_BITS 8
+#define CL_BOOT_END 0x1000000u
+#define CL_OFFERS_END 0x100000000u
+#define CL_NOT_HOMED 15      /* in the place of a fault: nobody has homed the axis, or it is being homed */
+#define CL_ALL_AXES 7
 #define CL_ATTEMPT_MASK 0xFF
 #define CL_WHO 0 /* the one page there is */
 
@@ -32,6 +38,8 @@ enum {
     CL_KIND_PAGE = 5,
     CL_KIND_STOP = 6,
     CL_KIND_ESTOP = 7,
+    CL_KIND_REPORT = 8,
+    CL_KIND_HOME = 9,
 };
 
 enum {
@@ -58,6 +66,17 @@ enum {
     CL_FAULT_BROWN_OUT = 7,
 };
 
+/* Why a node started last. */
+enum {
+    CL_CAUSE_UNKNOWN = 0,
+    CL_CAUSE_POWER_ON = 1,
+    CL_CAUSE_PIN = 2,
+    CL_CAUSE_LOW_VOLTAGE = 3,
+    CL_CAUSE_WATCHDOG = 4,
+    CL_CAUSE_HANG = 5,
+    CL_CAUSE_SOFTWARE = 6,
+};
+
 /* What a payload turns out to be when it is looked at as a certain frame. */
 typedef enum { CL_GOOD, CL_REJECT_KIND, CL_REJECT_TAG, CL_REJECT_FIELD } cl_verdict;
 
@@ -67,8 +86,13 @@ typedef struct {
     int32_t at[CL_AXES]; /* encoder counts: extrude, bias, translate */
 } cl_counts;
 
+/* Why an axis is not homed: CL_NOT_HOMED or a fault, 0 if it is. */
 typedef struct {
-    uint8_t node;
+    uint8_t of[CL_AXES];
+} cl_reasons;
+
+typedef struct {
+    int64_t clock; /* newest time of the node that its host had heard [ticks] */
     uint32_t counter;
     uint16_t release, load_step;
     cl_counts target;
@@ -82,6 +106,12 @@ typedef struct {
 } cl_estop_frame;
 
 typedef struct {
+    int64_t clock;
+    uint32_t counter;
+    uint8_t axes, order;
+} cl_home_frame;
+
+typedef struct {
     uint8_t node;
     uint64_t nonce, run_tag;
     uint16_t deadman_ms;
@@ -93,20 +123,34 @@ typedef struct {
     uint64_t nonce;
 } cl_ask_frame;
 
+/* What a STATUS and a REPORT have in common. */
 typedef struct {
-    uint8_t node;
-    uint16_t session;
-    uint32_t echo;
-    uint16_t boot, finished, started, staged;
+    uint16_t finished, started, staged;
     uint8_t state, hold_low, fault, fault_axis;
     cl_counts position;
-} cl_status_frame;
+} cl_condition;
 
 typedef struct {
     uint8_t node;
     uint16_t session;
-    uint64_t nonce;
-    uint32_t chip, firmware;
+    uint32_t echo;
+    int64_t clock;
+    cl_condition now;
+} cl_status_frame;
+
+typedef struct {
+    uint8_t node, cause;
+    uint32_t boot;
+    cl_condition now;
+    cl_reasons axes;
+    uint16_t fault_s;
+} cl_report_frame;
+
+typedef struct {
+    uint8_t node;
+    uint16_t session;
+    cl_node_nonce nonce;
+    int64_t clock;
     uint16_t config_hash;
     uint8_t state;
     bool same_run, busy;
@@ -114,27 +158,32 @@ typedef struct {
 
 typedef struct {
     uint8_t node;
-    uint32_t chip, firmware;
-    uint16_t boot, config_hash;
+    uint32_t chip, firmware, boot;
+    uint16_t config_hash;
     uint8_t state;
-    uint16_t bad_tags, old_counters;
+    uint16_t bad_tags, old_frames;
 } cl_page_frame;
 
 /* What the first byte says a payload is, 0 if it can be no frame of this version; nothing is verified yet. */
 uint8_t cl_kind_of(const uint8_t *payload, size_t length);
 
-/* The session that a DRIVE or an ESTOP names. */
+/* Ticks of a node's clock so long after it was switched on. */
+int64_t cl_clock_of(int64_t now_ms);
+
+/* The session that a DRIVE, a HOME or an ESTOP names. */
 uint16_t cl_session_of(const uint8_t payload[CL_FRAME_BYTES]);
 
-/* Decoders read CL_FRAME_BYTES and write `frame` only when they return CL_GOOD. */
-cl_verdict cl_decode_drive(const uint8_t *payload, const cl_keyed *key, cl_drive_frame *frame);
+/* Decoders read CL_FRAME_BYTES and write `frame` only when they return CL_GOOD; `now` is the node's time [ticks]. */
+cl_verdict cl_decode_drive(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_drive_frame *frame);
+cl_verdict cl_decode_home(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_home_frame *frame);
 cl_verdict cl_decode_estop(const uint8_t *payload, const cl_keyed *key, cl_estop_frame *frame);
 cl_verdict cl_decode_hello(const uint8_t *payload, const cl_keyed *key, cl_hello_frame *frame);
 cl_verdict cl_decode_ask(const uint8_t *payload, const cl_keyed *key, cl_ask_frame *frame);
 cl_verdict cl_decode_stop(const uint8_t *payload, const cl_keyed *key);
 
-/* Encoders fill CL_FRAME_BYTES; the tag covers `nonce` too, unless it is 0. */
-void cl_encode_status(uint8_t *payload, const cl_status_frame *frame, const cl_keyed *key, uint64_t nonce);
+/* Encoders fill CL_FRAME_BYTES; the tag covers `nonce` too, unless it is 0, that of a STATUS the whole clock. */
+void cl_encode_status(uint8_t *payload, const cl_status_frame *frame, const cl_keyed *key);
+void cl_encode_report(uint8_t *payload, const cl_report_frame *frame, const cl_keyed *key, uint64_t nonce);
 void cl_encode_ident(uint8_t *payload, const cl_ident_frame *frame, const cl_keyed *key, uint64_t nonce);
 void cl_encode_page(uint8_t *payload, const cl_page_frame *frame, const cl_keyed *key, uint64_t nonce);
 

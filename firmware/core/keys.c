@@ -21,11 +21,15 @@ void cl_stop_key(cl_key *key, const cl_key *master) {
     derive(key, master, message, sizeof message);
 }
 
+uint16_t cl_session_number(const cl_node_nonce *nonce) { return (uint16_t)((nonce->offers - 1) % UINT16_MAX + 1); }
+
 void cl_session_key(cl_key *key, const cl_key *node_key, const cl_handshake *handshake) {
-    uint8_t message[7 + 3 * 8] = {'s', 'e', 's', 's', 'i', 'o', 'n'};
+    uint8_t message[7 + 8 + 3 * 4 + 8] = {'s', 'e', 's', 's', 'i', 'o', 'n'};
     cl_put64(message + 7, handshake->host_nonce);
-    cl_put64(message + 15, handshake->node_nonce);
-    cl_put64(message + 23, handshake->run_tag);
+    cl_put32(message + 15, handshake->node_nonce.boot);
+    cl_put32(message + 19, handshake->node_nonce.offers);
+    cl_put32(message + 23, handshake->node_nonce.noise);
+    cl_put64(message + 27, handshake->run_tag);
     derive(key, node_key, message, sizeof message);
 }
 

@@ -15,9 +15,19 @@ typedef struct {
     uint8_t bytes[CL_KEY_BYTES];
 } cl_key;
 
+/* What a node puts into a session key: its boot, the offers it has made since, and noise taken at boot. */
+typedef struct {
+    uint32_t boot, offers, noise;
+} cl_node_nonce;
+
+/* Number by which frames name the session that is offered; never 0. */
+uint16_t cl_session_number(const cl_node_nonce *nonce);
+
 /* What a session key is made of besides the node key: fresh on both sides, and bound to the run. */
 typedef struct {
-    uint64_t host_nonce, node_nonce, run_tag;
+    uint64_t host_nonce;
+    cl_node_nonce node_nonce;
+    uint64_t run_tag;
 } cl_handshake;
 
 void cl_node_key(cl_key *key, const cl_key *master, uint32_t chip);
@@ -30,8 +40,8 @@ void cl_open_key(cl_key *key);
 /* Make `keyed` ready for tags under `key`. */
 void cl_tag_key(cl_keyed *keyed, const cl_key *key);
 
-/* Tag of a frame's body. The direction is bound in, so that a frame cannot be reflected to its sender; so is the nonce
-   of the handshake that is answered, unless it is 0: there is none under a session key, which is fresh by itself. */
+/* Tag of a frame's body. The direction is bound in, so that a frame cannot be reflected to its sender; so is `nonce`, the
+   handshake that is answered or the whole time of which the frame carries the low bits, unless it is 0. */
 void cl_tag(const cl_keyed *keyed, const uint8_t *body, uint64_t nonce, char direction, uint8_t tag[CL_TAG_BYTES]);
 
 #endif

@@ -12,7 +12,11 @@ bool cl_lost_position(uint8_t fault) { return fault == CL_FAULT_ENCODER || fault
 
 static bool held(const cl_node *node) { return node->stopped || (node->session.exists && node->session.hold_gen & 1); }
 
-int64_t cl_node_deadman_ms(const cl_node *node) { return node->session.heard_ms + node->session.deadman_ms; }
+bool cl_homed(const cl_memory *memory) {
+    return (memory->unhomed.of[0] | memory->unhomed.of[1] | memory->unhomed.of[2]) == 0;
+}
+
+int64_t cl_node_expires_ms(const cl_node *node) { return node->session.heard_ms + node->session.deadman_ms; }
 
 void cl_node_init(
     cl_node *node, const cl_identity *identity, const cl_axis_limits axes[CL_AXES], cl_plant plant,
@@ -42,8 +46,9 @@ uint8_t cl_node_state(const cl_node *node) {
     const cl_memory *memory = &node->memory;
     if (!node->booted) return CL_STATE_BOOT;
     if (memory->estop) return CL_STATE_ESTOP;
+    if (memory->homing) return CL_STATE_HOMING;
     if (memory->fault != CL_FAULT_NONE) return cl_lost_position(memory->fault) ? CL_STATE_POSITION_LOST : CL_STATE_FAULT;
-    if (!memory->homed) return memory->homing ? CL_STATE_HOMING : CL_STATE_UNHOMED;
+    if (!cl_homed(memory)) return CL_STATE_UNHOMED;
     if (node->moving) return CL_STATE_MOVING;
     if (held(node)) return CL_STATE_HOLD;
     return node->silent ? CL_STATE_HOLD_LINK : CL_STATE_READY;
@@ -64,11 +69,9 @@ void cl_node_load(cl_node *node) {
     node->ack_serial++;
 }
 
-void cl_node_fill_status(const cl_node *node, int64_t now_ms, cl_status_frame *status) {
+void cl_node_condition(const cl_node *node, int64_t now_ms, cl_condition *now) {
     const cl_memory *memory = &node->memory;
-    *status = (cl_status_frame){
-        .node = node->number,
-        .boot = memory->boot,
+    *now = (cl_condition){
         .finished = memory->finished,
         .started = memory->started,
         .staged = memory->staged,
@@ -77,32 +80,42 @@ void cl_node_fill_status(const cl_node *node, int64_t now_ms, cl_status_frame *s
         .fault = memory->fault,
         .fault_axis = memory->fault_axis,
     };
-    node->plant.positions(node->plant.self, now_ms, &status->position);
+    node->plant.positions(node->plant.self, now_ms, &now->position);
 }
 
+/* The fault that the present move will run into; one that is latched already hides all others. */
 static bool coming_fault(const cl_node *node, cl_plant_fault *fault) {
     return node->memory.fault == CL_FAULT_NONE && node->plant.fault(node->plant.self, fault);
+}
+
+static void sooner(int64_t *next_ms, int64_t at_ms) {
+    if (at_ms < *next_ms) *next_ms = at_ms;
 }
 
 static void schedule(cl_node *node) {
     int64_t next_ms = NEVER, settles_ms;
     cl_plant_fault fault;
-    if (cl_node_has_owner(node) && !node->silent) next_ms = cl_node_deadman_ms(node);
+    cl_sought sought;
+    if (cl_node_has_owner(node) && !node->silent) next_ms = cl_node_expires_ms(node);
+    if (node->memory.homing && node->plant.sought(node->plant.self, &sought)) sooner(&next_ms, sought.at_ms);
     if (node->moving) {
-        if (node->plant.settles(node->plant.self, &settles_ms) && settles_ms < next_ms) next_ms = settles_ms;
-        if (coming_fault(node, &fault) && fault.at_ms < next_ms) next_ms = fault.at_ms;
+        if (node->plant.settles(node->plant.self, &settles_ms)) sooner(&next_ms, settles_ms);
+        if (coming_fault(node, &fault)) sooner(&next_ms, fault.at_ms);
     }
     node->next_ms = next_ms;
 }
 
+/* Of a run that is not its own the owner learns nothing here. */
 void cl_node_reload(cl_node *node, int64_t now_ms) {
+    const cl_session *session = &node->session;
     schedule(node);
-    if (!node->session.exists) return;
-    cl_status_frame status;
-    cl_node_fill_status(node, now_ms, &status);
-    status.session = node->session.number;
-    status.echo = node->session.counter;
-    cl_encode_status(node->ack, &status, &node->session.key, 0);
+    if (!session->exists) return;
+    cl_status_frame status = {
+        .node = node->number, .session = session->number, .echo = session->counter, .clock = cl_clock_of(now_ms),
+    };
+    cl_node_condition(node, now_ms, &status.now);
+    if (!session->owns_run) status.now.finished = status.now.started = status.now.staged = 0;
+    cl_encode_status(node->ack, &status, &session->key);
     cl_node_load(node);
 }
 
@@ -110,8 +123,8 @@ void cl_node_reload(cl_node *node, int64_t now_ms) {
 
 bool cl_node_may_move(const cl_node *node) {
     const cl_memory *memory = &node->memory;
-    bool able = memory->homed && !memory->estop && memory->fault == CL_FAULT_NONE;
-    return able && cl_node_has_owner(node) && !node->silent && !held(node);
+    bool able = cl_homed(memory) && !memory->homing && !memory->estop && memory->fault == CL_FAULT_NONE;
+    return able && cl_node_has_owner(node) && node->session.owns_run && !node->silent && !held(node);
 }
 
 void cl_node_go_on(cl_node *node, int64_t now_ms) {
@@ -130,7 +143,18 @@ void cl_node_brake(cl_node *node, int64_t now_ms) {
     node->plant.follow(node->plant.self, now_ms, node->move_start_ms, &node->move);
 }
 
-void cl_node_abandon_run(cl_node *node) {
+static void abandon_homing(cl_node *node, int64_t now_ms) {
+    if (!node->memory.homing) return;
+    node->memory.homing = 0;
+    node->plant.give_up(node->plant.self, now_ms);
+}
+
+void cl_node_halt(cl_node *node, int64_t now_ms) {
+    cl_node_brake(node, now_ms);
+    abandon_homing(node, now_ms);
+}
+
+void cl_node_forget_run(cl_node *node) {
     node->memory.finished = node->memory.started = node->memory.staged = 0;
     node->memory.move_ms = 0;
 }
@@ -138,6 +162,7 @@ void cl_node_abandon_run(cl_node *node) {
 void cl_node_forget_fault(cl_node *node) {
     node->memory.fault = CL_FAULT_NONE;
     node->memory.fault_axis = 0;
+    node->memory.fault_ms = 0;
 }
 
 /* What time brings */
@@ -155,11 +180,28 @@ static void arrive(cl_node *node, int64_t now_ms) {
     }
 }
 
+/* Another reason for `axes` (bit 0 for the first) not to be homed. */
+static void give_reason(cl_memory *memory, uint8_t axes, uint8_t reason) {
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        if (axes >> axis & 1) memory->unhomed.of[axis] = reason;
+    }
+}
+
+/* The plant is through with the axes it sought; if all are homed now, no fault puts the position in doubt. */
+static void finish_homing(cl_node *node, const cl_reasons *reasons) {
+    cl_memory *memory = &node->memory;
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        if (memory->homing >> axis & 1) memory->unhomed.of[axis] = reasons->of[axis];
+    }
+    memory->homing = 0;
+    if (cl_homed(memory) && cl_lost_position(memory->fault)) cl_node_forget_fault(node);
+}
+
 static void fall_silent(cl_node *node, int64_t now_ms) {
     if (node->silent) return;
     node->silent = true;
     node->lift_above = node->session.hold_gen;
-    cl_node_brake(node, now_ms);
+    cl_node_halt(node, now_ms);
 }
 
 void cl_node_fail(cl_node *node, int64_t now_ms, uint8_t fault, uint8_t axis) {
@@ -167,7 +209,8 @@ void cl_node_fail(cl_node *node, int64_t now_ms, uint8_t fault, uint8_t axis) {
     if (memory->fault == CL_FAULT_NONE) {
         memory->fault = fault;
         memory->fault_axis = axis;
-        memory->homed = memory->homed && !cl_lost_position(fault);
+        memory->fault_ms = now_ms;
+        if (cl_lost_position(fault)) give_reason(memory, axis ? (uint8_t)(1u << (axis - 1)) : CL_ALL_AXES, fault);
     }
     cl_node_brake(node, now_ms);
 }
@@ -175,13 +218,16 @@ void cl_node_fail(cl_node *node, int64_t now_ms, uint8_t fault, uint8_t axis) {
 static void wake(cl_node *node, int64_t now_ms) {
     cl_plant_fault fault;
     int64_t settles_ms;
+    cl_sought sought;
     if (node->moving && coming_fault(node, &fault) && fault.at_ms <= now_ms) {
         cl_node_fail(node, now_ms, fault.fault, fault.axis);
     }
     if (node->moving && node->plant.settles(node->plant.self, &settles_ms) && settles_ms <= now_ms) {
         arrive(node, now_ms);
     }
-    if (cl_node_has_owner(node) && now_ms >= cl_node_deadman_ms(node)) fall_silent(node, now_ms);
+    bool searched = node->memory.homing && node->plant.sought(node->plant.self, &sought);
+    if (searched && sought.at_ms <= now_ms) finish_homing(node, &sought.reasons);
+    if (cl_node_has_owner(node) && now_ms >= cl_node_expires_ms(node)) fall_silent(node, now_ms);
     cl_node_reload(node, now_ms);
 }
 
@@ -198,19 +244,18 @@ void cl_node_notice(cl_node *node, int64_t now_ms) {
     cl_node_advance(node, now_ms);
 }
 
-void cl_node_start_homing(cl_node *node, int64_t now_ms) {
-    if (node->moving || node->memory.estop) return;
-    node->memory.homed = false;
-    node->memory.homing = true;
+void cl_node_start_homing(cl_node *node, int64_t now_ms, uint8_t axes) {
+    cl_memory *memory = &node->memory;
+    if (node->moving || memory->homing || memory->estop) return;
+    give_reason(memory, axes, CL_NOT_HOMED);
+    memory->homing = axes;
+    cl_node_forget_run(node);
+    node->plant.seek(node->plant.self, now_ms, axes);
     cl_node_reload(node, now_ms);
 }
 
-/* The position is known again, which also ends a fault that had put it in doubt. */
-void cl_node_finish_homing(cl_node *node, int64_t now_ms) {
+void cl_node_stop_homing(cl_node *node, int64_t now_ms) {
     if (!node->memory.homing) return;
-    node->memory.homed = true;
-    node->memory.homing = false;
-    if (cl_lost_position(node->memory.fault)) cl_node_forget_fault(node);
-    cl_node_abandon_run(node);
+    abandon_homing(node, now_ms);
     cl_node_reload(node, now_ms);
 }

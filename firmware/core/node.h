@@ -22,9 +22,12 @@ typedef struct {
 /* What a node knows besides its session; `target` belongs to the started step, `next_target` to the staged one. */
 typedef struct {
     uint64_t run_tag;
-    uint32_t noise;
-    uint16_t boot, offers;
-    bool homed, homing, estop;
+    int64_t fault_ms;   /* when `fault` was met */
+    cl_node_nonce nonce; /* of the session that was offered last */
+    uint8_t cause;      /* CL_CAUSE_... */
+    cl_reasons unhomed;
+    uint8_t homing;     /* axes that are finding their zeros now, bit 0 for the first */
+    bool estop;
     uint8_t fault, fault_axis;
     uint16_t finished, started, staged;
     uint16_t next_ms;
@@ -43,11 +46,13 @@ typedef struct {
     uint32_t counter;
     cl_keyed key;
     bool exists, closed;
+    bool owns_run; /* the run that the node remembers is this host's: it was resumed, or has staged a step here */
+    uint8_t order;
 } cl_session;
 
 /* What a node counts for diagnosis; the two that are reported saturate. */
 typedef struct {
-    uint16_t bad_tags, old_counters;
+    uint16_t bad_tags, old_frames;
     uint32_t floods;
     int64_t window_ms, deaf_until_ms;
     uint8_t in_window;
@@ -91,11 +96,17 @@ void cl_node_advance(cl_node *node, int64_t now_ms);
 /* Take a payload from the radio; anything but a good frame changes nothing. */
 void cl_node_receive(cl_node *node, int64_t now_ms, const uint8_t *payload, size_t length);
 
-/* The plant has news, an arrival or a fault that it could not foretell. */
+/* The plant has news, an arrival, a fault or the end of a search that it could not foretell. */
 void cl_node_notice(cl_node *node, int64_t now_ms);
 
-/* A person asks the idle node to find its zero; the position is void until the second call. */
-void cl_node_start_homing(cl_node *node, int64_t now_ms);
-void cl_node_finish_homing(cl_node *node, int64_t now_ms);
+/* Whether the node knows where all its axes are. */
+bool cl_homed(const cl_memory *memory);
+
+/* A person or a host asks the idle node to find the zeros of `axes` (bit 0 for the first). Their positions are void from
+   now on, and with them what the node has done of its run. */
+void cl_node_start_homing(cl_node *node, int64_t now_ms, uint8_t axes);
+
+/* A person wants the homing to end; what has not found its zero stays without. */
+void cl_node_stop_homing(cl_node *node, int64_t now_ms);
 
 #endif

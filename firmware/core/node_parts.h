@@ -8,11 +8,11 @@ bool cl_lost_position(uint8_t fault);
 bool cl_node_has_owner(const cl_node *node);
 bool cl_node_may_move(const cl_node *node);
 
-/* When the owner will have been silent for too long. */
-int64_t cl_node_deadman_ms(const cl_node *node);
+/* When the owner will have been silent for too long: its dead-man time after what it last heard of the node. */
+int64_t cl_node_expires_ms(const cl_node *node);
 
-/* Everything in a STATUS but the session and the echo. */
-void cl_node_fill_status(const cl_node *node, int64_t now_ms, cl_status_frame *status);
+/* What the node does and where it is; the steps are those of the run that it remembers. */
+void cl_node_condition(const cl_node *node, int64_t now_ms, cl_condition *now);
 
 /* Say that `ack` holds another answer. */
 void cl_node_load(cl_node *node);
@@ -24,7 +24,13 @@ void cl_node_reload(cl_node *node, int64_t now_ms);
 void cl_node_go_on(cl_node *node, int64_t now_ms);
 
 void cl_node_brake(cl_node *node, int64_t now_ms);
-void cl_node_abandon_run(cl_node *node);
+
+/* Whatever turns comes to rest. */
+void cl_node_halt(cl_node *node, int64_t now_ms);
+
+/* Nothing has been done of any run. */
+void cl_node_forget_run(cl_node *node);
+
 void cl_node_forget_fault(cl_node *node);
 
 /* Halt for a fault, of which the first one is remembered. */

@@ -12,6 +12,12 @@ typedef struct {
     uint8_t fault, axis; /* CL_FAULT_..., axis from 1 */
 } cl_plant_fault;
 
+/* How a search for zeros ends, and when; `reasons` of the sought axes only. */
+typedef struct {
+    int64_t at_ms;
+    cl_reasons reasons;
+} cl_sought;
+
 /* All times are milliseconds since the node was switched on. */
 typedef struct cl_plant {
     void *self;
@@ -22,6 +28,12 @@ typedef struct cl_plant {
     bool (*settles)(void *self, int64_t *at_ms);
     /* The fault that the present move has met or will meet; false if none is known (yet). */
     bool (*fault)(void *self, cl_plant_fault *fault);
+    /* Find the zeros of some axes (bit 0 for the first) and go there. */
+    void (*seek)(void *self, int64_t now_ms, uint8_t axes);
+    /* How and when the search ends; false if that is not known (yet) or there is none. */
+    bool (*sought)(void *self, cl_sought *sought);
+    /* End the search where it is. */
+    void (*give_up)(void *self, int64_t now_ms);
 } cl_plant;
 
 #endif

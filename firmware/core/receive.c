@@ -33,38 +33,69 @@ static cl_session *named_session(cl_node *node, const uint8_t *payload) {
 }
 
 static bool owner_gone(const cl_node *node, int64_t now_ms) {
-    return !cl_node_has_owner(node) || now_ms >= cl_node_deadman_ms(node);
+    return !cl_node_has_owner(node) || now_ms >= cl_node_expires_ms(node);
 }
 
-/* The offered session becomes the live one; what was done stays known only if the same run is resumed. */
+/* The offered session becomes the live one. What was done stays known until the new host stages a step. */
 static void take_over(cl_node *node, int64_t now_ms) {
     cl_session *session = &node->session;
     cl_node_brake(node, now_ms);
     *session = node->pending;
+    session->owns_run = session->flags & CL_FLAG_RESUME && session->run_tag == node->memory.run_tag;
     node->pending.exists = false;
     node->lift_above = 0;
-    if (!(session->flags & CL_FLAG_RESUME) || session->run_tag != node->memory.run_tag) {
-        cl_node_abandon_run(node);
-        node->silent = node->stopped = false;
-        node->memory.run_tag = session->run_tag;
-    }
+    if (!session->owns_run) node->silent = node->stopped = false;
     if (session->flags & CL_FLAG_CLEAR && !cl_lost_position(node->memory.fault)) cl_node_forget_fault(node);
 }
 
-/* Whether a frame with a good tag counts; if it does, the dead-man is fed and a pending session takes over. */
-static bool admit(cl_node *node, int64_t now_ms, const cl_session *session, uint8_t number, uint32_t counter) {
-    if (number != node->number) return false;
+/* Say who the node is, what it offers, and what time it is. */
+static void identify(cl_node *node, int64_t now_ms, uint64_t handshake, uint64_t run_tag) {
+    cl_ident_frame ident = {
+        .node = node->number,
+        .session = cl_session_number(&node->memory.nonce),
+        .nonce = node->memory.nonce,
+        .clock = cl_clock_of(now_ms),
+        .config_hash = node->config_hash,
+        .state = cl_node_state(node),
+        .same_run = node->memory.run_tag == run_tag,
+        .busy = !owner_gone(node, now_ms),
+    };
+    cl_encode_ident(node->ack, &ident, &node->node_key, handshake);
+    cl_node_load(node);
+}
+
+static int64_t ms_of(int64_t clock) { return clock * (1 << CL_CLOCK_SHIFT); }
+
+/* Whether the host had heard of the node lately when it sent this. If not, the node only says what time it is now:
+   somebody may have kept the frame back. */
+static bool is_fresh(cl_node *node, int64_t now_ms, const cl_session *session, int64_t clock) {
+    if (now_ms < ms_of(clock) + session->deadman_ms) return true;
+    saturating_count(&node->tally.old_frames);
+    if (session == &node->pending) {
+        identify(node, now_ms, session->handshake, session->run_tag);
+    } else {
+        cl_node_reload(node, now_ms);
+    }
+    return false;
+}
+
+/* Whether a frame with a good tag counts; if it does, a pending session takes over. */
+static bool admit(cl_node *node, int64_t now_ms, const cl_session *session, uint32_t counter) {
     if (counter <= session->counter || counter >= CL_COUNTER_END) {
-        saturating_count(&node->tally.old_counters);
+        saturating_count(&node->tally.old_frames);
         return false;
     }
     if (session == &node->pending) {
-        if (node->moving && !owner_gone(node, now_ms)) return false;
+        if ((node->moving || node->memory.homing) && !owner_gone(node, now_ms)) return false;
         take_over(node, now_ms);
     }
     node->session.counter = counter;
-    node->session.heard_ms = now_ms;
     return true;
+}
+
+/* The frame proves that its host was alive when it had last heard of the node, and no more. */
+static void feed(cl_session *session, int64_t clock) {
+    if (ms_of(clock) > session->heard_ms) session->heard_ms = ms_of(clock);
 }
 
 static bool same_order(const cl_memory *memory, const cl_drive_frame *frame) {
@@ -72,10 +103,19 @@ static bool same_order(const cl_memory *memory, const cl_drive_frame *frame) {
            memcmp(&frame->target, &memory->next_target, sizeof frame->target) == 0;
 }
 
+/* The first step that a host stages is of a run of its own: the one before cannot go on any more. */
+static void begin_run(cl_node *node) {
+    cl_node_forget_run(node);
+    node->memory.run_tag = node->session.run_tag;
+    node->session.owns_run = true;
+}
+
 static void stage(cl_node *node, int64_t now_ms, const cl_drive_frame *frame) {
     cl_memory *memory = &node->memory;
     uint8_t axis;
-    if (frame->load_step <= memory->started) return; /* step 0, which is none, is among these */
+    if (frame->load_step == 0) return;
+    if (!node->session.owns_run) begin_run(node);
+    if (frame->load_step <= memory->started) return;
     if (memory->staged > memory->started) {
         if (!same_order(memory, frame)) cl_node_fail(node, now_ms, CL_FAULT_CONFLICT, 0);
     } else if (frame->load_step != memory->started + 1) {
@@ -102,7 +142,7 @@ static void start(cl_node *node) {
 static void obey(cl_node *node, int64_t now_ms, const cl_drive_frame *frame) {
     cl_session *session = &node->session;
     if (session->hold_gen & 1) {
-        cl_node_brake(node, now_ms);
+        cl_node_halt(node, now_ms);
     } else if (session->hold_gen > node->lift_above) {
         node->silent = node->stopped = false;
     }
@@ -116,25 +156,52 @@ static void obey(cl_node *node, int64_t now_ms, const cl_drive_frame *frame) {
 static void close_session(cl_node *node, int64_t now_ms) {
     node->session.closed = true;
     node->silent = node->memory.started > node->memory.finished;
-    cl_node_brake(node, now_ms);
+    cl_node_halt(node, now_ms);
 }
 
 static void on_drive(cl_node *node, int64_t now_ms, const uint8_t *payload) {
     cl_session *session = named_session(node, payload);
     cl_drive_frame frame;
     if (session == NULL) return;
-    cl_verdict verdict = cl_decode_drive(payload, &session->key, &frame);
+    cl_verdict verdict = cl_decode_drive(payload, &session->key, cl_clock_of(now_ms), &frame);
     if (verdict != CL_GOOD) {
         refuse(node, now_ms, verdict);
         return;
     }
-    if (!admit(node, now_ms, session, frame.node, frame.counter)) return;
+    if (!is_fresh(node, now_ms, session, frame.clock) || !admit(node, now_ms, session, frame.counter)) return;
     session = &node->session;
+    feed(session, frame.clock);
     if (frame.hold_gen > session->hold_gen) session->hold_gen = frame.hold_gen;
     if (session->hold_gen >= CL_HOLD_END || session->counter == CL_COUNTER_END - 1) {
         close_session(node, now_ms);
     } else {
         obey(node, now_ms, &frame);
+    }
+    cl_node_reload(node, now_ms);
+}
+
+/* Whether a host may order it: never in a run of its own, nor while the node is to hold or does anything. */
+static bool may_home(const cl_node *node) {
+    const cl_memory *memory = &node->memory;
+    bool is_held = node->silent || node->stopped || node->session.hold_gen & 1;
+    return !is_held && !node->session.owns_run && !node->moving && !memory->homing && !memory->estop;
+}
+
+static void on_home(cl_node *node, int64_t now_ms, const uint8_t *payload) {
+    cl_session *session = named_session(node, payload);
+    cl_home_frame frame;
+    if (session == NULL) return;
+    cl_verdict verdict = cl_decode_home(payload, &session->key, cl_clock_of(now_ms), &frame);
+    if (verdict != CL_GOOD) {
+        refuse(node, now_ms, verdict);
+        return;
+    }
+    if (!is_fresh(node, now_ms, session, frame.clock) || !admit(node, now_ms, session, frame.counter)) return;
+    session = &node->session;
+    feed(session, frame.clock);
+    if (frame.order > session->order && may_home(node)) {
+        session->order = frame.order;
+        cl_node_start_homing(node, now_ms, frame.axes);
     }
     cl_node_reload(node, now_ms);
 }
@@ -146,9 +213,9 @@ static void on_estop(cl_node *node, int64_t now_ms, const uint8_t *payload) {
     cl_verdict verdict = cl_decode_estop(payload, &session->key, &frame);
     if (verdict != CL_GOOD) {
         refuse(node, now_ms, verdict);
-    } else if (admit(node, now_ms, session, frame.node, frame.counter)) {
+    } else if (frame.node == node->number && admit(node, now_ms, session, frame.counter)) {
         node->memory.estop = true;
-        cl_node_brake(node, now_ms);
+        cl_node_halt(node, now_ms);
         cl_node_reload(node, now_ms);
     }
 }
@@ -161,55 +228,52 @@ static void on_stop(cl_node *node, int64_t now_ms, const uint8_t *payload) {
     }
     node->stopped = true;
     if (node->session.exists && node->session.hold_gen > node->lift_above) node->lift_above = node->session.hold_gen;
-    cl_node_brake(node, now_ms);
+    cl_node_halt(node, now_ms);
     cl_node_reload(node, now_ms);
 }
 
-/* Boot number, offers made since, and noise taken at boot: never the same twice for one chip. */
-static uint64_t own_nonce(const cl_memory *memory) {
-    return (uint64_t)memory->boot << 48 | (uint64_t)memory->offers << 32 | memory->noise;
-}
-
-/* A new offer takes the place of the one before, which nobody has taken up. */
-static void renew_offer(cl_node *node, const cl_hello_frame *hello, uint64_t handshake) {
-    cl_memory *memory = &node->memory;
-    memory->offers = (uint16_t)(memory->offers % UINT16_MAX + 1);
+/* A new offer takes the place of the one before, which nobody has taken up; false if there are no numbers left. */
+static bool renew_offer(cl_node *node, const cl_hello_frame *hello, uint64_t handshake) {
+    cl_node_nonce *nonce = &node->memory.nonce;
+    if (nonce->offers == CL_OFFERS_END - 1) return false;
+    nonce->offers++;
     node->pending = (cl_session){
         .handshake = handshake,
         .run_tag = hello->run_tag,
         .deadman_ms = hello->deadman_ms,
         .flags = hello->flags,
-        .number = memory->offers,
+        .number = cl_session_number(nonce),
         .exists = true,
     };
     cl_key key;
-    cl_session_key(&key, &node->key, &(cl_handshake){handshake, own_nonce(memory), hello->run_tag});
+    cl_session_key(&key, &node->key, &(cl_handshake){handshake, *nonce, hello->run_tag});
     cl_tag_key(&node->pending.key, &key);
+    return true;
 }
 
 /* Answer a HELLO; repeated attempts of one handshake get the same session offered. */
 static void offer(cl_node *node, int64_t now_ms, const cl_hello_frame *hello, uint64_t handshake) {
-    if (!node->pending.exists || node->pending.handshake != handshake) renew_offer(node, hello, handshake);
-    cl_ident_frame ident = {
-        .node = node->number,
-        .session = node->memory.offers,
-        .nonce = own_nonce(&node->memory),
-        .chip = node->chip,
-        .firmware = node->firmware,
-        .config_hash = node->config_hash,
-        .state = cl_node_state(node),
-        .same_run = node->memory.run_tag == hello->run_tag,
-        .busy = !owner_gone(node, now_ms),
-    };
-    cl_encode_ident(node->ack, &ident, &node->node_key, handshake);
-    cl_node_load(node);
+    bool repeated = node->pending.exists && node->pending.handshake == handshake;
+    if (repeated || renew_offer(node, hello, handshake)) identify(node, now_ms, handshake, hello->run_tag);
 }
 
-static void answer_query(cl_node *node, int64_t now_ms, const cl_hello_frame *hello, uint64_t handshake) {
-    cl_status_frame status;
-    cl_node_fill_status(node, now_ms, &status);
-    status.echo = (uint32_t)hello->nonce;
-    cl_encode_status(node->ack, &status, &node->node_key, handshake);
+static uint16_t fault_s(const cl_memory *memory, int64_t now_ms) {
+    if (memory->fault == CL_FAULT_NONE) return 0;
+    int64_t since_ms = now_ms - memory->fault_ms;
+    return since_ms < 1000 * (int64_t)UINT16_MAX ? (uint16_t)((uint32_t)since_ms / 1000) : UINT16_MAX;
+}
+
+static void answer_query(cl_node *node, int64_t now_ms, uint64_t handshake) {
+    const cl_memory *memory = &node->memory;
+    cl_report_frame report = {
+        .node = node->number,
+        .cause = memory->cause,
+        .boot = memory->nonce.boot,
+        .axes = memory->unhomed,
+        .fault_s = fault_s(memory, now_ms),
+    };
+    cl_node_condition(node, now_ms, &report.now);
+    cl_encode_report(node->ack, &report, &node->node_key, handshake);
     cl_node_load(node);
 }
 
@@ -223,7 +287,7 @@ static void on_hello(cl_node *node, int64_t now_ms, const uint8_t *payload) {
     if (hello.node != node->number) return;
     uint64_t handshake = hello.nonce & ~(uint64_t)CL_ATTEMPT_MASK;
     if (hello.flags & CL_FLAG_QUERY) {
-        answer_query(node, now_ms, &hello, handshake);
+        answer_query(node, now_ms, handshake);
     } else {
         offer(node, now_ms, &hello, handshake);
     }
@@ -241,11 +305,11 @@ static void on_ask(cl_node *node, int64_t now_ms, const uint8_t *payload) {
         .node = node->number,
         .chip = node->chip,
         .firmware = node->firmware,
-        .boot = node->memory.boot,
+        .boot = node->memory.nonce.boot,
         .config_hash = node->config_hash,
         .state = cl_node_state(node),
         .bad_tags = node->tally.bad_tags,
-        .old_counters = node->tally.old_counters,
+        .old_frames = node->tally.old_frames,
     };
     cl_encode_page(node->ack, &page, &node->open_key, ask.nonce & ~(uint64_t)CL_ATTEMPT_MASK);
     cl_node_load(node);
@@ -256,6 +320,7 @@ void cl_node_receive(cl_node *node, int64_t now_ms, const uint8_t *payload, size
     uint8_t kind = cl_kind_of(payload, length);
     if (now_ms < node->tally.deaf_until_ms) return;
     if (kind == CL_KIND_DRIVE) on_drive(node, now_ms, payload);
+    if (kind == CL_KIND_HOME) on_home(node, now_ms, payload);
     if (kind == CL_KIND_ESTOP) on_estop(node, now_ms, payload);
     if (kind == CL_KIND_HELLO) on_hello(node, now_ms, payload);
     if (kind == CL_KIND_PAGE) on_ask(node, now_ms, payload);

@@ -158,6 +158,7 @@ static bool append(cl_store *store, const cl_saved *saved) {
 bool cl_store_boot(cl_store *store) {
     cl_saved saved = store->last;
     saved.boot = saved.boot + 1 + store->lost;
+    if (saved.boot > BOOT_MASK) return false;
     if (!append(store, &saved)) return false;
     store->lost = 0;
     return true;

@@ -13,7 +13,8 @@
    Why a boot number never comes twice: it is used only after its record was written and read back; and a sector is
    erased only while the newest record lies, whole, in the other one. Even if the newest record should decay later, it
    counts: every complete but unreadable slot after the newest readable one raises the number by one more, and makes the
-   position unknown. Only a new program, which erases the whole chip, begins at 1 again.
+   position unknown. After the last of 2^24 - 1 numbers there is none any more. Only a new program, which erases the
+   whole chip, begins at 1 again.
 
    What it cannot know: axes turned by hand or by a load while the power is off.
 
@@ -43,7 +44,7 @@ typedef struct {
 
 typedef struct {
     cl_counts position;
-    uint32_t boot;  /* 24 bits; frames carry the lower 16 */
+    uint32_t boot;  /* 24 bits */
     uint8_t flags;  /* 7 bits of the program's own */
     bool known;     /* `position` is where the axes are */
 } cl_saved;

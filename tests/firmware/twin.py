@@ -14,12 +14,12 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from curveline.radio.frames import Counts, Fault, Hello
+from curveline.radio.frames import BootCause, Counts, Fault, Hello
 from curveline.radio.keys import Site
 from curveline.radio.motion import Axes, AxisLimits, Move
 from curveline.radio.node import Node
 from curveline.radio.nodestate import Identity, Memory, Session
-from curveline.radio.plant import PlantFault
+from curveline.radio.plant import PlantFault, Sought
 
 from . import build
 
@@ -29,17 +29,20 @@ CORE_SOURCES = tuple(
     build.CORE / name for name in ("blake2s.c", "keys.c", "frames.c", "motion.c", "node.c", "receive.c")
 )
 
-START = struct.Struct("<qqqQ qQQ16sIHHHBBBB2x qQQ16sIHHHBBBB2x 3i3i3iiiI 8H 12B 4x")
+START = struct.Struct("<qqqqQ qQQ16sIHHHBBBBBB qQQ16sIHHHBBBBBB 3i3i3iiiiIII 6H 3B3B 12B 6x")
 EVENT = struct.Struct("<q32s4iBBBB4x")
 SHORT = struct.Struct("<32s3iBBH")
-FULL = struct.Struct("<5qQ 3i3i3i3i 4i 4I 11H 12B 6x")
+FULL = struct.Struct("<6qQ 3i3i3i3i 4i 8I 9H 3B14B 5x")
 MOST_EVENTS = 12
 BATCH = 500
 
-RECEIVE, ADVANCE, NOTICE, START_HOMING, FINISH_HOMING, SHIFT, SETTLE, FAULT = range(8)
-WHATS = ("receive", "advance", "notice", "start homing", "finish homing", "shift", "settle", "fault")
-FRAMES = ("DRIVE", "ESTOP", "STOP", "HELLO", "repeated HELLO", "query", "PAGE", "no node's frame")
-SPOILS = ("unspoiled", "flipped bit", "forged tag", "replayed", "other node", "other session", "odd field", "cut short")
+RECEIVE, ADVANCE, NOTICE, START_HOMING, STOP_HOMING, SHIFT, SETTLE, FAULT, SEARCH = range(9)
+WHATS = ("receive", "advance", "notice", "start homing", "stop homing", "shift", "settle", "fault", "search")
+FRAMES = ("DRIVE", "HOME", "ESTOP", "STOP", "HELLO", "repeated HELLO", "query", "PAGE", "no node's frame")
+SPOILS = (
+    *("unspoiled", "flipped bit", "forged tag", "replayed", "other node", "other session", "odd field", "cut short"),
+    *("old clock", "future clock", "wrapped clock"),
+)
 
 _AXES = (
     ((-221326, 221326, 4426, 22132), (-5215, 5215, 3128, 13906), (-48691, 48691, 2213, 11066)),
@@ -65,8 +68,13 @@ NO_MOVE = Move((0, 0, 0), (0, 0, 0), 0, 0, 0)
 class ToldPlant:
     """Axes that follow a move exactly, and do besides what the events say; twin/replay.c has the same."""
 
-    def __init__(self, place: Counts, lag_ms: int) -> None:
+    def __init__(self, place: Counts, lag_ms: int, seek_ms: int, found: Counts) -> None:
         self.lag_ms = lag_ms
+        self.seek_ms = seek_ms
+        self.found = found
+        self.search: Sought | None = None
+        self.axes = 0
+        self.seeks = self.give_ups = 0
         self.shift = (0, 0, 0)
         self.settles: int | None = None
         self.coming: PlantFault | None = None
@@ -96,6 +104,21 @@ class ToldPlant:
         """See Plant."""
         return self.coming
 
+    def seek(self, now_ms: int, axes: int) -> None:
+        """See Plant; what it comes to says nothing about the other axes."""
+        self.axes = axes
+        self.seeks += 1
+        self.search = Sought(now_ms + self.seek_ms, self.found) if self.seek_ms >= 0 else None
+
+    def sought(self) -> Sought | None:
+        """See Plant."""
+        return self.search
+
+    def give_up(self, now_ms: int) -> None:
+        """See Plant."""
+        self.search = None
+        self.give_ups += 1
+
 
 class WatchedNode(Node):
     """A node that counts how often an answer is loaded, as the C one does for its radio."""
@@ -116,28 +139,33 @@ class WatchedNode(Node):
 
 
 def _session(facts: tuple[Any, ...]) -> Session | None:
-    heard_ms, handshake, run_tag, key, counter, number, release, deadman_ms, flags, hold_gen, exists, closed = facts
+    heard_ms, handshake, run_tag, key, counter, number, release, deadman_ms, *rest = facts
+    flags, hold_gen, exists, closed, owns_run, order = rest
     if not exists:
         return None
     hello = Hello(0, handshake, run_tag, 0, deadman_ms, flags)
-    return Session(number, key, hello, counter, release, hold_gen, heard_ms, bool(closed))
+    return Session(number, key, hello, counter, release, hold_gen, heard_ms, bool(closed), bool(owns_run), order)
 
 
 def begin(start: tuple[Any, ...]) -> WatchedNode:
     """The node that a start describes, with a ToldPlant."""
-    window_ms, deaf_until_ms, run_tag = start[1:4]
-    place, (move_ms, lag_ms, noise) = start[34:37], start[37:40]
-    boot, offers, finished, started, staged, next_ms, bad_tags, old_counters = start[40:48]
-    homed, homing, estop, fault, fault_axis, silent, stopped, lift_above, in_window, who, axes, _ = start[48:]
+    now_ms, window_ms, deaf_until_ms, fault_ms, run_tag = start[:5]
+    target, next_target, place, (move_ms, lag_ms, seek_ms) = start[33:36], start[36:39], start[39:42], start[42:45]
+    noise, boot, offers, finished, started, staged, next_ms, bad_tags, old_frames = start[45:54]
+    unhomed, found, (homing, estop, fault, fault_axis, cause) = start[54:57], start[57:60], start[60:65]
+    silent, stopped, lift_above, in_window, who, axes, _ = start[65:]
     memory = Memory(
-        *(boot, noise, offers, bool(homed), bool(homing), bool(estop), Fault(fault), fault_axis, run_tag),
-        *(finished, started, staged, start[28:31], move_ms, start[31:34], next_ms),
+        *(boot, BootCause(cause), noise, offers, unhomed, homing, bool(estop), Fault(fault), fault_axis, fault_ms),
+        *(run_tag, finished, started, staged, target, move_ms, next_target, next_ms),
     )
-    node = WatchedNode(IDENTITIES[who], AXES[axes], ToldPlant(place, lag_ms), memory)
-    node._session, node._pending = _session(start[4:16]), _session(start[16:28])
+    plant = ToldPlant(place, lag_ms, seek_ms, found)
+    if homing:
+        plant.seek(now_ms, homing)
+    node = WatchedNode(IDENTITIES[who], AXES[axes], plant, memory)
+    node._session, node._pending = _session(start[5:19]), _session(start[19:33])
     node._silent, node._stopped, node._lift_above = bool(silent), bool(stopped), lift_above
     tally = node.tally
-    tally.bad_tags, tally.old_counters, tally._in_window = bad_tags, old_counters, in_window
+    tally.bad_tags, tally.old_frames, tally._in_window = bad_tags, old_frames, in_window
     tally._window_ms, tally._deaf_until_ms = window_ms, deaf_until_ms
     return node
 
@@ -154,15 +182,17 @@ def do(node: Node, event: tuple[Any, ...]) -> None:
     elif what == NOTICE:
         node.notice(now_ms)
     elif what == START_HOMING:
-        node.start_homing(now_ms)
-    elif what == FINISH_HOMING:
-        node.finish_homing(now_ms)
+        node.start_homing(now_ms, a)
+    elif what == STOP_HOMING:
+        node.stop_homing(now_ms)
     elif what == SHIFT:
         plant.shift = (plant.shift[0] + a, plant.shift[1] + b, plant.shift[2] + c)
     elif what == SETTLE:
         plant.settles = now_ms + b if a else None
     elif what == FAULT:
         plant.coming = PlantFault(now_ms + c, Fault(a), b) if a else None
+    elif what == SEARCH:
+        plant.search = Sought(now_ms + b, (c & 15, c >> 4 & 15, c >> 8 & 15)) if a else None
 
 
 def look(node: WatchedNode, now_ms: int) -> bytes:
@@ -176,21 +206,24 @@ def look_closely(node: Node) -> bytes:
     memory, tally, session, plant = node.memory, node.tally, node._session, node.plant
     assert isinstance(plant, ToldPlant)
     move = plant.move or NO_MOVE
-    claim = (0, 0, 0, 0, 0, 0)
+    heard_ms = counter = number = release = hold_gen = closed = owns_run = order = 0
     if session is not None:
-        claim = (session.heard_ms, session.counter, session.number, session.release, session.hold_gen, session.closed)
-    heard_ms, counter, number, release, hold_gen, closed = claim
+        heard_ms, counter, number = session.heard_ms, session.counter, session.number
+        release, hold_gen, closed = session.release, session.hold_gen, session.closed
+        owns_run, order = session.owns_run, session.order
     return FULL.pack(
         *(-1 if node._next_ms is None else node._next_ms, node.move_start_ms, heard_ms),
-        *(tally._window_ms, tally._deaf_until_ms, memory.run_tag),
+        *(tally._window_ms, tally._deaf_until_ms, memory.fault_ms, memory.run_tag),
         *(*memory.target, *memory.next_target, *move.start, *move.target),
         *(memory.move_ms, move.duration_ms, move.ramp_ms, -1 if move.brake_ms is None else move.brake_ms),
         *(memory.noise, counter, tally.floods, plant.follows),
-        *(memory.boot, memory.offers, memory.finished, memory.started, memory.staged, memory.next_ms),
-        *(min(tally.bad_tags, 0xFFFF), min(tally.old_counters, 0xFFFF), number, release),
+        *(memory.boot, memory.offers, plant.seeks, plant.give_ups),
+        *(memory.finished, memory.started, memory.staged, memory.next_ms),
+        *(min(tally.bad_tags, 0xFFFF), min(tally.old_frames, 0xFFFF), number, release),
         0 if node._pending is None else node._pending.number,
-        *(memory.homed, memory.homing, memory.estop, memory.fault, memory.fault_axis, node.move is not None),
-        *(node._silent, node._stopped, node._lift_above, hold_gen, closed, tally._in_window),
+        *memory.unhomed,
+        *(plant.axes, memory.homing, memory.estop, memory.fault, memory.fault_axis, node.move is not None),
+        *(node._silent, node._stopped, node._lift_above, hold_gen, closed, tally._in_window, owns_run, order),
     )
 
 

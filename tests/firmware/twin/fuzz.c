@@ -62,6 +62,23 @@ static bool fault(void *self, cl_plant_fault *fault) {
     return below(plant->fuzz, 50) == 0;
 }
 
+static void seek(void *self, int64_t now_ms, uint8_t axes) {
+    wild_plant *plant = self;
+    (void)axes;
+    plant->settles_ms = now_ms + 1 + below(plant->fuzz, 200);
+}
+
+static bool sought(void *self, cl_sought *sought) {
+    wild_plant *plant = self;
+    sought->at_ms = plant->settles_ms;
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        sought->reasons.of[axis] = (uint8_t)(below(plant->fuzz, 4) ? 0 : below(plant->fuzz, CL_NOT_HOMED + 1));
+    }
+    return below(plant->fuzz, 2) == 0;
+}
+
+static void give_up(void *self, int64_t now_ms) { ((wild_plant *)self)->settles_ms = now_ms; }
+
 /* Bytes of a frame, damaged in one of the ways that radios, buses and strangers know. */
 static size_t damaged(fuzzer *fuzz, uint8_t *payload) {
     static const uint8_t edges[8] = {0, 1, 0x7F, 0x80, 0xFE, 0xFF, 0x10, 2};
@@ -79,22 +96,27 @@ static size_t damaged(fuzzer *fuzz, uint8_t *payload) {
 }
 
 /* Make a damaged frame one that the node has to take seriously. */
-static void endorse(fuzzer *fuzz, const cl_node *node, uint8_t *payload) {
+static void endorse(fuzzer *fuzz, const cl_node *node, int64_t now_ms, uint8_t *payload) {
     const cl_session *session = node->pending.exists && below(fuzz, 4) == 0 ? &node->pending : &node->session;
     const cl_keyed *key = &node->node_key;
     uint8_t kind = payload[0] & 0xF;
+    uint64_t clock = 0;
+    bool timed = kind == CL_KIND_DRIVE || kind == CL_KIND_HOME;
     if (below(fuzz, 8) > 0) payload[0] = (uint8_t)(CL_VERSION << 4 | kind);
-    if (kind == CL_KIND_DRIVE || kind == CL_KIND_ESTOP) {
+    if (timed || kind == CL_KIND_ESTOP) {
         key = &session->key;
         cl_put16(payload + 2, session->number);
         if (below(fuzz, 4) > 0) cl_put32(payload + 4, session->counter + 1);
         if (kind == CL_KIND_DRIVE && below(fuzz, 2)) cl_put16(payload + 10, (uint16_t)(node->memory.started + 1));
         if (kind == CL_KIND_ESTOP && below(fuzz, 2)) memset(payload + 8, 0, CL_BODY_BYTES - 8);
     }
-    if (kind != CL_KIND_STOP && below(fuzz, 8) > 0) payload[1] = node->number;
+    if (timed) {
+        clock = (uint64_t)cl_clock_of(now_ms) - (below(fuzz, 8) ? below(fuzz, 4) : below(fuzz, 300));
+        payload[1] = (uint8_t)clock;
+    } else if (kind != CL_KIND_STOP && below(fuzz, 8) > 0) payload[1] = node->number;
     if (kind == CL_KIND_STOP) key = &node->stop_key;
     if (kind == CL_KIND_PAGE) key = &node->open_key;
-    cl_tag(key, payload, 0, CL_FROM_HOST, payload + CL_BODY_BYTES);
+    cl_tag(key, payload, clock, CL_FROM_HOST, payload + CL_BODY_BYTES);
 }
 
 /* One payload, in memory of just its length, so that a step beyond its end is seen. */
@@ -102,7 +124,7 @@ static void execute(fuzzer *fuzz, cl_node *node, int64_t now_ms) {
     uint8_t frame[LONGEST] = {0};
     memcpy(frame, fuzz->corpus[below(fuzz, (uint32_t)fuzz->corpus_frames)], CL_FRAME_BYTES);
     size_t length = damaged(fuzz, frame);
-    if (below(fuzz, 16) > 0) endorse(fuzz, node, frame);
+    if (below(fuzz, 16) > 0) endorse(fuzz, node, now_ms, frame);
     uint8_t *payload = malloc(length + 1);
     if (payload == NULL) exit(3);
     memcpy(payload + 1, frame, length);
@@ -124,14 +146,14 @@ static void live(fuzzer *fuzz, uint64_t executions) {
     twin_generate(draw(fuzz), &start, events);
     start.estop = 0;
     twin_begin(&it, &start);
-    it.node.plant = (cl_plant){&plant, follow, positions, settles, fault};
+    it.node.plant = (cl_plant){&plant, follow, positions, settles, fault, seek, sought, give_up};
     int64_t now_ms = start.now_ms;
     while (executions-- > 0) {
         now_ms += below(fuzz, 3) ? 0 : below(fuzz, 120);
         uint32_t kind = below(fuzz, 64);
         if (kind == 0) cl_node_notice(&it.node, now_ms);
-        if (kind == 1) cl_node_start_homing(&it.node, now_ms);
-        if (kind == 2) cl_node_finish_homing(&it.node, now_ms);
+        if (kind == 1) cl_node_start_homing(&it.node, now_ms, (uint8_t)(1 + below(fuzz, CL_ALL_AXES)));
+        if (kind == 2) cl_node_stop_homing(&it.node, now_ms);
         execute(fuzz, &it.node, now_ms);
     }
 }

@@ -14,6 +14,8 @@ typedef struct {
     unsigned sent_count;
     uint64_t handshake;
     cl_keyed session_key; /* of the session that the last frame belongs to */
+    int64_t now_ms;       /* of the event that is being made */
+    uint64_t clock;       /* that the last frame was made with, 0 for none */
 } maker;
 
 /* Numbers that look random; the same for the same seed everywhere. */
@@ -51,13 +53,23 @@ static void place(maker *make, const int32_t near[CL_AXES], int32_t at[CL_AXES])
 static void random_session(maker *make, twin_session *session, int64_t now_ms) {
     uint16_t unit = CL_DEADMAN_UNIT_MS;
     session->exists = 1;
-    session->number = (uint16_t)(1 + below(make, UINT16_MAX));
     for (unsigned i = 0; i < CL_KEY_BYTES; i++) session->key[i] = (uint8_t)draw(make);
     session->handshake = draw(make) & ~(uint64_t)CL_ATTEMPT_MASK;
     session->run_tag = run_tag(make);
     session->deadman_ms = (uint16_t)(chance(make, 80) ? 1000 : unit * below(make, 256));
     session->flags = (uint8_t)(chance(make, 50) ? below(make, 16) & ~(uint32_t)CL_FLAG_QUERY : CL_FLAG_RESUME);
     session->heard_ms = now_ms - (chance(make, 85) ? below(make, 300) : session->deadman_ms);
+    session->order = (uint8_t)(chance(make, 90) ? below(make, 3) : 253 + below(make, 3));
+}
+
+static uint16_t session_number(uint32_t offers) { return (uint16_t)((offers - 1) % UINT16_MAX + 1); }
+
+/* How many offers were made before: some, or nearly as many as one session number has room for, or all there are. */
+static uint32_t random_offers(maker *make) {
+    uint32_t kind = below(make, 20);
+    if (kind == 0) return (uint32_t)(CL_OFFERS_END - 1) - below(make, 4);
+    if (kind == 1) return UINT16_MAX - 2 + below(make, 4);
+    return 1 + (kind < 15 ? below(make, 9) : (uint32_t)draw(make) >> 1);
 }
 
 static void random_claims(maker *make, twin_start *start) {
@@ -69,12 +81,15 @@ static void random_claims(maker *make, twin_start *start) {
         live->hold_gen = (uint8_t)(chance(make, 80) ? 2 * below(make, 2) : below(make, 20));
         if (chance(make, 5)) live->hold_gen = (uint8_t)(248 + below(make, 6));
         live->closed = chance(make, 4);
-        start->offers = live->number;
+        live->owns_run = chance(make, 70);
+        live->number = session_number(start->offers);
     }
     if (chance(make, 30)) {
         random_session(make, &start->offered, 0);
         start->offered.heard_ms = 0;
-        start->offers = start->offered.number;
+        start->offered.order = 0;
+        if (start->offers < CL_OFFERS_END - 1) start->offers++;
+        start->offered.number = session_number(start->offers);
     }
     start->silent = start->started > start->finished ? chance(make, 70) : chance(make, 12);
     start->stopped = chance(make, 8);
@@ -98,6 +113,21 @@ static void random_steps(maker *make, twin_start *start) {
     start->next_ms = (uint16_t)(chance(make, 90) ? below(make, 300) : draw(make));
 }
 
+static uint8_t random_reason(maker *make) {
+    return (uint8_t)(chance(make, 40) ? 0 : chance(make, 40) ? CL_NOT_HOMED : 3 + below(make, 5));
+}
+
+static void random_homing(maker *make, twin_start *start) {
+    for (unsigned axis = 0; axis < CL_AXES; axis++) start->found[axis] = chance(make, 75) ? 0 : random_reason(make);
+    start->seek_ms = chance(make, 60) ? between(make, 0, 300) : -1;
+    if (chance(make, 85)) return;
+    for (unsigned axis = 0; axis < CL_AXES; axis++) start->unhomed[axis] = random_reason(make);
+    if (chance(make, 60)) start->homing = (uint8_t)(1 + below(make, CL_ALL_AXES));
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        if (start->homing >> axis & 1) start->unhomed[axis] = CL_NOT_HOMED;
+    }
+}
+
 static void random_start(maker *make, twin_start *start) {
     static const int32_t middle[CL_AXES] = {0};
     static const int64_t epochs[4] = {0, 0, (int64_t)1 << 31, (int64_t)1 << 40};
@@ -106,23 +136,24 @@ static void random_start(maker *make, twin_start *start) {
     start->now_ms = epochs[below(make, 4)] + below(make, 5000);
     start->run_tag = run_tag(make);
     start->noise = (uint32_t)draw(make);
-    start->boot = (uint16_t)(1 + below(make, UINT16_MAX));
-    start->offers = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX);
+    start->boot = 1 + below(make, CL_BOOT_END - 1);
+    start->cause = (uint8_t)below(make, CL_CAUSE_SOFTWARE + 1);
+    start->offers = random_offers(make);
     random_steps(make, start);
     place(make, middle, start->place);
     if (chance(make, 3)) start->place[below(make, 3)] = between(make, -CL_TARGET_LIMIT + 999999, CL_TARGET_LIMIT - 999999);
     place(make, start->place, start->next_target);
     place(make, start->place, start->target);
     if (chance(make, 60)) memcpy(start->target, start->place, sizeof start->target);
-    start->homed = chance(make, 94);
-    start->homing = !start->homed && chance(make, 60);
+    random_homing(make, start);
     start->estop = chance(make, 2);
     start->fault = chance(make, 6) ? (uint8_t)(1 + below(make, 7)) : CL_FAULT_NONE;
     start->fault_axis = start->fault ? (uint8_t)below(make, 4) : 0;
+    start->fault_ms = start->fault ? start->now_ms - (chance(make, 90) ? below(make, 9999) : 66000000) : 0;
     start->lag_ms = chance(make, 80) ? between(make, 0, 30) : -1;
     random_claims(make, start);
     start->bad_tags = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX - below(make, 2));
-    start->old_counters = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX - below(make, 2));
+    start->old_frames = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX - below(make, 2));
     start->window_ms = start->now_ms - below(make, 1100);
     start->in_window = (uint8_t)(chance(make, 80) ? below(make, 9) : CL_FLOOD - below(make, 3));
     start->deaf_until_ms = chance(make, 5) ? start->now_ms + below(make, 200) : 0;
@@ -130,8 +161,8 @@ static void random_start(maker *make, twin_start *start) {
 
 /* Frames */
 
-static void sign(uint8_t *payload, const cl_keyed *key) {
-    cl_tag(key, payload, 0, CL_FROM_HOST, payload + CL_BODY_BYTES);
+static void sign(uint8_t *payload, const cl_keyed *key, uint64_t clock) {
+    cl_tag(key, payload, clock, CL_FROM_HOST, payload + CL_BODY_BYTES);
 }
 
 static void put24(uint8_t *to, int32_t value) {
@@ -150,7 +181,8 @@ static uint8_t next_hold(maker *make, const cl_session *session) {
 static void fill_drive(maker *make, const cl_session *session, uint8_t *payload) {
     const cl_memory *memory = &make->it.node.memory;
     uint32_t kind = below(make, 10);
-    uint16_t step = kind < 3 ? 0 : (uint16_t)(memory->started + 1);
+    uint16_t done = session->owns_run || chance(make, 10) ? memory->started : 0;
+    uint16_t step = kind < 3 ? 0 : (uint16_t)(done + 1);
     cl_counts target = memory->next_target;
     uint16_t move_ms = memory->next_ms;
     if (kind == 9 || (kind >= 3 && memory->staged <= memory->started)) {
@@ -161,13 +193,29 @@ static void fill_drive(maker *make, const cl_session *session, uint8_t *payload)
         target = memory->next_target;
         if (chance(make, 50)) target.at[below(make, 3)] += 1;
     }
-    if (chance(make, 4)) step = (uint16_t)(memory->started + below(make, 4));
-    uint16_t release = (uint16_t)(memory->staged + below(make, 2) - (chance(make, 20) ? 1 : 0));
+    if (chance(make, 4)) step = (uint16_t)(done + below(make, 4));
+    uint16_t staged = session->owns_run ? memory->staged : step;
+    uint16_t release = (uint16_t)(staged + below(make, 2) - (chance(make, 20) ? 1 : 0));
     cl_put16(payload + 8, chance(make, 3) ? (uint16_t)draw(make) : release);
     cl_put16(payload + 10, step);
     for (unsigned axis = 0; axis < CL_AXES; axis++) put24(payload + 12 + 3 * axis, target.at[axis]);
     cl_put16(payload + 21, move_ms);
     payload[23] = next_hold(make, session);
+}
+
+static void fill_home(maker *make, const cl_session *session, uint8_t *payload) {
+    payload[8] = (uint8_t)(1 + below(make, CL_ALL_AXES));
+    payload[9] = (uint8_t)(session->order + (chance(make, 85) ? 1 : 2 * below(make, 2)));
+}
+
+/* The time of the node that a host has heard last [ticks]: a moment ago, or as long ago as `spoil` says. */
+static int64_t heard_clock(maker *make, const cl_session *session, uint8_t spoil) {
+    int64_t now = make->now_ms >> CL_CLOCK_SHIFT, dead = (make->now_ms - session->deadman_ms) >> CL_CLOCK_SHIFT;
+    if (spoil == TWIN_OLD_CLOCK) return chance(make, 60) ? dead : now - 255 + below(make, 56);
+    if (spoil == TWIN_FUTURE_CLOCK) return now + 1 + below(make, 9);
+    if (spoil == TWIN_WRAPPED_CLOCK) return now - 256 - below(make, 300);
+    if (chance(make, 10) && dead < now) return dead + 1 + below(make, (uint32_t)(now - dead));
+    return now - (chance(make, 20) ? below(make, 4) : 0);
 }
 
 static uint32_t next_counter(maker *make, uint32_t counter) {
@@ -187,23 +235,31 @@ static const cl_keyed *host_key(maker *make, const cl_session *session) {
     } else if (session->number == start->offered.number) {
         memcpy(key.bytes, start->offered.key, sizeof key.bytes);
     } else {
-        uint64_t nonce = (uint64_t)start->boot << 48 | (uint64_t)session->number << 32 | start->noise;
+        uint32_t newest = node->memory.nonce.offers;
+        uint32_t since = ((newest - 1) % UINT16_MAX + UINT16_MAX + 1 - session->number) % UINT16_MAX;
+        cl_node_nonce nonce = {start->boot, newest - since, start->noise};
         cl_session_key(&key, &node->key, &(cl_handshake){session->handshake, nonce, session->run_tag});
     }
     cl_tag_key(&make->session_key, &key);
     return &make->session_key;
 }
 
-/* A DRIVE or an ESTOP of the live session, or of the offered one; of none if there is none. */
-static const cl_keyed *fill_claim(maker *make, uint8_t *payload, uint8_t kind) {
+/* A DRIVE, a HOME or an ESTOP of the live session, or of the offered one; of none if there is none. */
+static const cl_keyed *fill_claim(maker *make, twin_event *event, uint8_t kind) {
+    uint8_t *payload = event->payload;
     const cl_node *node = &make->it.node;
     bool live = node->session.exists && (!node->pending.exists || chance(make, 65));
     const cl_session *session = live ? &node->session : &node->pending;
     payload[0] = (uint8_t)(CL_VERSION << 4 | kind);
     payload[1] = node->number;
+    if (kind != CL_KIND_ESTOP) {
+        make->clock = (uint64_t)heard_clock(make, session, event->spoil);
+        payload[1] = (uint8_t)make->clock;
+    }
     cl_put16(payload + 2, session->number);
     cl_put32(payload + 4, next_counter(make, session->counter));
     if (kind == CL_KIND_DRIVE) fill_drive(make, session, payload);
+    if (kind == CL_KIND_HOME) fill_home(make, session, payload);
     return host_key(make, session);
 }
 
@@ -240,14 +296,14 @@ static const cl_keyed *fill_open(maker *make, uint8_t *payload, uint8_t frame) {
 
 /* A frame that no host sends to a node, under a key that the node knows. */
 static const cl_keyed *fill_strange(maker *make, uint8_t *payload) {
-    static const uint8_t heads[6] = {0x12, 0x14, 0x10, 0x18, 0x21, 0x01};
+    static const uint8_t heads[6] = {0x22, 0x24, 0x20, 0x28, 0x11, 0x2A};
     for (unsigned i = 0; i < CL_BODY_BYTES; i++) payload[i] = (uint8_t)draw(make);
     payload[0] = heads[below(make, 6)];
     return chance(make, 50) ? &make->it.node.node_key : &make->it.node.session.key;
 }
 
 static uint8_t frame_kind(maker *make) {
-    static const uint8_t parts[TWIN_FRAMES] = {64, 2, 4, 8, 8, 5, 5, 4};
+    static const uint8_t parts[TWIN_FRAMES] = {57, 10, 2, 4, 8, 7, 4, 4, 4};
     uint32_t part = below(make, 100);
     for (uint8_t frame = 0; frame < TWIN_FRAMES; frame++) {
         if (part < parts[frame]) return frame;
@@ -256,9 +312,12 @@ static uint8_t frame_kind(maker *make) {
     return TWIN_DRIVE;
 }
 
-static const cl_keyed *fill_frame(maker *make, uint8_t *payload, uint8_t frame) {
-    if (frame == TWIN_DRIVE) return fill_claim(make, payload, CL_KIND_DRIVE);
-    if (frame == TWIN_ESTOP) return fill_claim(make, payload, CL_KIND_ESTOP);
+static const cl_keyed *fill_frame(maker *make, twin_event *event) {
+    uint8_t *payload = event->payload, frame = event->frame;
+    make->clock = 0;
+    if (frame == TWIN_DRIVE) return fill_claim(make, event, CL_KIND_DRIVE);
+    if (frame == TWIN_HOME) return fill_claim(make, event, CL_KIND_HOME);
+    if (frame == TWIN_ESTOP) return fill_claim(make, event, CL_KIND_ESTOP);
     if (frame == TWIN_PAGE || frame == TWIN_STOP) return fill_open(make, payload, frame);
     if (frame == TWIN_NO_NODES_FRAME) return fill_strange(make, payload);
     return fill_hello(make, payload, frame);
@@ -268,6 +327,8 @@ static const cl_keyed *fill_frame(maker *make, uint8_t *payload, uint8_t frame) 
 static void make_odd(maker *make, twin_event *event) {
     uint8_t *payload = event->payload;
     if (event->frame == TWIN_DRIVE) put24(payload + 12 + 3 * below(make, 3), -CL_TARGET_LIMIT - 1);
+    if (event->frame == TWIN_HOME) payload[8] = chance(make, 50) ? 0 : (uint8_t)(1 << (3 + below(make, 5)));
+    if (event->frame == TWIN_HOME && chance(make, 50)) payload[8 + 2 + below(make, 14)] = 1;
     if (event->frame == TWIN_ESTOP) payload[8 + below(make, 16)] = 1;
     if (event->frame == TWIN_STOP) payload[chance(make, 30) ? 1 : 3 + below(make, 21)] ^= 0x10;
     if (event->frame == TWIN_PAGE) payload[chance(make, 30) ? 3 : 12 + below(make, 12)] = 0x80;
@@ -295,9 +356,9 @@ static void make_frame(maker *make, twin_event *event) {
     event->length = CL_FRAME_BYTES;
     event->frame = frame_kind(make);
     event->spoil = chance(make, 75) ? TWIN_UNSPOILED : (uint8_t)(1 + below(make, TWIN_SPOILS - 1));
-    const cl_keyed *key = fill_frame(make, event->payload, event->frame);
+    const cl_keyed *key = fill_frame(make, event);
     spoil_before_signing(make, event);
-    sign(event->payload, key);
+    sign(event->payload, key, make->clock);
     spoil_after_signing(make, event);
     memcpy(make->sent[make->sent_count % REMEMBERED], event->payload, CL_FRAME_BYTES);
     if (make->sent_count < REMEMBERED) make->sent_count++;
@@ -309,12 +370,16 @@ static void make_plant_event(maker *make, twin_event *event) {
     static const int32_t plant_faults[5] = {
         CL_FAULT_STALL, CL_FAULT_RUNAWAY, CL_FAULT_ENCODER, CL_FAULT_DRIVER, CL_FAULT_BROWN_OUT,
     };
-    event->what = (uint8_t)(TWIN_SHIFT + below(make, 3));
+    event->what = (uint8_t)(TWIN_SHIFT + below(make, make->it.node.memory.homing ? 4 : 3));
     if (event->what == TWIN_SHIFT) {
         for (unsigned axis = 0; axis < CL_AXES; axis++) event->args[axis] = between(make, -9, 9);
     } else if (event->what == TWIN_SETTLE) {
         event->args[0] = chance(make, 85);
         event->args[1] = between(make, -20, 200);
+    } else if (event->what == TWIN_SEARCH) {
+        event->args[0] = chance(make, 90);
+        event->args[1] = between(make, -20, 200);
+        for (unsigned axis = 0; axis < CL_AXES; axis++) event->args[2] |= random_reason(make) << 4 * axis;
     } else {
         event->args[0] = chance(make, 90) ? plant_faults[below(make, 5)] : 0;
         event->args[1] = between(make, 0, 3);
@@ -329,16 +394,23 @@ static int64_t next_moment(maker *make, int64_t now_ms) {
     if (kind < 10) return now_ms + below(make, 20);
     if (kind < 14) return now_ms + below(make, 400);
     if (kind == 14) return now_ms + below(make, 5000);
-    if (!make->it.node.moving && kind > 15) return now_ms + below(make, 50);
+    if (!make->it.node.moving && !make->it.node.memory.homing && kind > 15) return now_ms + below(make, 50);
     if (due_ms == INT64_MAX || due_ms > now_ms + 1000000) return now_ms + below(make, 1200);
     due_ms += kind == 15 ? -1 : kind == 16 ? 1 : 0;
     return due_ms < now_ms ? now_ms : due_ms;
 }
 
+/* At some moments a dead-man time has passed since the beginning of a tick: frames of that tick have just become old. */
+static int64_t on_the_edge(maker *make, int64_t at_ms) {
+    const cl_session *session = &make->it.node.session;
+    int64_t tick_ms = 1 << CL_CLOCK_SHIFT, over_ms = (at_ms - session->deadman_ms) % tick_ms;
+    return chance(make, 6) && over_ms >= 0 ? at_ms + (tick_ms - over_ms) % tick_ms : at_ms;
+}
+
 static void make_event(maker *make, twin_event *event, int64_t now_ms) {
     uint32_t kind = below(make, 100);
     memset(event, 0, sizeof *event);
-    event->now_ms = next_moment(make, now_ms);
+    event->now_ms = make->now_ms = on_the_edge(make, next_moment(make, now_ms));
     if (kind < 64) {
         make_frame(make, event);
     } else if (kind < 76) {
@@ -348,7 +420,8 @@ static void make_event(maker *make, twin_event *event, int64_t now_ms) {
     } else if (kind < 96) {
         make_plant_event(make, event);
     } else {
-        event->what = chance(make, make->it.node.memory.homing ? 15 : 80) ? TWIN_START_HOMING : TWIN_FINISH_HOMING;
+        event->what = chance(make, make->it.node.memory.homing ? 15 : 80) ? TWIN_START_HOMING : TWIN_STOP_HOMING;
+        event->args[0] = 1 + (int32_t)below(make, CL_ALL_AXES);
     }
 }
 

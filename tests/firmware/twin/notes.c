@@ -1,6 +1,7 @@
 /* Counts what the sequences reach, so that the comparison can be shown not to be about nothing. */
 #include <string.h>
 
+#include "bytes.h"
 #include "twin.h"
 
 enum {
@@ -19,32 +20,63 @@ enum {
     RESUMED,
     TOOK_OVER_IN_MOTION,
     REFUSED_AS_BUSY,
+    REFUSED_AS_HOMING,
+    KEPT_THE_RUN_UNTIL_A_STEP,
     CLEARED_FAULT,
     KEPT_LOST_POSITION,
     BAD_TAG,
     OLD_COUNTER,
+    OLD_FRAME_ANSWERED_BY_STATUS,
+    OLD_FRAME_ANSWERED_BY_IDENT,
+    CLOCK_OF_THE_FUTURE_REFUSED,
+    WRAPPED_CLOCK_REFUSED,
+    FED_NOTHING_NEWER,
     FLOODED,
     WAS_DEAF,
     NEW_OFFER,
     SAME_OFFER,
+    OFFERS_EXHAUSTED,
     ANSWERED_QUERY,
+    TOLD_THE_AGE_OF_A_FAULT,
+    TOLD_WHY_AN_AXIS_IS_NOT_HOMED,
     ANSWERED_PAGE,
     STOPPED,
     STOPPED_FOR_GOOD,
+    BEGAN_RUN,
+    HID_THE_STEPS_OF_ANOTHER_RUN,
+    ORDER_TAKEN,
+    ORDER_REFUSED,
+    ORDER_REPEATED,
     BEGAN_HOMING,
+    RUN_FORGOTTEN_BY_HOMING,
     ENDED_HOMING,
+    SOME_AXES_HOMED,
     HOMING_FOUND_POSITION,
+    ONE_AXIS_LOST,
     CONFLICT_OF_STAGED,
     SEVERAL_WAKES,
+    HOMING_ABANDONED_BY_HOLD,
+    HOMING_ABANDONED_BY_STOP,
+    HOMING_ABANDONED_BY_SILENCE,
+    HOMING_ABANDONED_BY_CLOSE,
+    HOMING_ABANDONED_BY_ESTOP,
+    HOMING_ABANDONED_BY_A_PERSON,
     OUTCOMES,
 };
 
 static const char *const names[OUTCOMES] = {
     "set off", "braked", "staged", "started", "finished", "went on after rest", "fell silent", "lifted", "held",
-    "closed by host", "closed by counter", "took over afresh", "resumed", "took over in motion", "refused as busy",
-    "cleared fault", "kept lost position", "bad tag", "old counter", "flooded", "was deaf", "new offer", "same offer",
-    "answered query", "answered page", "stopped", "stopped for good", "began homing", "ended homing",
-    "homing found position", "conflict of staged", "several wakes",
+    "closed by host", "closed by counter", "took over afresh", "resumed", "took over in motion",
+    "refused as busy", "refused as homing", "kept the run until a step", "cleared fault", "kept lost position",
+    "bad tag", "old counter", "old frame answered by status", "old frame answered by ident",
+    "clock of the future refused", "wrapped clock refused", "fed nothing newer", "flooded", "was deaf",
+    "new offer", "same offer", "offers exhausted", "answered query", "told the age of a fault",
+    "told why an axis is not homed", "answered page", "stopped", "stopped for good", "began run",
+    "hid the steps of another run", "order taken", "order refused", "order repeated", "began homing",
+    "run forgotten by homing", "ended homing", "some axes homed", "homing found position", "one axis lost",
+    "conflict of staged", "several wakes", "homing abandoned by hold", "homing abandoned by stop",
+    "homing abandoned by silence", "homing abandoned by close", "homing abandoned by estop",
+    "homing abandoned by a person",
 };
 
 static unsigned outcomes[OUTCOMES], states[16], faults[8], events[TWIN_EVENTS], frames[TWIN_FRAMES][TWIN_SPOILS];
@@ -93,20 +125,81 @@ static void note_sessions(const cl_node *was, const cl_node *is) {
     bool clears = took_over && is->session.flags & CL_FLAG_CLEAR && was->memory.fault != CL_FAULT_NONE;
     note(CLEARED_FAULT, clears && is->memory.fault == CL_FAULT_NONE);
     note(KEPT_LOST_POSITION, clears && is->memory.fault == was->memory.fault);
-    note(NEW_OFFER, is->memory.offers != was->memory.offers);
+    note(KEPT_THE_RUN_UNTIL_A_STEP, took_over && !resumed && is->memory.staged > 0);
+    note(NEW_OFFER, is->memory.nonce.offers != was->memory.nonce.offers);
+}
+
+/* What comes of frames with clocks. */
+static void note_clocks(const cl_node *was, const cl_node *is, const twin_event *event) {
+    bool counted = is->tally.old_frames != was->tally.old_frames, old = event->spoil == TWIN_OLD_CLOCK;
+    bool bad = is->tally.in_window != was->tally.in_window;
+    bool took = is->session.counter > was->session.counter && is->session.number == was->session.number;
+    uint8_t answer = is->ack[0] & 0xF;
+    note(OLD_COUNTER, counted && !old);
+    note(OLD_FRAME_ANSWERED_BY_STATUS, counted && old && answer == CL_KIND_STATUS);
+    note(OLD_FRAME_ANSWERED_BY_IDENT, counted && old && answer == CL_KIND_IDENT);
+    note(CLOCK_OF_THE_FUTURE_REFUSED, bad && event->spoil == TWIN_FUTURE_CLOCK);
+    note(WRAPPED_CLOCK_REFUSED, bad && event->spoil == TWIN_WRAPPED_CLOCK);
+    note(FED_NOTHING_NEWER, took && is->session.heard_ms == was->session.heard_ms);
+}
+
+static void note_orders(const cl_node *was, const cl_node *is, const twin_event *event) {
+    bool took = is->session.counter != was->session.counter, newer = event->payload[9] > was->session.order;
+    note(ORDER_TAKEN, took && is->memory.homing && !was->memory.homing);
+    note(ORDER_REFUSED, took && newer && is->session.order == was->session.order);
+    note(ORDER_REPEATED, took && !newer && is->session.number == was->session.number);
+}
+
+/* What ended a homing before its time. */
+static void note_abandoned(const cl_node *was, const cl_node *is, const twin_event *event) {
+    bool silent = is->silent && !was->silent, closed = is->session.closed && !was->session.closed;
+    note(HOMING_ABANDONED_BY_SILENCE, silent);
+    note(HOMING_ABANDONED_BY_CLOSE, closed);
+    note(HOMING_ABANDONED_BY_HOLD, !silent && !closed && event->frame == TWIN_DRIVE && is->session.hold_gen & 1);
+    note(HOMING_ABANDONED_BY_STOP, !silent && is->stopped && !was->stopped);
+    note(HOMING_ABANDONED_BY_ESTOP, is->memory.estop && !was->memory.estop);
+    note(HOMING_ABANDONED_BY_A_PERSON, event->what == TWIN_STOP_HOMING && !silent);
+}
+
+static void note_homing(const twin *before, const twin *after, const twin_event *event) {
+    const cl_memory *was = &before->node.memory, *is = &after->node.memory;
+    bool abandoned = after->plant.give_ups > before->plant.give_ups;
+    bool ended = was->homing && !is->homing && !abandoned;
+    note(BEGAN_HOMING, is->homing && !was->homing);
+    note(RUN_FORGOTTEN_BY_HOMING, is->homing && !was->homing && was->started > 0);
+    note(ENDED_HOMING, ended);
+    note(SOME_AXES_HOMED, ended && !cl_homed(is) && memcmp(&is->unhomed, &was->unhomed, sizeof is->unhomed) != 0);
+    note(HOMING_FOUND_POSITION, ended && was->fault != is->fault);
+    bool lost = is->fault == CL_FAULT_ENCODER && was->fault == CL_FAULT_NONE && cl_homed(was);
+    note(ONE_AXIS_LOST, lost && is->fault_axis != 0);
+    if (abandoned) note_abandoned(&before->node, &after->node, event);
+}
+
+/* What a REPORT and a STATUS say beyond what they said once. */
+static void note_answer(const cl_node *is, const twin_event *event) {
+    const cl_memory *memory = &is->memory;
+    note(TOLD_THE_AGE_OF_A_FAULT, event->frame == TWIN_QUERY && cl_get16(is->ack + 22) > 0);
+    note(TOLD_WHY_AN_AXIS_IS_NOT_HOMED, event->frame == TWIN_QUERY && !cl_homed(memory));
+    note(HID_THE_STEPS_OF_ANOTHER_RUN, event->frame == TWIN_DRIVE && !is->session.owns_run && memory->staged > 0);
 }
 
 static void note_frame(const cl_node *was, const cl_node *is, const twin_event *event) {
     bool good = event->spoil == TWIN_UNSPOILED, answered = is->ack_serial > was->ack_serial;
-    bool claims = event->frame == TWIN_DRIVE || event->frame == TWIN_ESTOP;
+    bool claims = event->frame == TWIN_DRIVE || event->frame == TWIN_HOME || event->frame == TWIN_ESTOP;
     bool for_offered = was->pending.exists && cl_session_of(event->payload) == was->pending.number;
     frames[event->frame][event->spoil]++;
     note(REFUSED_AS_BUSY, good && claims && for_offered && is->pending.exists && is->moving);
     note(BAD_TAG, is->tally.in_window != was->tally.in_window);
-    note(OLD_COUNTER, is->tally.old_counters != was->tally.old_counters);
+    if (event->frame == TWIN_DRIVE || event->frame == TWIN_HOME) note_clocks(was, is, event);
+    if (event->frame == TWIN_HOME) note_orders(was, is, event);
+    if (answered) note_answer(is, event);
+    note(REFUSED_AS_HOMING, good && claims && for_offered && is->pending.exists && is->memory.homing);
+    bool same_offers = is->memory.nonce.offers == was->memory.nonce.offers;
+    note(OFFERS_EXHAUSTED, event->frame == TWIN_HELLO && good && same_offers && !answered);
+    note(BEGAN_RUN, is->session.owns_run && !was->session.owns_run && is->session.number == was->session.number);
     note(FLOODED, is->tally.floods != was->tally.floods);
     note(WAS_DEAF, good && event->now_ms < was->tally.deaf_until_ms);
-    note(SAME_OFFER, event->frame == TWIN_REPEATED_HELLO && answered && is->memory.offers == was->memory.offers);
+    note(SAME_OFFER, event->frame == TWIN_REPEATED_HELLO && answered && same_offers);
     note(ANSWERED_QUERY, event->frame == TWIN_QUERY && answered);
     note(ANSWERED_PAGE, event->frame == TWIN_PAGE && answered);
     note(STOPPED, is->stopped && !was->stopped);
@@ -123,8 +216,5 @@ void twin_note(const twin *before, const twin *after, const twin_event *event) {
     note_motion(was, is);
     note_sessions(was, is);
     if (event->what == TWIN_RECEIVE) note_frame(was, is, event);
-    note(BEGAN_HOMING, is->memory.homing && !was->memory.homing);
-    bool ended = was->memory.homing && !is->memory.homing;
-    note(ENDED_HOMING, ended);
-    note(HOMING_FOUND_POSITION, ended && was->memory.fault != is->memory.fault);
+    note_homing(before, after, event);
 }

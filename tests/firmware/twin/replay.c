@@ -48,6 +48,32 @@ static bool fault(void *self, cl_plant_fault *fault) {
     return plant->fault_known;
 }
 
+/* What a search of some axes comes to says nothing about the others. */
+static void seek(void *self, int64_t now_ms, uint8_t axes) {
+    twin_plant *plant = self;
+    plant->sought = axes;
+    plant->seeks++;
+    plant->search_known = plant->seek_ms >= 0;
+    plant->search = (cl_sought){.at_ms = now_ms + plant->seek_ms, .reasons = plant->found};
+}
+
+static bool sought(void *self, cl_sought *search) {
+    const twin_plant *plant = self;
+    *search = plant->search;
+    return plant->search_known;
+}
+
+static void give_up(void *self, int64_t now_ms) {
+    twin_plant *plant = self;
+    (void)now_ms;
+    plant->search_known = false;
+    plant->give_ups++;
+}
+
+static cl_plant plant_of(twin_plant *plant) {
+    return (cl_plant){plant, follow, positions, settles, fault, seek, sought, give_up};
+}
+
 static void begin_session(cl_session *session, const twin_session *from) {
     cl_key key;
     *session = (cl_session){
@@ -62,6 +88,8 @@ static void begin_session(cl_session *session, const twin_session *from) {
         .counter = from->counter,
         .exists = from->exists,
         .closed = from->closed,
+        .owns_run = from->owns_run,
+        .order = from->order,
     };
     memcpy(key.bytes, from->key, sizeof key.bytes);
     cl_tag_key(&session->key, &key);
@@ -70,10 +98,9 @@ static void begin_session(cl_session *session, const twin_session *from) {
 void twin_begin(twin *it, const twin_start *start) {
     cl_memory memory = {
         .run_tag = start->run_tag,
-        .noise = start->noise,
-        .boot = start->boot,
-        .offers = start->offers,
-        .homed = start->homed,
+        .nonce = {start->boot, start->offers, start->noise},
+        .cause = start->cause,
+        .fault_ms = start->fault_ms,
         .homing = start->homing,
         .estop = start->estop,
         .fault = start->fault,
@@ -84,12 +111,16 @@ void twin_begin(twin *it, const twin_start *start) {
         .next_ms = start->next_ms,
         .move_ms = start->move_ms,
     };
+    memcpy(memory.unhomed.of, start->unhomed, sizeof start->unhomed);
     memcpy(memory.target.at, start->target, sizeof start->target);
     memcpy(memory.next_target.at, start->next_target, sizeof start->next_target);
     memset(it, 0, sizeof *it);
     memcpy(it->plant.place.at, start->place, sizeof start->place);
     it->plant.lag_ms = start->lag_ms;
-    cl_plant plant = {&it->plant, follow, positions, settles, fault};
+    it->plant.seek_ms = start->seek_ms;
+    memcpy(it->plant.found.of, start->found, sizeof start->found);
+    if (start->homing) seek(&it->plant, start->now_ms, start->homing);
+    cl_plant plant = plant_of(&it->plant);
     cl_node_init(&it->node, &twin_identities[start->who], twin_axes[start->axes], plant, &memory);
     begin_session(&it->node.session, &start->live);
     begin_session(&it->node.pending, &start->offered);
@@ -97,7 +128,7 @@ void twin_begin(twin *it, const twin_start *start) {
     it->node.stopped = start->stopped;
     it->node.lift_above = start->lift_above;
     it->node.tally.bad_tags = start->bad_tags;
-    it->node.tally.old_counters = start->old_counters;
+    it->node.tally.old_frames = start->old_frames;
     it->node.tally.window_ms = start->window_ms;
     it->node.tally.deaf_until_ms = start->deaf_until_ms;
     it->node.tally.in_window = start->in_window;
@@ -110,8 +141,8 @@ void twin_do(twin *it, const twin_event *event) {
     if (event->what == TWIN_RECEIVE) cl_node_receive(node, event->now_ms, event->payload, event->length);
     if (event->what == TWIN_ADVANCE) cl_node_advance(node, event->now_ms);
     if (event->what == TWIN_NOTICE) cl_node_notice(node, event->now_ms);
-    if (event->what == TWIN_START_HOMING) cl_node_start_homing(node, event->now_ms);
-    if (event->what == TWIN_FINISH_HOMING) cl_node_finish_homing(node, event->now_ms);
+    if (event->what == TWIN_START_HOMING) cl_node_start_homing(node, event->now_ms, (uint8_t)args[0]);
+    if (event->what == TWIN_STOP_HOMING) cl_node_stop_homing(node, event->now_ms);
     if (event->what == TWIN_SHIFT) {
         for (unsigned axis = 0; axis < CL_AXES; axis++) plant->shift.at[axis] += args[axis];
     }
@@ -122,6 +153,11 @@ void twin_do(twin *it, const twin_event *event) {
     if (event->what == TWIN_FAULT) {
         plant->fault_known = args[0] != 0;
         plant->fault = (cl_plant_fault){event->now_ms + args[2], (uint8_t)args[0], (uint8_t)args[1]};
+    }
+    if (event->what == TWIN_SEARCH) {
+        plant->search_known = args[0] != 0;
+        plant->search.at_ms = event->now_ms + args[1];
+        for (unsigned axis = 0; axis < CL_AXES; axis++) plant->search.reasons.of[axis] = args[2] >> 4 * axis & 15;
     }
 }
 
@@ -138,15 +174,16 @@ void twin_look(const twin *it, int64_t now_ms, twin_short *seen) {
 
 static void look_at_memory(const cl_memory *memory, twin_full *seen) {
     seen->run_tag = memory->run_tag;
-    seen->noise = memory->noise;
-    seen->boot = memory->boot;
-    seen->offers = memory->offers;
+    seen->noise = memory->nonce.noise;
+    seen->boot = memory->nonce.boot;
+    seen->offers = memory->nonce.offers;
+    seen->fault_ms = memory->fault_ms;
     seen->finished = memory->finished;
     seen->started = memory->started;
     seen->staged = memory->staged;
     seen->move_ms = memory->move_ms;
     seen->next_step_ms = memory->next_ms;
-    seen->homed = memory->homed;
+    memcpy(seen->unhomed, memory->unhomed.of, sizeof seen->unhomed);
     seen->homing = memory->homing;
     seen->estop = memory->estop;
     seen->fault = memory->fault;
@@ -162,6 +199,9 @@ static void look_at_plant(const twin_plant *plant, twin_full *seen) {
     seen->ramp_ms = plant->move.ramp_ms;
     seen->brake_ms = plant->move.brake_ms;
     seen->follows = plant->follows;
+    seen->seeks = plant->seeks;
+    seen->give_ups = plant->give_ups;
+    seen->sought = plant->sought;
 }
 
 void twin_look_closely(const twin *it, twin_full *seen) {
@@ -174,7 +214,7 @@ void twin_look_closely(const twin *it, twin_full *seen) {
     seen->window_ms = node->tally.window_ms;
     seen->deaf_until_ms = node->tally.deaf_until_ms;
     seen->bad_tags = node->tally.bad_tags;
-    seen->old_counters = node->tally.old_counters;
+    seen->old_frames = node->tally.old_frames;
     seen->floods = node->tally.floods;
     seen->in_window = node->tally.in_window;
     seen->moving = node->moving;
@@ -189,6 +229,8 @@ void twin_look_closely(const twin *it, twin_full *seen) {
     seen->release = node->session.release;
     seen->hold_gen = node->session.hold_gen;
     seen->closed = node->session.closed;
+    seen->owns_run = node->session.owns_run;
+    seen->order = node->session.order;
 }
 
 /* Run one sequence: a twin_short after each event, a twin_full after the last. Returns the bytes written. */

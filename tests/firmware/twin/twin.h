@@ -10,17 +10,19 @@ enum {
     TWIN_RECEIVE,
     TWIN_ADVANCE,
     TWIN_NOTICE,
-    TWIN_START_HOMING,
-    TWIN_FINISH_HOMING,
+    TWIN_START_HOMING, /* of the axes args[0] */
+    TWIN_STOP_HOMING,
     TWIN_SHIFT,  /* the axes are pushed by args */
     TWIN_SETTLE, /* the plant will settle args[1] ms from now, if args[0], or does not know when */
     TWIN_FAULT,  /* fault args[0] (0: none) of axis args[1] comes args[2] ms from now */
+    TWIN_SEARCH, /* the search ends args[1] ms from now, if args[0], for reasons of 4 bits per axis in args[2] */
     TWIN_EVENTS,
 };
 
 /* Why a frame was made; only for counting what the sequences reach. */
 enum {
     TWIN_DRIVE,
+    TWIN_HOME,
     TWIN_ESTOP,
     TWIN_STOP,
     TWIN_HELLO,
@@ -41,6 +43,9 @@ enum {
     TWIN_OTHER_SESSION,
     TWIN_ODD_FIELD, /* rightly signed, but a field says what none may say */
     TWIN_CUT_SHORT,
+    TWIN_OLD_CLOCK, /* of a DRIVE or a HOME: rightly signed, but a dead-man time or more ago */
+    TWIN_FUTURE_CLOCK,
+    TWIN_WRAPPED_CLOCK, /* so old that its low bits come again */
     TWIN_SPOILS,
 };
 
@@ -50,20 +55,22 @@ typedef struct {
     uint8_t key[CL_KEY_BYTES];
     uint32_t counter;
     uint16_t number, release, deadman_ms;
-    uint8_t flags, hold_gen, exists, closed, zeros[2];
+    uint8_t flags, hold_gen, exists, closed, owns_run, order;
 } twin_session;
 
 typedef struct {
-    int64_t now_ms, window_ms, deaf_until_ms;
+    int64_t now_ms, window_ms, deaf_until_ms, fault_ms;
     uint64_t run_tag;
     twin_session live, offered;
     int32_t target[3], next_target[3], place[3];
     int32_t move_ms;
     int32_t lag_ms; /* how long the plant settles after a move, -1 if it never knows */
-    uint32_t noise;
-    uint16_t boot, offers, finished, started, staged, next_ms, bad_tags, old_counters;
-    uint8_t homed, homing, estop, fault, fault_axis, silent, stopped, lift_above, in_window, who, axes, events;
-    uint8_t zeros[4];
+    int32_t seek_ms; /* how long the plant searches, -1 if it does not know */
+    uint32_t noise, boot, offers;
+    uint16_t finished, started, staged, next_ms, bad_tags, old_frames;
+    uint8_t unhomed[3], found[3]; /* found: what a search comes to, if no event says otherwise */
+    uint8_t homing, estop, fault, fault_axis, cause, silent, stopped, lift_above, in_window, who, axes, events;
+    uint8_t zeros[6];
 } twin_start;
 
 typedef struct {
@@ -83,18 +90,19 @@ typedef struct {
 
 /* After the last event of a sequence. */
 typedef struct {
-    int64_t next_ms, move_start_ms, heard_ms, window_ms, deaf_until_ms;
+    int64_t next_ms, move_start_ms, heard_ms, window_ms, deaf_until_ms, fault_ms;
     uint64_t run_tag;
     int32_t target[3], next_target[3], plant_start[3], plant_target[3];
     int32_t move_ms, duration_ms, ramp_ms, brake_ms;
-    uint32_t noise, counter, floods, follows;
-    uint16_t boot, offers, finished, started, staged, next_step_ms, bad_tags, old_counters, number, release, offered;
-    uint8_t homed, homing, estop, fault, fault_axis, moving, silent, stopped, lift_above, hold_gen, closed, in_window;
-    uint8_t zeros[6];
+    uint32_t noise, counter, floods, follows, boot, offers, seeks, give_ups;
+    uint16_t finished, started, staged, next_step_ms, bad_tags, old_frames, number, release, offered;
+    uint8_t unhomed[3], sought, homing, estop, fault, fault_axis, moving, silent, stopped, lift_above, hold_gen, closed;
+    uint8_t in_window, owns_run, order;
+    uint8_t zeros[5];
 } twin_full;
 
-_Static_assert(sizeof(twin_session) == 56 && sizeof(twin_start) == 224 && sizeof(twin_event) == 64, "no padding");
-_Static_assert(sizeof(twin_short) == 48 && sizeof(twin_full) == 168, "no padding");
+_Static_assert(sizeof(twin_session) == 56 && sizeof(twin_start) == 248 && sizeof(twin_event) == 64, "no padding");
+_Static_assert(sizeof(twin_short) == 48 && sizeof(twin_full) == 192, "no padding");
 
 /* Axes that follow a move exactly and do besides what the events say; twin.py has the same. */
 typedef struct {
@@ -102,9 +110,12 @@ typedef struct {
     int64_t start_ms, settles_ms;
     cl_counts place, shift;
     cl_plant_fault fault;
-    int32_t lag_ms;
-    uint32_t follows;
-    bool following, settle_known, fault_known;
+    cl_sought search;
+    cl_reasons found;
+    int32_t lag_ms, seek_ms;
+    uint32_t follows, seeks, give_ups;
+    uint8_t sought; /* the axes of the last search */
+    bool following, settle_known, fault_known, search_known;
 } twin_plant;
 
 typedef struct {
