@@ -210,7 +210,7 @@ void cl_node_fail(cl_node *node, int64_t now_ms, uint8_t fault, uint8_t axis) {
         memory->fault = fault;
         memory->fault_axis = axis;
         memory->fault_ms = now_ms;
-        if (cl_lost_position(fault)) give_reason(memory, axis ? (uint8_t)(1u << (axis - 1)) : CL_ALL_AXES, fault);
+        if (cl_lost_position(fault)) give_reason(memory, (uint8_t)(axis ? 1u << (axis - 1) : CL_ALL_AXES), fault);
     }
     cl_node_brake(node, now_ms);
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import re
 from collections.abc import Iterator
+from enum import IntEnum
 from hashlib import blake2s
 from pathlib import Path
 from random import Random
@@ -74,16 +75,20 @@ def defined(header: str) -> dict[str, int]:
 
 
 @pytest.mark.parametrize(
-    ("prefix", "enum"), [("CL_KIND_", frames.Kind), ("CL_STATE_", frames.State), ("CL_FAULT_", frames.Fault)]
+    ("prefix", "enum"),
+    [
+        *(("CL_KIND_", frames.Kind), ("CL_STATE_", frames.State)),
+        *(("CL_FAULT_", frames.Fault), ("CL_CAUSE_", frames.BootCause)),
+    ],
 )
-def test_codes_are_those_of_python(prefix: str, enum: type[frames.Kind | frames.State | frames.Fault]) -> None:
+def test_codes_are_those_of_python(prefix: str, enum: type[IntEnum]) -> None:
     ours = {name.removeprefix(prefix): code for name, code in defined("frames.h").items() if name.startswith(prefix)}
     assert ours == {member.name: int(member) for member in enum}
 
 
 def test_flags_and_limits_are_those_of_python() -> None:
     numbers = defined("frames.h") | defined("keys.h") | defined("motion.h") | defined("node.h")
-    enums = ("CL_KIND_", "CL_STATE_", "CL_FAULT_")
+    enums = ("CL_KIND_", "CL_STATE_", "CL_FAULT_", "CL_CAUSE_")
     places = (frames, keys, motion, nodestate, pages)
     compared = set()
     for name, number in numbers.items():
@@ -93,6 +98,7 @@ def test_flags_and_limits_are_those_of_python() -> None:
         compared.add(name[3:])
     assert {name for name in vars(frames) if name.startswith("FLAG_")} <= compared
     assert {"VERSION", "COUNTER_END", "HOLD_END", "TARGET_LIMIT", "POSITION_LIMIT", "FLOOD", "DEAF_MS"} <= compared
+    assert {"CLOCK_SHIFT", "DRIVE_CLOCK_BITS", "BOOT_END", "OFFERS_END", "NOT_HOMED", "ALL_AXES"} <= compared
 
 
 GOOD, REJECT_KIND, REJECT_TAG = range(3)
@@ -102,15 +108,23 @@ def test_a_decoder_takes_its_own_kind_of_frame_only(core: ctypes.CDLL) -> None:
     key = bytes(range(16))
     keyed, frame = ctypes.create_string_buffer(32), ctypes.create_string_buffer(128)
     core.cl_tag_key(keyed, key)
-    decoders = {1: core.cl_decode_drive, 3: core.cl_decode_hello, 5: core.cl_decode_ask, 7: core.cl_decode_estop}
-    for head in (*range(0x10, 0x20), 0x21, 0x01):
-        body = bytes((head, *23 * (0,)))
+    now = ctypes.c_int64(0)
+    decoders = {
+        1: lambda payload, keyed, frame: core.cl_decode_drive(payload, keyed, now, frame),
+        3: core.cl_decode_hello,
+        5: core.cl_decode_ask,
+        7: core.cl_decode_estop,
+        9: lambda payload, keyed, frame: core.cl_decode_home(payload, keyed, now, frame),
+    }
+    for head in (*range(0x20, 0x30), 0x31, 0x11, 0x01):
+        axes = 1 if head & 0xF == frames.Kind.HOME else 0
+        body = bytes((head, *7 * (0,), axes, *15 * (0,)))
         payload = body + keys.tag(key, body, keys.FROM_HOST)
         for own, decode in decoders.items():
-            assert decode(payload, keyed, frame) == (GOOD if head == 0x10 | own else REJECT_KIND)
+            assert decode(payload, keyed, frame) == (GOOD if head == 0x20 | own else REJECT_KIND)
             spoiled = payload[:31] + bytes((payload[31] ^ 1,))
-            assert decode(spoiled, keyed, frame) == (REJECT_TAG if head == 0x10 | own else REJECT_KIND)
-        assert (core.cl_decode_stop(payload, keyed) == REJECT_KIND) == (head != 0x16)
+            assert decode(spoiled, keyed, frame) == (REJECT_TAG if head == 0x20 | own else REJECT_KIND)
+        assert (core.cl_decode_stop(payload, keyed) == REJECT_KIND) == (head != 0x26)
 
 
 # Moves

@@ -323,12 +323,18 @@ static const cl_keyed *fill_frame(maker *make, twin_event *event) {
     return fill_hello(make, payload, frame);
 }
 
+static void make_home_odd(maker *make, uint8_t *payload) {
+    uint32_t kind = below(make, 3);
+    if (kind == 0) payload[8] = 0;
+    if (kind == 1) payload[8] |= (uint8_t)(8 << below(make, 5));
+    if (kind == 2) payload[10 + below(make, 14)] = 1;
+}
+
 /* Fields that no encoder would write, before the frame is signed. */
 static void make_odd(maker *make, twin_event *event) {
     uint8_t *payload = event->payload;
     if (event->frame == TWIN_DRIVE) put24(payload + 12 + 3 * below(make, 3), -CL_TARGET_LIMIT - 1);
-    if (event->frame == TWIN_HOME) payload[8] = chance(make, 50) ? 0 : (uint8_t)(1 << (3 + below(make, 5)));
-    if (event->frame == TWIN_HOME && chance(make, 50)) payload[8 + 2 + below(make, 14)] = 1;
+    if (event->frame == TWIN_HOME) make_home_odd(make, payload);
     if (event->frame == TWIN_ESTOP) payload[8 + below(make, 16)] = 1;
     if (event->frame == TWIN_STOP) payload[chance(make, 30) ? 1 : 3 + below(make, 21)] ^= 0x10;
     if (event->frame == TWIN_PAGE) payload[chance(make, 30) ? 3 : 12 + below(make, 12)] = 0x80;
