@@ -40,13 +40,6 @@ static void enter(cl_homing *homing, uint8_t phase) {
     homing->servo.integral = 0; /* what held it against a stop must not keep it there */
 }
 
-static void fail(cl_homing *homing, uint8_t fault) {
-    if (homing->status != CL_HOMING_BUSY) return;
-    homing->status = CL_HOMING_FAILED;
-    homing->fault = fault;
-    homing->fault_axis = fault == CL_FAULT_DRIVER ? 0 : (uint8_t)(homing->axis + 1);
-}
-
 /* Let the switch come to rest before it is believed; the place is where it began to close for good. */
 static void debounce(cl_homing *homing, bool closed, int32_t position) {
     if (closed == homing->closed) {
@@ -73,6 +66,12 @@ static void take_turn(cl_homing *homing, const cl_homing_input *input) {
     enter(homing, axis_of(homing)->home == CL_HOME_SWITCH && homing->closed ? LEAVE : SEEK);
 }
 
+/* The zero is found: `counts` of the encoder are what the axis calls its place. */
+static void take_place(cl_homing *homing, int32_t counts) {
+    homing->shift.at[homing->axis] = axis_of(homing)->place - counts;
+    homing->reasons.of[homing->axis] = 0;
+}
+
 static void next_axis(cl_homing *homing, const cl_homing_input *input) {
     while (homing->waiting != 0) {
         homing->axis = homing->waiting & 4 ? 2 : homing->waiting & 2 ? 1 : 0;
@@ -81,14 +80,30 @@ static void next_axis(cl_homing *homing, const cl_homing_input *input) {
             take_turn(homing, input);
             return;
         }
-        homing->shift.at[homing->axis] = axis_of(homing)->place - input->encoders.at[homing->axis];
+        take_place(homing, input->encoders.at[homing->axis]);
     }
     homing->status = CL_HOMING_DONE;
 }
 
+/* The axis stays without a zero; the others have their turn. */
+static void give_up(cl_homing *homing, const cl_homing_input *input, uint8_t fault) {
+    homing->reasons.of[homing->axis] = fault;
+    next_axis(homing, input);
+}
+
+/* The end for all axes that have not found their zeros; the drivers are common to them. */
+static void fail(cl_homing *homing, uint8_t fault) {
+    homing->status = CL_HOMING_FAILED;
+    homing->reasons.of[homing->axis] = fault;
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        if (fault == CL_FAULT_DRIVER && homing->waiting >> axis & 1) homing->reasons.of[axis] = fault;
+    }
+}
+
 void cl_homing_start(cl_homing *homing, const cl_homing_axis axes[CL_AXES], uint8_t which,
                      const cl_homing_input *input) {
-    *homing = (cl_homing){.axes = axes, .waiting = which & 7, .status = CL_HOMING_BUSY, .seen = input->encoders};
+    *homing = (cl_homing){.axes = axes, .which = which, .waiting = which, .status = CL_HOMING_BUSY, .seen = input->encoders};
+    for (unsigned axis = 0; axis < CL_AXES; axis++) homing->reasons.of[axis] = which >> axis & 1 ? CL_NOT_HOMED : 0;
     next_axis(homing, input);
 }
 
@@ -124,10 +139,10 @@ static void drive(cl_homing *homing, int32_t speed, int32_t position) {
 
 /* The axis does not go on: for a hard stop that is the goal. What is in the way of a switch will be so again, at the
    approach; but first the way back tells whether the encoder lives. */
-static void held_up(cl_homing *homing) {
+static void held_up(cl_homing *homing, const cl_homing_input *input) {
     int32_t moved = size(homing->servo.position - homing->begin);
     if (homing->phase == BACK || homing->phase == LEAVE) {
-        fail(homing, moved < LIFE_COUNTS ? CL_FAULT_ENCODER : CL_FAULT_STALL);
+        give_up(homing, input, moved < LIFE_COUNTS ? CL_FAULT_ENCODER : CL_FAULT_STALL);
     } else if (homing->phase == SEEK) {
         homing->first = homing->servo.position;
         enter(homing, BACK);
@@ -135,7 +150,7 @@ static void held_up(cl_homing *homing) {
         homing->closing = homing->servo.position;
         enter(homing, REST);
     } else {
-        fail(homing, CL_FAULT_STALL);
+        give_up(homing, input, CL_FAULT_STALL);
     }
 }
 
@@ -153,15 +168,15 @@ static void rest(cl_homing *homing, const cl_homing_input *input) {
     homing->servo.pwm = 0;
     if (homing->phase_ms < REST_MS) return;
     if (size(homing->closing - homing->first) > axis->agree) {
-        fail(homing, CL_FAULT_ENCODER);
+        give_up(homing, input, CL_FAULT_ENCODER);
         return;
     }
-    homing->shift.at[homing->axis] = axis->place - homing->closing;
+    take_place(homing, homing->closing);
     next_axis(homing, input);
 }
 
 /* Whether the phase has reached what it is for; `gone` counts since it began. */
-static void advance(cl_homing *homing, int32_t gone) {
+static void advance(cl_homing *homing, const cl_homing_input *input, int32_t gone) {
     const cl_homing_axis *axis = axis_of(homing);
     bool on_switch = axis->home == CL_HOME_SWITCH && homing->closed;
     if (homing->phase == LEAVE && !on_switch) {
@@ -171,7 +186,7 @@ static void advance(cl_homing *homing, int32_t gone) {
     } else if ((homing->phase == SEEK || homing->phase == APPROACH) && on_switch) {
         found(homing);
     } else if (homing->stuck_ms >= STUCK_MS) {
-        held_up(homing);
+        held_up(homing, input);
     }
 }
 
@@ -182,12 +197,14 @@ static void control(cl_homing *homing, const cl_homing_input *input) {
     debounce(homing, switched(homing, input), position);
     drive(homing, speed, position);
     int32_t gone = size(position - homing->begin);
-    if (homing->servo.fault != CL_FAULT_NONE) {
-        fail(homing, homing->servo.fault);
+    if (homing->servo.fault == CL_FAULT_RUNAWAY) {
+        fail(homing, CL_FAULT_RUNAWAY);
+    } else if (homing->servo.fault != CL_FAULT_NONE) {
+        give_up(homing, input, homing->servo.fault);
     } else if (gone > most || homing->phase_ms > time_ms) {
-        fail(homing, CL_FAULT_STALL);
+        give_up(homing, input, CL_FAULT_STALL);
     } else {
-        advance(homing, gone);
+        advance(homing, input, gone);
     }
 }
 

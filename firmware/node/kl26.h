@@ -39,8 +39,13 @@
 
 /* Why the chip was reset. */
 #define RCM_SRS0 REG8(0x4007F000u)
+#define RCM_SRS1 REG8(0x4007F001u)
 #define RCM_SRS0_LVD 0x02u
+#define RCM_SRS0_WDOG 0x20u
+#define RCM_SRS0_PIN 0x40u
 #define RCM_SRS0_POR 0x80u
+#define RCM_SRS1_LOCKUP 0x02u
+#define RCM_SRS1_SW 0x04u
 
 /* Ports A..E are numbered 0..4. GPIO sits on the slow bus at 0x400FF000 and once more, single-cycle, at 0xF8000000. */
 enum { PORT_A, PORT_B, PORT_C, PORT_D, PORT_E };

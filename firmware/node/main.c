@@ -13,7 +13,7 @@
 #include "settings.h"
 #include "tick.h"
 
-#define FIRMWARE 1u
+#define FIRMWARE 2u
 
 static node_settings settings;
 static cl_node node;
@@ -52,7 +52,7 @@ static void begin(void) {
     encoder_shift(&position);
     motors_start();
     home_start(settings.axes);
-    cl_node_init(&node, &identity, settings.axes, motors_plant(), &memory);
+    cl_node_init(&node, &identity, settings.axes, home_plant(), &memory);
     link_start(&settings.radio);
 }
 

@@ -5,6 +5,7 @@
 #include "encoder.h"
 #include "persist.h"
 #include "pwm.h"
+#include "tick.h"
 
 /* Missed edges that are forgiven within a second: one may come from a shock, more mean noise or a bad contact. */
 #define MISSED_MOST 8u
@@ -14,6 +15,7 @@ static cl_drive drive;
 static cl_plant inner;
 static cl_homing homing;
 static volatile bool gate, news, seeking;
+static volatile uint8_t noisy; /* axes that have missed edges since the last search began, bit 0 for the first */
 
 /* The main loop's calls and the tick must not interrupt each other. The tick gives way: a drive that misses one ms
  * makes up for it in the next, and no interrupt has to be masked. */
@@ -90,6 +92,7 @@ static void watch_edges(int64_t now_ms) {
         uint32_t total = encoder_illegal(axis);
         if (total - missed[axis] > MISSED_MOST) {
             cl_drive_fail(&drive, now_ms, CL_FAULT_ENCODER, (uint8_t)(axis + 1));
+            noisy |= (uint8_t)(1u << axis);
             fresh = true;
         }
         if (fresh) {
@@ -141,7 +144,9 @@ void motors_tick(int64_t now_ms) {
     }
 }
 
-cl_plant motors_plant(void) { return (cl_plant){0, follow, positions, settles, fault}; }
+cl_plant motors_plant(void) {
+    return (cl_plant){.follow = follow, .positions = positions, .settles = settles, .fault = fault};
+}
 
 bool motors_news(void) {
     bool any = news;
@@ -160,44 +165,54 @@ void motors_allow(void) { pwm_wake(); }
 void motors_forbid(void) { pwm_sleep(); }
 void motors_where(cl_counts *encoders) { encoder_read(encoders); }
 
-void motors_seek(const cl_homing_axis axes[CL_AXES]) {
+void motors_seek(const cl_homing_axis axes[CL_AXES], uint8_t which) {
     cl_homing_input input;
     close_gate();
     look(&input);
     cl_drive_place(&drive, &input.encoders); /* ends what fault there was */
-    cl_homing_start(&homing, axes, 7, &input);
+    noisy = 0;
+    cl_homing_start(&homing, axes, which, &input);
     seeking = homing.status == CL_HOMING_BUSY;
     open_gate();
 }
 
-cl_homing_status motors_sought(void) {
+/* The drive takes over where the axes are. Edges that were missed meanwhile still count against those that kept their
+ * position. */
+static void hand_over(uint8_t kept) {
+    cl_counts at;
+    encoder_read(&at);
+    cl_drive_place(&drive, &at);
+    for (uint8_t axis = 0; axis < CL_AXES; axis++) {
+        if ((noisy & kept) >> axis & 1u) {
+            cl_drive_fail(&drive, tick_ms(), CL_FAULT_ENCODER, (uint8_t)(axis + 1));
+        }
+    }
+}
+
+cl_homing_status motors_sought(cl_reasons *reasons) {
     if (seeking || homing.status == CL_HOMING_IDLE) {
         return seeking ? CL_HOMING_BUSY : CL_HOMING_IDLE;
     }
     cl_homing_status status = (cl_homing_status)homing.status;
     close_gate();
-    if (status == CL_HOMING_DONE) {
-        encoder_shift(&homing.shift);
+    encoder_shift(&homing.shift);
+    *reasons = homing.reasons;
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        bool spoiled = reasons->of[axis] == 0 && (noisy & homing.which) >> axis & 1u;
+        if (spoiled) {
+            reasons->of[axis] = CL_FAULT_ENCODER;
+        }
     }
-    cl_counts at;
-    encoder_read(&at);
-    cl_drive_place(&drive, &at);
+    hand_over((uint8_t)~homing.which);
     homing.status = CL_HOMING_IDLE;
     open_gate();
     return status;
-}
-
-void motors_seek_fault(uint8_t *fault_code, uint8_t *axis) {
-    *fault_code = homing.fault;
-    *axis = homing.fault_axis;
 }
 
 void motors_abandon(void) {
     close_gate();
     seeking = false;
     cl_homing_abort(&homing);
-    cl_counts at;
-    encoder_read(&at);
-    cl_drive_place(&drive, &at);
+    hand_over((uint8_t)~homing.which);
     open_gate();
 }

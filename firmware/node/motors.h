@@ -14,7 +14,7 @@ void motors_start(void);
 /* From the tick interrupt, once a ms. */
 void motors_tick(int64_t now_ms);
 
-/* The motors as the node's state machine sees them; for the main loop only. */
+/* The motors as the node's state machine sees them, but for searches (home.h); for the main loop only. */
 cl_plant motors_plant(void);
 
 /* Whether there is news for the node since the last call. */
@@ -29,14 +29,13 @@ void motors_forbid(void);
 
 void motors_where(cl_counts *encoders);
 
-/* Look for the zero of all axes; `axes` has to stay. Until it has ended, the plant does nothing. */
-void motors_seek(const cl_homing_axis axes[CL_AXES]);
+/* Look for the zeros of the axes of `which` (bit 0 for the first); `axes` has to stay. Until it has ended, the plant does
+ * nothing. */
+void motors_seek(const cl_homing_axis axes[CL_AXES], uint8_t which);
 
-/* How that goes. Once it is done, counts are those from the new zeros, and the plant works again. */
-cl_homing_status motors_sought(void);
-
-/* What it failed for: fault and axis. */
-void motors_seek_fault(uint8_t *fault, uint8_t *axis);
+/* How that goes. Once it has ended, `reasons` say what came of it, counts are those from the new zeros, and the plant works
+ * again. */
+cl_homing_status motors_sought(cl_reasons *reasons);
 
 /* Stop looking; motors off. */
 void motors_abandon(void);

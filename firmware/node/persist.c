@@ -29,6 +29,27 @@ static uint32_t read(void *self, uint32_t address) {
     return flash_word(address);
 }
 
+/* A supply that rises or falls sets other flags, too, and so does a reset from within; the first that is true is the cause. */
+static uint8_t boot_cause(void) {
+    uint8_t outside = RCM_SRS0, inside = RCM_SRS1;
+    if (outside & RCM_SRS0_POR) {
+        return CL_CAUSE_POWER_ON;
+    }
+    if (outside & RCM_SRS0_LVD) {
+        return CL_CAUSE_LOW_VOLTAGE;
+    }
+    if (outside & RCM_SRS0_WDOG) {
+        return CL_CAUSE_WATCHDOG;
+    }
+    if (inside & RCM_SRS1_LOCKUP) {
+        return CL_CAUSE_HANG;
+    }
+    if (inside & RCM_SRS1_SW) {
+        return CL_CAUSE_SOFTWARE;
+    }
+    return outside & RCM_SRS0_PIN ? CL_CAUSE_PIN : CL_CAUSE_UNKNOWN;
+}
+
 bool persist_begin(cl_memory *memory, cl_counts *position) {
     const cl_flash flash = {0, erase, program, read};
     cl_store_open(&store, &flash, FLASH_STORE_A, FLASH_STORE_B);
@@ -36,12 +57,13 @@ bool persist_begin(cl_memory *memory, cl_counts *position) {
         return false;
     }
     *position = store.last.position;
-    bool powered_on = (RCM_SRS0 & RCM_SRS0_POR) != 0;
-    bool brown_out = !powered_on && (RCM_SRS0 & RCM_SRS0_LVD) != 0;
+    uint8_t cause = boot_cause();
+    bool powered_on = cause == CL_CAUSE_POWER_ON, brown_out = cause == CL_CAUSE_LOW_VOLTAGE;
+    uint8_t reason = brown_out ? CL_FAULT_BROWN_OUT : store.last.known ? 0 : CL_NOT_HOMED;
     *memory = (cl_memory){
-        .boot = (uint16_t)store.last.boot,
-        .noise = startup_noise,
-        .homed = store.last.known && !brown_out,
+        .nonce = {.boot = store.last.boot, .noise = startup_noise},
+        .cause = cause,
+        .unhomed = {{reason, reason, reason}},
         .estop = (store.last.flags & FLAG_ESTOP) != 0 && !powered_on, /* no reset but the power switch ends it */
         .fault = brown_out ? CL_FAULT_BROWN_OUT : CL_FAULT_NONE,
     };
@@ -58,7 +80,7 @@ void persist_serve(const cl_node *node, int64_t now_ms) {
     cl_counts position;
     motors_where(&position);
     if (now_ms - still_ms >= SAVE_AFTER_MS) {
-        cl_store_save(&store, &position, node->memory.homed, node->memory.estop ? FLAG_ESTOP : 0);
+        cl_store_save(&store, &position, cl_homed(&node->memory), node->memory.estop ? FLAG_ESTOP : 0);
     }
     if (now_ms - still_ms >= PREPARE_AFTER_MS) {
         cl_store_prepare(&store);

@@ -9,7 +9,7 @@ typedef struct {
     int32_t switch_at[3];  /* motor position below which the switch is closed */
     int32_t bounce_ms[3];  /* for how long it bounces */
     int32_t broken[3];     /* 0 works, 1 never closes, 2 never opens, 3 closes at random places */
-    int32_t fault, fault_axis, status, phase;
+    int32_t reasons[3], status, phase;
     int32_t driver_low;
     uint32_t random;
     int16_t pwm[3];
@@ -72,6 +72,12 @@ static cl_homing_input look(bench *b) {
     return input;
 }
 
+static void see(bench *b) {
+    for (int axis = 0; axis < 3; axis++) b->reasons[axis] = b->homing.reasons.of[axis];
+    b->status = b->homing.status;
+    b->phase = b->homing.phase;
+}
+
 void bench_start(bench *b, uint8_t which) {
     for (int axis = 0; axis < 3; axis++) {
         turn(&b->motors[axis], 0.0);
@@ -80,7 +86,7 @@ void bench_start(bench *b, uint8_t which) {
     }
     cl_homing_input input = look(b);
     cl_homing_start(&b->homing, b->axes, which, &input);
-    b->status = b->homing.status;
+    see(b);
 }
 
 /* Let up to `ms` pass, less if homing ends; how many did. */
@@ -89,10 +95,8 @@ int64_t bench_run(bench *b, int64_t ms) {
         b->now_ms++;
         for (int axis = 0; axis < 3; axis++) turn(&b->motors[axis], b->pwm[axis] / 2400.0);
         cl_homing_input input = look(b);
-        b->status = (int32_t)cl_homing_tick(&b->homing, &input, b->pwm);
-        b->fault = b->homing.fault;
-        b->fault_axis = b->homing.fault_axis;
-        b->phase = b->homing.phase;
+        cl_homing_tick(&b->homing, &input, b->pwm);
+        see(b);
         if (b->status != CL_HOMING_BUSY) return passed;
     }
     return ms;

@@ -24,13 +24,15 @@ GATE_OF_PAGE = {
 
 MCG_C1, MCG_C2, MCG_C5, MCG_C6, MCG_S, OSC0_CR = 0x64000, 0x64001, 0x64004, 0x64005, 0x64006, 0x65000
 SIM_SOPT2, SIM_CLKDIV1, SIM_UID, SIM_COPC, SIM_SRVCOP = 0x48004, 0x48044, 0x48058, 0x48100, 0x48104
-RCM_SRS0 = 0x7F000
+RCM_SRS0, RCM_SRS1 = 0x7F000, 0x7F001
 SPI0_S, SPI0_BR, SPI0_C2, SPI0_C1, SPI0_DL = 0x76000, 0x76001, 0x76002, 0x76003, 0x76006
 FTFA_FSTAT, FTFA_FCCOB = 0x20000, 0x20004
 SYST_CSR, SYST_RVR, SYST_CVR = 0xE010, 0xE014, 0xE018
 NVIC_ISER, NVIC_IPR, SCB_SHPR3 = 0xE100, 0xE400, 0xED20
 
-RESET_POWER_ON, RESET_WATCHDOG, RESET_LOW_VOLTAGE = 0x82, 0x20, 0x02
+RESET_POWER_ON, RESET_WATCHDOG, RESET_LOW_VOLTAGE, RESET_PIN = 0x82, 0x20, 0x02, 0x40
+RESET_LOCKUP, RESET_SOFTWARE = 0x200, 0x400
+"""Causes of a reset: bits of RCM_SRS0, and of RCM_SRS1 from bit 8 on."""
 
 COP_CYCLES = {0x04: 32, 0x08: 256, 0x0C: 1024}
 """Watchdog setting -> time-out in ms of its own clock."""
@@ -104,7 +106,8 @@ class Kl26:
 
     def reset(self, cause: int) -> None:
         """All registers as after a reset for `cause`; what the world holds the pins at stays."""
-        self.store: dict[int, int] = {RCM_SRS0: cause, MCG_C1: 0x04, SIM_CLKDIV1: 0x00010000, FTFA_FSTAT: 0x80}
+        self.store: dict[int, int] = {RCM_SRS0: cause & 0xFF, RCM_SRS1: cause >> 8}
+        self.store |= {MCG_C1: 0x04, SIM_CLKDIV1: 0x00010000, FTFA_FSTAT: 0x80}
         self.ports = [Port() for _ in range(5)]
         for (port, pin), level in self.levels.items():
             self._drive(self.ports[port], pin, level)

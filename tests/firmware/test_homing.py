@@ -9,11 +9,14 @@ from types import TracebackType
 
 import pytest
 
+from curveline.radio.frames import NOT_HOMED
+
 from . import build
 from .rig import CORE, DRIVER, ENCODER, RUNAWAY, STALL, Motor, Triple, compiled
 
 EXTRUDE, BIAS, TRANSLATE = range(3)
 BUSY, DONE, FAILED = 1, 2, 3
+HOMED = (0, 0, 0)
 SWITCH = 1
 WORKS, NEVER_CLOSES, NEVER_OPENS, WANDERS = range(4)
 PLACES = (0, -5215, -48_700)
@@ -26,8 +29,8 @@ class Seen(ctypes.Structure):
 
     _fields_ = (
         ("now_ms", ctypes.c_int64),
-        *((name, Triple) for name in ("switch_at", "bounce_ms", "broken")),
-        *((name, ctypes.c_int32) for name in ("fault", "fault_axis", "status", "phase", "driver_low")),
+        *((name, Triple) for name in ("switch_at", "bounce_ms", "broken", "reasons")),
+        *((name, ctypes.c_int32) for name in ("status", "phase", "driver_low")),
         ("random", ctypes.c_uint32),
         ("pwm", ctypes.c_int16 * 3),
     )
@@ -80,6 +83,11 @@ class Bench:
         return self._self.contents
 
     @property
+    def reasons(self) -> tuple[int, ...]:
+        """Why the axes are not homed."""
+        return tuple(self.seen.reasons)
+
+    @property
     def positions(self) -> list[int]:
         at = Triple()
         self._c.bench_positions(self._self, at)
@@ -121,7 +129,8 @@ def test_every_axis_finds_its_zero_from_anywhere(seed: int) -> None:
         for motor in bench.motors:
             motor.counts_per_s, motor.stiction = random.uniform(6000, 8000), random.uniform(0.05, 0.12)
             motor.friction, motor.load = 0.8 * motor.stiction, random.uniform(-0.04, 0.04)
-        assert bench.home(EXTRUDE, BIAS, TRANSLATE) == DONE, f"fault {bench.seen.fault} in phase {bench.seen.phase}"
+        assert bench.home(EXTRUDE, BIAS, TRANSLATE) == DONE
+        assert bench.reasons == HOMED, f"reasons {bench.reasons}"
         errors = [bench.error(axis) for axis in range(3)]
         assert max(abs(error) for error in errors) <= 11, f"{errors}: more than 0.05 mm"
         assert list(bench.seen.pwm) == [0, 0, 0]
@@ -194,17 +203,23 @@ def test_a_bouncing_switch_is_not_believed_before_it_rests() -> None:
         assert (bench.seen.status, bench.seen.phase) == (BUSY, 1)
 
 
-def fault_of(bench: Bench, *axes: int) -> tuple[int, int]:
-    assert bench.home(*axes) == FAILED
+def reasons_of(bench: Bench, *axes: int, status: int = DONE) -> tuple[int, ...]:
+    """Home the axes; why they are not."""
+    assert bench.home(*axes) == status
     assert list(bench.seen.pwm) == [0, 0, 0]
-    return bench.seen.fault, bench.seen.fault_axis
+    return bench.reasons
+
+
+def only(axis: int, reason: int) -> tuple[int, ...]:
+    """The reasons if one axis has one."""
+    return tuple(reason if index == axis else 0 for index in range(3))
 
 
 def test_a_missing_switch_ends_at_the_stop() -> None:
     with Bench() as bench:
         bench.put(0, 0, 5000)
         bench.seen.broken[TRANSLATE] = NEVER_CLOSES
-        assert fault_of(bench, BIAS, TRANSLATE) == (STALL, 3)
+        assert reasons_of(bench, TRANSLATE) == only(TRANSLATE, STALL)
         assert bench.seen.now_ms < 10_000
 
 
@@ -213,7 +228,7 @@ def test_a_missing_switch_and_no_stop_ends_with_the_reach() -> None:
         bench.motors[TRANSLATE].low = -1e9
         bench.seen.broken[TRANSLATE] = NEVER_CLOSES
         bench.axes[TRANSLATE].reach = 8000
-        assert fault_of(bench, TRANSLATE) == (STALL, 3)
+        assert reasons_of(bench, TRANSLATE) == only(TRANSLATE, STALL)
         assert -8100 <= bench.motors[TRANSLATE].position <= -7900
 
 
@@ -222,7 +237,7 @@ def test_a_motor_that_barely_turns_ends_with_the_time() -> None:
         bench.put(0, 0, 5000)
         bench.motors[TRANSLATE].counts_per_s = 600
         bench.axes[TRANSLATE].reach = 5000
-        assert fault_of(bench, TRANSLATE) == (STALL, 3)
+        assert reasons_of(bench, TRANSLATE) == only(TRANSLATE, STALL)
         assert bench.seen.now_ms == pytest.approx(2 * 5000 / 1.328 + 1000, abs=5)
 
 
@@ -230,7 +245,7 @@ def test_a_switch_that_stays_closed_is_a_fault() -> None:
     with Bench() as bench:
         bench.put(0, 0, 5000)
         bench.seen.broken[TRANSLATE] = NEVER_OPENS
-        assert fault_of(bench, TRANSLATE) == (STALL, 3)
+        assert reasons_of(bench, TRANSLATE) == only(TRANSLATE, STALL)
         assert bench.motors[TRANSLATE].position < 5000 + 6 * 443
 
 
@@ -240,7 +255,7 @@ def test_a_switch_that_wanders_is_not_trusted() -> None:
         with Bench(seed) as bench:
             bench.put(0, 0, 4000 + 300 * seed)
             bench.seen.broken[TRANSLATE] = WANDERS
-            found += bench.home(TRANSLATE) == FAILED and bench.seen.fault == ENCODER
+            found += reasons_of(bench, TRANSLATE) == only(TRANSLATE, ENCODER)
     assert found >= 1
 
 
@@ -248,7 +263,7 @@ def test_an_obstacle_on_the_way_is_a_stall() -> None:
     with Bench() as bench:
         bench.put(0, 0, 5000)
         bench.motors[TRANSLATE].low = 3000
-        assert fault_of(bench, TRANSLATE) == (STALL, 3)
+        assert reasons_of(bench, TRANSLATE) == only(TRANSLATE, STALL)
 
 
 @pytest.mark.parametrize("axis", [BIAS, TRANSLATE])
@@ -257,7 +272,7 @@ def test_a_dead_encoder_is_not_taken_for_a_stop(axis: int, encoder: int) -> None
     with Bench() as bench:
         bench.put(0, 5000, 5000)
         bench.motors[axis].encoder = encoder
-        assert fault_of(bench, axis) == (ENCODER, axis + 1)
+        assert reasons_of(bench, axis) == only(axis, ENCODER)
         assert bench.seen.now_ms < 1000
 
 
@@ -266,7 +281,7 @@ def test_crossed_wires_are_found(axis: int) -> None:
     with Bench() as bench:
         bench.put(0, 5000, 5000)
         bench.motors[axis].wiring = -1
-        assert fault_of(bench, axis) == (RUNAWAY, axis + 1)
+        assert reasons_of(bench, axis, status=FAILED) == only(axis, RUNAWAY)
         assert abs(bench.motors[axis].position - 5000) < 221
 
 
@@ -277,20 +292,75 @@ def test_an_encoder_that_dies_on_the_way_is_found() -> None:
         bench.run(2000)
         bench.motors[TRANSLATE].encoder = 0
         bench.run(1000)
-        assert (bench.seen.status, bench.seen.fault) == (FAILED, ENCODER)
+        assert (bench.seen.status, bench.reasons) == (DONE, only(TRANSLATE, ENCODER))
+
+
+# One axis without a zero
+
+
+@pytest.mark.parametrize("encoder", [0, 2])
+def test_an_axis_that_is_given_up_does_not_keep_the_others_from_their_zeros(encoder: int) -> None:
+    with Bench() as bench:
+        bench.put(777, 4000, 4000)
+        bench.motors[TRANSLATE].encoder = encoder
+        assert reasons_of(bench, EXTRUDE, BIAS, TRANSLATE) == only(TRANSLATE, ENCODER)
+        assert abs(bench.error(BIAS)) <= 11
+        assert bench.positions[EXTRUDE] == PLACES[EXTRUDE]
+
+
+def test_an_axis_that_is_given_up_keeps_its_count() -> None:
+    with Bench() as bench:
+        bench.put(0, 4000, 5000)
+        bench.motors[TRANSLATE].low = 3000
+        assert reasons_of(bench, BIAS, TRANSLATE) == only(TRANSLATE, STALL)
+        assert abs(bench.positions[TRANSLATE] - bench.motors[TRANSLATE].position) <= 1
+
+
+def test_every_axis_may_be_given_up() -> None:
+    with Bench() as bench:
+        bench.put(0, 5000, 5000)
+        bench.motors[BIAS].encoder = 0
+        bench.seen.broken[TRANSLATE] = NEVER_CLOSES
+        assert reasons_of(bench, BIAS, TRANSLATE) == (0, ENCODER, STALL)
+
+
+@pytest.mark.parametrize("axis", [BIAS, TRANSLATE])
+def test_of_axes_that_are_not_asked_for_nothing_is_said_and_nothing_moves(axis: int) -> None:
+    other = BIAS + TRANSLATE - axis
+    with Bench() as bench:
+        bench.put(0, 5000, 5000)
+        bench.motors[other].encoder = 0
+        assert reasons_of(bench, axis) == (0, 0, 0)
+        assert bench.motors[other].position == 5000
+
+
+def test_a_runaway_is_the_end_also_for_those_that_have_not_had_their_turn() -> None:
+    with Bench() as bench:
+        bench.put(0, 4000, 4000)
+        bench.motors[TRANSLATE].wiring = -1
+        assert reasons_of(bench, EXTRUDE, BIAS, TRANSLATE, status=FAILED) == (NOT_HOMED, NOT_HOMED, RUNAWAY)
+        assert bench.motors[BIAS].position == 4000
+
+
+def test_a_runaway_leaves_the_zeros_that_were_found_before() -> None:
+    with Bench() as bench:
+        bench.put(0, 4000, 4000)
+        bench.motors[BIAS].wiring = -1
+        assert reasons_of(bench, BIAS, TRANSLATE, status=FAILED) == only(BIAS, RUNAWAY)
+        assert abs(bench.error(TRANSLATE)) <= 11
 
 
 def test_a_failing_driver_ends_it() -> None:
     with Bench() as bench:
         bench.put(0, 0, 9000)
-        bench.start(TRANSLATE)
+        bench.start(BIAS, TRANSLATE)
         bench.run(100)
         bench.seen.driver_low = 2
         bench.run(100)
         assert bench.seen.status == BUSY
         bench.seen.driver_low = 10
         bench.run(100)
-        assert (bench.seen.status, bench.seen.fault, bench.seen.fault_axis) == (FAILED, DRIVER, 0)
+        assert (bench.seen.status, bench.reasons) == (FAILED, (0, DRIVER, DRIVER))
 
 
 def test_an_aborted_homing_lets_go() -> None:
