@@ -44,7 +44,10 @@ LAMP = (PORT_E, 30)
 
 
 class Machine:
-    """One node's electronics and mechanics; `switch_at` is where translate closes its switch, if it has one."""
+    """One node's electronics and mechanics; `switch_at` is where translate closes its switch, if it has one.
+
+    Of the axes in `unplugged` (from 0) neither motor nor encoder is connected.
+    """
 
     def __init__(self, image: Image, *, uid: tuple[int, int, int] = (1, 2, 3), seed: int = 0) -> None:
         self.image = image
@@ -54,6 +57,7 @@ class Machine:
         self.boots = 0
         self.watchdog_resets = 0
         self.switch_at: float | None = None
+        self.unplugged: set[int] = set()
         self._random = Random(seed)
         self._radio: Any = None
         self._lamp: deque[tuple[int, int]] = deque(maxlen=64)
@@ -127,6 +131,14 @@ class Machine:
         run(us)
         self.set_pin(BUTTON, 1)
 
+    def shake_encoder(self, axis: int, times: int) -> None:
+        """Noise on an encoder's lines: both channels change at once, as they never do when an axis turns."""
+        for _ in range(times):
+            for channel in (0, 1):
+                pin = PORT_D, 2 * axis + channel
+                self.chip.set_pin(*pin, 1 - self.chip.levels[pin])
+            self.run(100)
+
     def cut_encoder(self, axis: int) -> None:
         """Break both channels of an encoder: they stay as they are."""
         self._cut.add(axis)
@@ -199,7 +211,7 @@ class Machine:
         if not awake and not any(motor.speed for motor in self.motors):
             return
         for axis, (motor, (one, two)) in enumerate(zip(self.motors, PWM_PINS, strict=True)):
-            duty = self.chip.duty(one) - self.chip.duty(two) if awake else 0.0
+            duty = self.chip.duty(one) - self.chip.duty(two) if awake and axis not in self.unplugged else 0.0
             self._edges += [(when, axis, levels) for when, levels in motor.step(duty, self.chip.now, cycles)]
         self._edges.sort()
         if self.switch_at is not None:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
+from zlib import crc32
 
 import pytest
 
 from curveline.errors import LinkError
+from curveline.plan import AXES
+from curveline.radio.frames import BOOT_END
 from curveline.radio.intelhex import with_settings
 from curveline.radio.keyfile import settings_record
 from curveline.radio.link import Control, Progress, Request, read_status
@@ -17,7 +20,7 @@ from hexfile import bytes_of
 from .display import POSES, Rig
 from .fleet import MASTER, SETTINGS, STORE, ChipRadio, Fleet, drive_table
 from .image import Image, make
-from .kl26 import RESET_LOW_VOLTAGE, RESET_WATCHDOG
+from .kl26 import RESET_LOCKUP, RESET_LOW_VOLTAGE, RESET_PIN, RESET_POWER_ON, RESET_SOFTWARE, RESET_WATCHDOG
 from .machine import LAMP_STEADY, NFAULT
 
 FLASH_LIMIT, RAM_LIMIT = 40960, 5120
@@ -184,11 +187,29 @@ def test_a_brown_out_costs_the_position_even_at_rest(single: Rig) -> None:
     machine.reset(RESET_LOW_VOLTAGE)
     single.fleet.run(20_000)
     (node,) = single.status()
-    assert (node.state, node.fault) == ("position-lost", "brown-out")
+    assert (node.state, node.fault, node.boot_cause) == ("position-lost", "brown-out", "low-voltage")
+    assert node.unhomed == dict.fromkeys(AXES, "brown-out")
     assert not machine.drivers_on
     machine.power_cycle()
     single.fleet.run(20_000)
-    assert single.status()[0].state == "unhomed"
+    (node,) = single.status()
+    assert (node.state, node.boot_cause) == ("unhomed", "power-on")
+    assert node.unhomed == dict.fromkeys(AXES, "not homed")
+
+
+@pytest.mark.parametrize(
+    ("reset", "cause"),
+    [
+        *((RESET_PIN, "pin"), (RESET_WATCHDOG, "watchdog"), (RESET_LOCKUP, "hang"), (RESET_SOFTWARE, "software")),
+        *((RESET_LOW_VOLTAGE | RESET_PIN, "low-voltage"), (RESET_POWER_ON | RESET_PIN, "power-on"), (0x08, "unknown")),
+    ],
+)
+def test_a_node_says_why_it_started(single: Rig, reset: int, cause: str) -> None:
+    single.machines[0].reset(reset)
+    single.fleet.run(20_000)
+    (node,) = single.status()
+    assert node.boot_cause == cause
+    assert node.state == ("position-lost" if cause == "low-voltage" else "ready")
 
 
 def test_a_jammed_motor_is_a_stall_at_the_host(rig: Rig) -> None:
@@ -249,6 +270,7 @@ def test_a_program_that_hangs_is_reset_by_the_watchdog(single: Rig, function: st
     single.fleet.run(20_000)
     (after,) = single.status()
     assert (after.state, after.boot) == ("ready", before.boot + 1)
+    assert (before.boot_cause, after.boot_cause) == ("power-on", "watchdog")
 
 
 def test_a_program_that_goes_astray_stops_the_motors_at_once(rig: Rig) -> None:
@@ -289,6 +311,32 @@ def test_an_emergency_stop_outlives_a_reset_but_not_the_power_switch(single: Rig
     assert single.status()[0].state == "ready"
 
 
+def test_a_node_that_has_counted_its_boots_to_the_end_stays_off_the_air(image: Image, homed_flash: bytes) -> None:
+    fleet = Fleet(image, drive_table(1))
+    (machine,) = fleet.machines
+    machine.write_flash(STORE, with_boot(homed_flash, BOOT_END - 2))
+    machine.power_cycle()
+    fleet.run(50_000)
+    (node,) = read_status(ChipRadio(fleet), fleet.drive)
+    assert (node.state, node.boot) == ("ready", BOOT_END - 1)
+    machine.power_cycle()
+    fleet.run(12_000_000)
+    (node,) = read_status(ChipRadio(fleet), fleet.drive)
+    assert node.state == "silent"
+    assert machine.lamp() == 7
+    assert not machine.drivers_on
+
+
+def with_boot(flash: bytes, boot: int) -> bytes:
+    """The store with another boot number in all of its records."""
+    changed = bytearray(flash)
+    for at in range(0, len(flash), 32):
+        if flash[at : at + 4] == b"CLP1":
+            changed[at + 20 : at + 23] = boot.to_bytes(3, "little")
+            changed[at + 28 : at + 32] = (crc32(changed[at : at + 24]) >> 1).to_bytes(4, "little")
+    return bytes(changed)
+
+
 def test_an_answer_stays_loaded_whatever_comes_in(single: Rig) -> None:
     single.status()
     address = single.plan.drive.addresses[0]
@@ -318,28 +366,3 @@ def test_a_radio_that_is_not_there_yet_is_waited_for(single: Rig) -> None:
     assert single.status()[0].state == "ready"
     single.fleet.run(2_500_000)
     assert machine.lamp() == LAMP_STEADY
-
-
-def test_homing_can_be_stopped_with_its_button(image: Image, tmp_path: Path) -> None:
-    rig = Rig(image, b"", tmp_path, count=1)
-    (machine,) = rig.machines
-    machine.press_button(rig.fleet.run, 2_200_000)
-    assert rig.status()[0].state == "homing"
-    assert machine.drivers_on
-    assert machine.motors[2].speed < -500
-    machine.press_button(rig.fleet.run, 100_000)
-    rig.fleet.run(500_000)
-    assert rig.status()[0].state == "unhomed"
-    assert not any(motor.speed for motor in machine.motors)
-    assert not machine.drivers_on
-
-
-def test_homing_against_an_obstacle_is_a_fault(image: Image, tmp_path: Path) -> None:
-    rig = Rig(image, b"", tmp_path, count=1)
-    (machine,) = rig.machines
-    machine.motors[2].low = -500.0  # and no switch
-    machine.press_button(rig.fleet.run, 2_200_000)
-    rig.fleet.run(4_000_000)
-    (node,) = rig.status()
-    assert (node.state, node.fault) == ("fault", "stall (translate)")
-    assert not machine.drivers_on
