@@ -75,7 +75,6 @@ static void seek(void *self, int64_t now_ms, uint8_t axes) {
         return;
     }
     make_plan();
-    motors_allow();
     motors_seek(plan, axes);
     now_doing = SEEKING;
 }

@@ -164,6 +164,7 @@ bool motors_still(void) {
 void motors_allow(void) { pwm_wake(); }
 void motors_forbid(void) { pwm_sleep(); }
 void motors_where(cl_counts *encoders) { encoder_read(encoders); }
+bool motors_sure(void) { return drive.fault.fault != CL_FAULT_ENCODER; }
 
 void motors_seek(const cl_homing_axis axes[CL_AXES], uint8_t which) {
     cl_homing_input input;

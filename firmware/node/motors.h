@@ -29,6 +29,9 @@ void motors_forbid(void);
 
 void motors_where(cl_counts *encoders);
 
+/* Whether the encoders have kept up, as far as anybody can tell: false from an encoder's fault to the next homing. */
+bool motors_sure(void);
+
 /* Look for the zeros of the axes of `which` (bit 0 for the first); `axes` has to stay. Until it has ended, the plant does
  * nothing. */
 void motors_seek(const cl_homing_axis axes[CL_AXES], uint8_t which);

@@ -80,7 +80,8 @@ void persist_serve(const cl_node *node, int64_t now_ms) {
     cl_counts position;
     motors_where(&position);
     if (now_ms - still_ms >= SAVE_AFTER_MS) {
-        cl_store_save(&store, &position, cl_homed(&node->memory), node->memory.estop ? FLAG_ESTOP : 0);
+        bool known = cl_homed(&node->memory) && motors_sure();
+        cl_store_save(&store, &position, known, node->memory.estop ? FLAG_ESTOP : 0);
     }
     if (now_ms - still_ms >= PREPARE_AFTER_MS) {
         cl_store_prepare(&store);

@@ -1,4 +1,4 @@
-"""Counts the cycles that the node program takes for a tag, a control step, an encoder edge.
+"""Counts the cycles that the node program takes for a tag, a frame, a control step, an encoder edge.
 
 Every instruction is charged what ARM's manual of the core says, with memory that never waits: one cycle, two for a load
 or store and for a taken branch, three for a call, one and one per register for several registers. Flash that runs at
@@ -16,7 +16,12 @@ from unicorn import UC_HOOK_CODE
 
 from .machine import Machine
 
-FUNCTIONS = {"cl_tag": "tag of a frame", "tick_handler": "control step, 1 kHz", "pins_handler": "encoder interrupt"}
+FUNCTIONS = {
+    "cl_tag": "tag of a frame",
+    "cl_node_receive": "frame taken and answered",
+    "tick_handler": "control step, 1 kHz",
+    "pins_handler": "encoder interrupt",
+}
 """What is counted: functions of the program, interrupts that come in between not included."""
 EXCEPTION_CYCLES = {"tick_handler": 15 + 12, "pins_handler": 15 + 12}
 """Entry and return of an interrupt."""

@@ -148,6 +148,11 @@ class Machine:
         """Where the motors truly are."""
         return tuple(int(motor.at // 1) for motor in self.motors)
 
+    def duty(self, axis: int) -> float:
+        """What an axis' driver is told, -1 to 1, awake or not."""
+        one, two = PWM_PINS[axis]
+        return self.chip.duty(one) - self.chip.duty(two)
+
     @property
     def drivers_on(self) -> bool:
         """Whether the motor drivers are awake."""
@@ -210,8 +215,8 @@ class Machine:
         awake = self.drivers_on
         if not awake and not any(motor.speed for motor in self.motors):
             return
-        for axis, (motor, (one, two)) in enumerate(zip(self.motors, PWM_PINS, strict=True)):
-            duty = self.chip.duty(one) - self.chip.duty(two) if awake and axis not in self.unplugged else 0.0
+        for axis, motor in enumerate(self.motors):
+            duty = self.duty(axis) if awake and axis not in self.unplugged else 0.0
             self._edges += [(when, axis, levels) for when, levels in motor.step(duty, self.chip.now, cycles)]
         self._edges.sort()
         if self.switch_at is not None:

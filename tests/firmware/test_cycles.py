@@ -11,6 +11,8 @@ from .display import Rig
 from .image import Image
 
 TAG_LIMIT = 8_000
+FRAME_LIMIT = 36_000
+"""Three quarters of a millisecond, for a HELLO, which makes a key."""
 TICK_LIMIT = 9_600
 """A fifth of the millisecond."""
 EDGE_LIMIT = 480
@@ -57,5 +59,7 @@ def test_tags_and_control_steps_leave_time_for_everything_else(
     assert counts["tick_handler"].calls > 500
     assert counts["pins_handler"].calls > 500
     assert 2_000 < counts["cl_tag"].most <= TAG_LIMIT
+    assert counts["cl_node_receive"].calls > 40
+    assert counts["cl_node_receive"].most <= FRAME_LIMIT
     assert counts["tick_handler"].most <= TICK_LIMIT
     assert counts["pins_handler"].most <= EDGE_LIMIT

@@ -49,7 +49,7 @@ def is_at_zero(machine: Machine, axis: int) -> bool:
 
 
 def is_at_rest(machine: Machine) -> bool:
-    return not any(motor.speed for motor in machine.motors)
+    return not any(motor.speed or machine.duty(axis) for axis, motor in enumerate(machine.motors))
 
 
 # By order of a host
@@ -123,6 +123,18 @@ def test_a_part_of_the_position_does_not_survive_the_power(homed: Rig) -> None:
     homed.fleet.run(20_000)
     (node,) = homed.status()
     assert (node.state, node.unhomed) == ("unhomed", NOT_HOMED)
+
+
+def test_power_lost_while_a_search_is_on_leaves_the_position_unknown(homed: Rig) -> None:
+    (machine,) = homed.machines
+    machine.motors[TRANSLATE].at = PLACE
+    hand = Hand(homed.fleet, homed.radio)
+    hand.status()
+    hand.home(1 << TRANSLATE, order=1)
+    homed.fleet.run(100_000)
+    machine.power_cycle()
+    homed.fleet.run(20_000)
+    assert homed.status()[0].state == "unhomed"
 
 
 def test_an_order_is_carried_out_once(rig: Rig) -> None:
@@ -202,8 +214,11 @@ def test_an_axis_that_is_held_up_on_its_way_to_zero_has_a_reason(rig: Rig) -> No
     hand = Hand(rig.fleet, rig.radio)
     hand.status()
     hand.home(1 << EXTRUDE | 1 << TRANSLATE, order=1)
-    machine.motors[TRANSLATE].high = -100.0  # the switch is at -442
-    machine.motors[TRANSLATE].at = -200.5
+    for way in (-1, 1, -1, 1):  # onto the switch, off it, onto it again, to zero
+        while machine.motors[TRANSLATE].speed * way < 300:
+            hand.poll()
+            rig.fleet.run(20_000)
+    machine.motors[TRANSLATE].jam()
     assert hand.watch().state is State.UNHOMED
     assert rig.status()[0].unhomed == {"bias": "not homed", "translate": "stall"}
 
@@ -235,6 +250,21 @@ def test_missed_edges_of_an_axis_that_is_not_sought_are_a_fault_of_the_next_move
     assert (status.state, status.fault, status.fault_axis) == (State.POSITION_LOST, Fault.ENCODER, TRANSLATE + 1)
     assert homed.status()[0].unhomed == {"translate": "encoder"}
     assert abs(machine.counts[EXTRUDE]) < 200
+    hand = Hand(homed.fleet, homed.radio, run_tag=0x5678)
+    hand.status()
+    hand.home(ALL, order=1)
+    assert hand.watch().state is State.READY
+
+
+def test_edges_that_were_missed_at_rest_cost_the_position_over_a_power_cut(homed: Rig) -> None:
+    (machine,) = homed.machines
+    hand = Hand(homed.fleet, homed.radio)
+    hand.status()
+    shake(homed, TRANSLATE)
+    homed.fleet.run(1_500_000)
+    machine.power_cycle()
+    homed.fleet.run(20_000)
+    assert homed.status()[0].state == "unhomed"
 
 
 def shake(rig: Rig, axis: int) -> None:
@@ -276,5 +306,6 @@ def test_an_obstacle_is_the_reason_why_an_axis_is_not_homed(rig: Rig) -> None:
     (node,) = rig.status()
     assert (node.state, node.fault, node.unhomed) == ("unhomed", "", {"translate": "stall"})
     assert is_at_zero(machine, BIAS)
+    assert machine.counts[TRANSLATE] < -400, "whoever does not know where zero is does not go there"
     assert not machine.drivers_on
     assert machine.lamp() == 1

@@ -42,7 +42,8 @@ def test_drives_that_are_delivered_late_do_not_keep_the_motors_turning(single: R
         fleet.run(100_000)
     assert machine.motors[0].speed > 100, "fresh frames keep it moving for longer than the dead-man time"
     hand.status()
-    kept = [hand.peer.drive(1, 0, NO_LOAD) for _ in range(30)]
+    kept = [hand.peer.drive(1, 0, NO_LOAD) for _ in range(20)]
+    kept += [hand.peer.drive(1, 2, NO_LOAD) for _ in range(10)]
     clock = hand.peer.clock
     moving = []
     for payload in kept:
