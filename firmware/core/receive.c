@@ -66,20 +66,22 @@ static void identify(cl_node *node, int64_t now_ms, uint64_t handshake, uint64_t
 
 static int64_t ms_of(int64_t clock) { return clock * (1 << CL_CLOCK_SHIFT); }
 
-/* Whether the host had heard of the node lately when it sent this. If not, the node only says what time it is now:
-   somebody may have kept the frame back. */
-static bool is_fresh(cl_node *node, int64_t now_ms, const cl_session *session, int64_t clock) {
-    if (now_ms < ms_of(clock) + session->deadman_ms) return true;
-    saturating_count(&node->tally.old_frames);
+/* Load the answer that the session's host looks for, with the time as it is now, and do no more. */
+static void tell_time(cl_node *node, int64_t now_ms, const cl_session *session) {
     if (session == &node->pending) {
         identify(node, now_ms, session->handshake, session->run_tag);
     } else {
         cl_node_reload(node, now_ms);
     }
-    return false;
 }
 
-/* Whether a frame with a good tag counts; if it does, a pending session takes over. */
+/* A frame is not under the key of the session that it names, or so old that its clock is taken for another. */
+static void doubt(cl_node *node, int64_t now_ms, const cl_session *session, cl_verdict verdict) {
+    refuse(node, now_ms, verdict);
+    tell_time(node, now_ms, session);
+}
+
+/* Whether a frame is newer than all before; if it is, a pending session takes over. */
 static bool admit(cl_node *node, int64_t now_ms, const cl_session *session, uint32_t counter) {
     if (counter <= session->counter || counter >= CL_COUNTER_END) {
         saturating_count(&node->tally.old_frames);
@@ -93,9 +95,18 @@ static bool admit(cl_node *node, int64_t now_ms, const cl_session *session, uint
     return true;
 }
 
-/* The frame proves that its host was alive when it had last heard of the node, and no more. */
-static void feed(cl_session *session, int64_t clock) {
-    if (ms_of(clock) > session->heard_ms) session->heard_ms = ms_of(clock);
+/* Whether a frame with a good tag counts; if it does, the dead-man is fed. Its host must have heard of the node lately when
+   it sent it, else somebody may have kept it back. */
+static bool accept(cl_node *node, int64_t now_ms, const cl_session *session, int64_t clock, uint32_t counter) {
+    int64_t said_ms = ms_of(clock);
+    if (now_ms >= said_ms + session->deadman_ms) {
+        saturating_count(&node->tally.old_frames);
+        tell_time(node, now_ms, session);
+        return false;
+    }
+    if (!admit(node, now_ms, session, counter)) return false;
+    if (said_ms > node->session.heard_ms) node->session.heard_ms = said_ms;
+    return true;
 }
 
 static bool same_order(const cl_memory *memory, const cl_drive_frame *frame) {
@@ -165,12 +176,11 @@ static void on_drive(cl_node *node, int64_t now_ms, const uint8_t *payload) {
     if (session == NULL) return;
     cl_verdict verdict = cl_decode_drive(payload, &session->key, cl_clock_of(now_ms), &frame);
     if (verdict != CL_GOOD) {
-        refuse(node, now_ms, verdict);
+        doubt(node, now_ms, session, verdict);
         return;
     }
-    if (!is_fresh(node, now_ms, session, frame.clock) || !admit(node, now_ms, session, frame.counter)) return;
+    if (!accept(node, now_ms, session, frame.clock, frame.counter)) return;
     session = &node->session;
-    feed(session, frame.clock);
     if (frame.hold_gen > session->hold_gen) session->hold_gen = frame.hold_gen;
     if (session->hold_gen >= CL_HOLD_END || session->counter == CL_COUNTER_END - 1) {
         close_session(node, now_ms);
@@ -193,12 +203,11 @@ static void on_home(cl_node *node, int64_t now_ms, const uint8_t *payload) {
     if (session == NULL) return;
     cl_verdict verdict = cl_decode_home(payload, &session->key, cl_clock_of(now_ms), &frame);
     if (verdict != CL_GOOD) {
-        refuse(node, now_ms, verdict);
+        doubt(node, now_ms, session, verdict);
         return;
     }
-    if (!is_fresh(node, now_ms, session, frame.clock) || !admit(node, now_ms, session, frame.counter)) return;
+    if (!accept(node, now_ms, session, frame.clock, frame.counter)) return;
     session = &node->session;
-    feed(session, frame.clock);
     if (frame.order > session->order && may_home(node)) {
         session->order = frame.order;
         cl_node_start_homing(node, now_ms, frame.axes);

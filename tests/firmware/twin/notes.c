@@ -28,6 +28,8 @@ enum {
     OLD_COUNTER,
     OLD_FRAME_ANSWERED_BY_STATUS,
     OLD_FRAME_ANSWERED_BY_IDENT,
+    WRONG_TAG_ANSWERED_BY_STATUS,
+    WRONG_TAG_ANSWERED_BY_IDENT,
     CLOCK_OF_THE_FUTURE_REFUSED,
     WRAPPED_CLOCK_REFUSED,
     FED_NOTHING_NEWER,
@@ -69,14 +71,14 @@ static const char *const names[OUTCOMES] = {
     "closed by host", "closed by counter", "took over afresh", "resumed", "took over in motion",
     "refused as busy", "refused as homing", "kept the run until a step", "cleared fault", "kept lost position",
     "bad tag", "old counter", "old frame answered by status", "old frame answered by ident",
-    "clock of the future refused", "wrapped clock refused", "fed nothing newer", "flooded", "was deaf",
-    "new offer", "same offer", "offers exhausted", "answered query", "told the age of a fault",
-    "told why an axis is not homed", "answered page", "stopped", "stopped for good", "began run",
-    "hid the steps of another run", "order taken", "order refused", "order repeated", "began homing",
-    "run forgotten by homing", "ended homing", "some axes homed", "homing found position", "one axis lost",
-    "conflict of staged", "several wakes", "homing abandoned by hold", "homing abandoned by stop",
-    "homing abandoned by silence", "homing abandoned by close", "homing abandoned by estop",
-    "homing abandoned by a person",
+    "wrong tag answered by status", "wrong tag answered by ident", "clock of the future refused",
+    "wrapped clock refused", "fed nothing newer", "flooded", "was deaf", "new offer", "same offer",
+    "offers exhausted", "answered query", "told the age of a fault", "told why an axis is not homed",
+    "answered page", "stopped", "stopped for good", "began run", "hid the steps of another run", "order taken",
+    "order refused", "order repeated", "began homing", "run forgotten by homing", "ended homing",
+    "some axes homed", "homing found position", "one axis lost", "conflict of staged", "several wakes",
+    "homing abandoned by hold", "homing abandoned by stop", "homing abandoned by silence",
+    "homing abandoned by close", "homing abandoned by estop", "homing abandoned by a person",
 };
 
 static unsigned outcomes[OUTCOMES], states[16], faults[8], events[TWIN_EVENTS], frames[TWIN_FRAMES][TWIN_SPOILS];
@@ -138,6 +140,9 @@ static void note_clocks(const cl_node *was, const cl_node *is, const twin_event 
     note(OLD_COUNTER, counted && !old);
     note(OLD_FRAME_ANSWERED_BY_STATUS, counted && old && answer == CL_KIND_STATUS);
     note(OLD_FRAME_ANSWERED_BY_IDENT, counted && old && answer == CL_KIND_IDENT);
+    bool told = bad && is->ack_serial > was->ack_serial;
+    note(WRONG_TAG_ANSWERED_BY_STATUS, told && answer == CL_KIND_STATUS);
+    note(WRONG_TAG_ANSWERED_BY_IDENT, told && answer == CL_KIND_IDENT);
     note(CLOCK_OF_THE_FUTURE_REFUSED, bad && event->spoil == TWIN_FUTURE_CLOCK);
     note(WRAPPED_CLOCK_REFUSED, bad && event->spoil == TWIN_WRAPPED_CLOCK);
     note(FED_NOTHING_NEWER, took && is->session.heard_ms == was->session.heard_ms);
