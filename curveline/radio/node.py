@@ -324,6 +324,7 @@ class Node:
         session.owns_run = bool(flags & FLAG_RESUME) and session.hello.run_tag == self.memory.run_tag
         self._brake(now_ms)
         self._session, self._pending = session, None
+        session.heard_ms = now_ms - session.hello.deadman_ms  # an ESTOP may be as old as the offer
         self._lift_above = 0
         if not session.owns_run:
             self._silent = self._stopped = False

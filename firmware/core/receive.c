@@ -43,6 +43,7 @@ static void take_over(cl_node *node, int64_t now_ms) {
     *session = node->pending;
     session->owns_run = session->flags & CL_FLAG_RESUME && session->run_tag == node->memory.run_tag;
     node->pending.exists = false;
+    session->heard_ms = now_ms - session->deadman_ms; /* an ESTOP may be as old as the offer */
     node->lift_above = 0;
     if (!session->owns_run) node->silent = node->stopped = false;
     if (session->flags & CL_FLAG_CLEAR && !cl_lost_position(node->memory.fault)) cl_node_forget_fault(node);

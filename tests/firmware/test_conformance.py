@@ -63,6 +63,7 @@ MISTAKES = (
     ("receive.c", "if (said_ms > node->session.heard_ms) node->session", "node->session"),
     ("receive.c", "    if (said_ms > node->session.heard_ms) node->session.heard_ms = said_ms;\n", ""),
     ("receive.c", "if (!node->session.owns_run) begin_run(node);", ""),
+    ("receive.c", "    session->heard_ms = now_ms - session->deadman_ms;", ""),
     ("receive.c", "if (!session->owns_run) node->silent", "node->silent"),
     ("receive.c", "node->memory.run_tag = node->session.run_tag;", ""),
     ("receive.c", "frame.order > session->order && may_home", "may_home"),

@@ -181,3 +181,17 @@ def test_only_attempts_of_one_handshake_get_the_same_offer() -> None:
     first = bench.hear(hello(peer, peer.nonce))
     assert bench.hear(hello(peer, peer.nonce | ATTEMPT_MASK))[2:] == first[2:]
     assert offer_number(bench.hear(hello(peer, peer.nonce + ATTEMPT_MASK + 1))) == offer_number(first) + 1
+
+
+def test_what_an_emergency_stop_of_an_offered_session_leaves_loaded_is_of_this_moment() -> None:
+    bench, peer = Bench(), host()
+    bench.now_ms = 10 * 3_600_000
+    ident = peer.take(bench.hear(hello(peer, peer.nonce)))
+    assert isinstance(ident, Ident)
+    peer.accept(ident, 0x77)
+    bench.hear(peer.estop())
+    bench.now_ms += 100
+    status = peer.take(bench.hear(b""))
+    assert isinstance(status, Status)
+    assert status.state is State.ESTOP
+    assert status.clock >= ident.clock
