@@ -101,6 +101,11 @@ def test_flags_and_limits_are_those_of_python() -> None:
     assert {"CLOCK_SHIFT", "DRIVE_CLOCK_BITS", "BOOT_END", "OFFERS_END", "NOT_HOMED", "ALL_AXES"} <= compared
 
 
+def test_the_program_and_the_specification_are_of_one_firmware() -> None:
+    text = (build.FIRMWARE / "node" / "main.c").read_text()
+    assert f"#define FIRMWARE {nodestate.FIRMWARE}u\n" in text
+
+
 GOOD, REJECT_KIND, REJECT_TAG = range(3)
 
 

@@ -125,6 +125,18 @@ def test_a_part_of_the_position_does_not_survive_the_power(homed: Rig) -> None:
     assert (node.state, node.unhomed) == ("unhomed", NOT_HOMED)
 
 
+def test_an_axis_without_a_switch_is_homed_where_it_is(rig: Rig) -> None:
+    (machine,) = rig.machines
+    machine.motors[EXTRUDE].at = PLACE
+    hand = Hand(rig.fleet, rig.radio)
+    hand.status()
+    hand.home(1 << EXTRUDE, order=1)
+    status = hand.watch(1_000_000)
+    assert (status.state, status.position) == (State.UNHOMED, (0, 0, 0))
+    assert rig.status()[0].unhomed == {"bias": "not homed", "translate": "not homed"}
+    assert machine.counts[EXTRUDE] == int(PLACE)
+
+
 def test_power_lost_while_a_search_is_on_leaves_the_position_unknown(homed: Rig) -> None:
     (machine,) = homed.machines
     machine.motors[TRANSLATE].at = PLACE
