@@ -6,11 +6,8 @@ import ctypes
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 from random import Random
-from zlib import crc32
 
 import pytest
-
-from curveline.radio.frames import BOOT_END
 
 from . import build
 from .rig import Triple, compiled
@@ -19,7 +16,6 @@ NEAR = 8
 RECORD_WORDS, SECTOR_WORDS, WORDS = 8, 256, 512
 MARK, CHECK = 6, 7
 BLANK = 0xFFFFFFFF
-LAST_BOOT = BOOT_END - 1
 
 Counts = tuple[int, int, int]
 
@@ -379,38 +375,6 @@ def test_a_mark_that_does_not_stick_forbids_the_move() -> None:
     flash.save((1, 2, 3))
     flash.chip.off = 1
     assert not flash.moving()
-
-
-def saved_with_boot(flash: Flash, boot: int) -> None:
-    """Have the newest record say another boot number, as if the node had been switched on that often."""
-    words = flash.chip.words
-    at = flash.newest
-    words[at + 5] = words[at + 5] & ~0xFFFFFF | boot
-    words[at + CHECK] = crc32(b"".join(words[at + index].to_bytes(4, "little") for index in range(MARK))) >> 1
-    flash.open()
-    assert flash.last()[0] == boot
-
-
-def test_after_the_last_boot_number_there_is_none_any_more(flash: Flash) -> None:
-    flash.boot()
-    flash.save((1, 2, 3))
-    saved_with_boot(flash, LAST_BOOT - 1)
-    assert flash.boot()
-    assert flash.last() == (LAST_BOOT, (1, 2, 3), 0)
-    for _ in range(3):
-        flash.open()
-        assert not flash.boot()
-        assert flash.last()[0] == LAST_BOOT
-
-
-def test_a_boot_number_that_may_have_been_lost_counts_at_the_end_too(flash: Flash) -> None:
-    flash.boot()
-    saved_with_boot(flash, LAST_BOOT - 1)
-    flash.save((1, 2, 3))
-    flash.chip.words[flash.newest + 1] ^= 4
-    flash.open()
-    assert flash.last()[0] == LAST_BOOT - 1
-    assert not flash.boot()
 
 
 def test_noise_is_no_record() -> None:

@@ -24,7 +24,7 @@ from curveline.radio.plant import PlantFault, Sought
 from . import build
 
 FOLDER = build.HERE / "twin"
-SOURCES = tuple(FOLDER / name for name in ("replay.c", "generate.c", "notes.c"))
+SOURCES = tuple(FOLDER / name for name in ("replay.c", "starts.c", "generate.c", "notes.c"))
 CORE_SOURCES = tuple(
     build.CORE / name for name in ("blake2s.c", "keys.c", "frames.c", "motion.c", "node.c", "receive.c")
 )
