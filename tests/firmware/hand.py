@@ -14,11 +14,10 @@ from curveline.radio.frames import (
     encode_stop,
 )
 from curveline.radio.motion import axes_of, config_hash
-from curveline.radio.peer import Peer
+from curveline.radio.peer import NO_LOAD, Peer
 
 from .fleet import ChipRadio, Fleet
 
-NO_LOAD = (0, (0, 0, 0), 0)
 POLL_US = 100_000
 TRIES = 20
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from curveline.plan import AXES as NAMES
-from curveline.radio.frames import Fault, State
+from curveline.radio.frames import Fault, State, Status
+from curveline.radio.service import clear_fault, home_axes
 
 from .display import Rig
 from .fleet import AXES
@@ -283,6 +284,54 @@ def shake(rig: Rig, axis: int) -> None:
     """Noise, with which the machine's clock runs ahead of the air; let the latter catch up."""
     rig.machines[0].shake_encoder(axis, 12)
     rig.fleet.run(3_000)
+
+
+# What `curveline node home` and `curveline node clear` do
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+def test_the_host_program_has_nodes_homed(image: Image, tmp_path: Path, loss: float) -> None:
+    rig = fitted(Rig(image, b"", tmp_path, count=1, loss=loss))
+    (machine,) = rig.machines
+    machine.unplugged.add(BIAS)
+    states: list[State] = []
+    report = home_axes(rig.radio, rig.plan.drive, 1, ALL, lambda status: states.append(status.state))
+    assert State.HOMING in states
+    assert (report.state, report.axes) == (State.UNHOMED, (0, Fault.ENCODER, 0))
+    machine.unplugged.clear()
+    report = home_axes(rig.radio, rig.plan.drive, 1, 1 << BIAS)
+    assert (report.state, report.axes) == (State.READY, (0, 0, 0))
+    assert all(is_at_zero(machine, axis) for axis in range(3))
+
+
+def test_a_host_program_that_is_interrupted_stops_the_search(rig: Rig) -> None:
+    (machine,) = rig.machines
+    machine.motors[TRANSLATE].at = 3000.5
+
+    def interrupt(status: Status) -> None:
+        if machine.motors[TRANSLATE].speed < -500:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        home_axes(rig.radio, rig.plan.drive, 1, ALL, interrupt)
+    rig.fleet.run(300_000)
+    assert is_at_rest(machine)
+    assert rig.status()[0].unhomed == NOT_HOMED
+
+
+def test_a_stall_is_forgotten_when_the_host_program_says_so(homed: Rig) -> None:
+    (machine,) = homed.machines
+    free = machine.motors[EXTRUDE].low, machine.motors[EXTRUDE].high
+    assert "stalled" in homed.send_until_moving(machine.motors[EXTRUDE].jam).message
+    homed.fleet.run(1_500_000)
+    (node,) = homed.status()
+    assert node.state == "fault"
+    assert node.fault_seconds in (1, 2)
+    machine.motors[EXTRUDE].low, machine.motors[EXTRUDE].high = free
+    report = clear_fault(homed.radio, homed.plan.drive, 1)
+    assert (report.state.can_move, report.fault) == (True, Fault.NONE)
+    homed.fleet.run(300_000)
+    assert machine.drivers_on
 
 
 # By the button

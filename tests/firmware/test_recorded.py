@@ -10,11 +10,11 @@ import pytest
 
 from curveline.radio.frames import ATTEMPT_MASK, Hello, Ident, Kind, State, Status, encode_hello, kind_of
 from curveline.radio.keys import Site
-from curveline.radio.peer import Peer
+from curveline.radio.peer import NO_LOAD, Peer
 
 from . import build
 from .display import Rig
-from .hand import NO_LOAD, Hand
+from .hand import Hand
 from .image import Image
 from .twin import CORE_SOURCES
 
