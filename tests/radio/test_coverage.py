@@ -10,8 +10,33 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-MODULES = ("conductor", "frames", "journal", "keys", "motion", "node", "nodestate", "pacing", "pages", "peer", "resume")
-SUITES = ("conductor", "frames", "journal", "motion", "node", "pacing", "peer", "resume")
+MODULES = (
+    "conductor",
+    "frames",
+    "journal",
+    "keys",
+    "motion",
+    "node",
+    "nodestate",
+    "pacing",
+    "pages",
+    "peer",
+    "resume",
+    "service",
+)
+SUITES = (
+    "conductor",
+    "frames",
+    "journal",
+    "motion",
+    "node",
+    "node_homing",
+    "old_frames",
+    "pacing",
+    "peer",
+    "resume",
+    "service",
+)
 SLOW = "not random_payloads and not bit_flip"
 """Millions of refusals that take no branch the others do not take."""
 

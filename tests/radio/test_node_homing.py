@@ -186,3 +186,22 @@ def test_a_motor_that_is_absent_is_a_dead_encoder_to_a_step() -> None:
     keep_alive(host, 100, 3000, release=1)
     status = host.status()
     assert (status.state, status.fault, status.fault_axis) == (State.POSITION_LOST, Fault.ENCODER, 1)
+
+
+def test_an_order_under_another_session_or_key_is_none(host: Host) -> None:
+    frame = frames.Home(0, host.session + 1, 99, ALL_AXES, 1)
+    host.node.receive(10, frames.encode_home(frame, host.key))
+    host.node.receive(10, frames.encode_home(frames.Home(0, host.session, 99, ALL_AXES, 1), bytes(16)))
+    assert host.node.memory.homing == 0
+    assert host.node.tally.bad_tags == 1
+
+
+def test_a_person_who_ends_nothing_ends_nothing(host: Host) -> None:
+    before = host.node.ack
+    host.node.stop_homing(20)
+    assert host.node.ack == before
+
+
+def test_the_states_in_which_a_node_can_move() -> None:
+    able = {state for state in State if state.can_move}
+    assert able == {State.READY, State.MOVING, State.HOLD, State.HOLD_LINK}
