@@ -9,7 +9,7 @@ import pytest
 from curveline.errors import Infeasible
 from curveline.plan import Plan
 from curveline.planning import make_plan
-from curveline.radio.frames import POSITION_LIMIT
+from curveline.radio.codes import POSITION_LIMIT
 from curveline.radio.preflight import check_targets
 from curveline.scene import Scene
 from curveline.units import mm

@@ -11,7 +11,7 @@ from pathlib import Path
 from curveline.errors import InvalidInput
 from curveline.plan import Plan, read_plan
 from curveline.radio.actions import Record
-from curveline.radio.frames import Counts
+from curveline.radio.codes import Counts
 from curveline.radio.journal import FILE_NAME, ReopenedJournal, find_run, read_journal
 from curveline.radio.resume import SEND_AGAIN, ResumePoint, resume_point
 

@@ -13,7 +13,7 @@ from curveline.scene import Display, Scene
 
 if TYPE_CHECKING:
     from curveline.plan import Plan
-    from curveline.radio.frames import Counts
+    from curveline.radio.codes import Counts
 
 
 @dataclass(frozen=True)

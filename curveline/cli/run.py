@@ -22,7 +22,7 @@ from curveline.errors import EXIT_INTERRUPTED, InvalidInput, LinkError
 from curveline.plan import Plan, write_plan
 from curveline.portable import STOP_SIGNALS
 from curveline.radio import Radio
-from curveline.radio.frames import Counts
+from curveline.radio.codes import Counts
 from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, new_run, read_journal, runs_folder
 from curveline.radio.link import Control, Halted, Observer, Request, RunReport, resume_plan, send_plan
 from curveline.radio.resume import can_resume, resume_point

@@ -14,7 +14,7 @@ from typing import Protocol, cast
 
 from curveline.errors import InvalidInput, LinkError
 from curveline.plan import ADDRESS, DriveTable
-from curveline.radio.frames import FRAME_BYTES
+from curveline.radio.codes import FRAME_BYTES
 from curveline.radio.keys import Site
 
 BACK_ENDS = {

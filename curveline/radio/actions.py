@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from curveline.radio.frames import FLAG_CLEAR, FLAG_TAKEOVER
+from curveline.radio.codes import FLAG_CLEAR, FLAG_TAKEOVER
 
 Record = Mapping[str, Any]
 """Body of one journal record."""

@@ -9,7 +9,8 @@ from typing import TypeVar
 
 from curveline.plan import DriveTable
 from curveline.radio import Radio
-from curveline.radio.frames import ATTEMPT_MASK, Hello, Ident, Reject, Report, decode_ident
+from curveline.radio.codes import ATTEMPT_MASK, Reject
+from curveline.radio.frames import Hello, Ident, Report, decode_ident
 from curveline.radio.motion import axes_of, config_hash
 from curveline.radio.peer import Peer
 

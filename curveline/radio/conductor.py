@@ -13,7 +13,8 @@ from functools import partial
 from curveline.errors import InvalidInput
 from curveline.plan import Plan
 from curveline.radio.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
-from curveline.radio.frames import HOLD_END, Counts, Hello, Ident, State, Status, Stop, encode_stop
+from curveline.radio.codes import HOLD_END, Counts, State
+from curveline.radio.frames import Hello, Ident, Status, Stop, encode_stop
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.keys import Site
 from curveline.radio.motion import axes_of, config_hash

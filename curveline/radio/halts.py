@@ -7,7 +7,7 @@ from enum import Enum
 from shlex import quote
 
 from curveline.plan import AXES, DEFAULT_DISPLAY, Plan
-from curveline.radio.frames import Fault
+from curveline.radio.codes import Fault
 
 
 class Cause(Enum):

@@ -6,21 +6,9 @@ from dataclasses import replace
 from random import Random
 from typing import TYPE_CHECKING
 
-from curveline.radio.frames import (
-    ATTEMPT_MASK,
-    BODY_BYTES,
-    FLAG_TAKEOVER,
-    VERSION,
-    Hello,
-    Ident,
-    Kind,
-    Reject,
-    State,
-    decode_ident,
-    encode_ident,
-    head,
-    kind_of,
-)
+from curveline.radio.codes import ATTEMPT_MASK, BODY_BYTES, FLAG_TAKEOVER, VERSION, Kind, Reject, State
+from curveline.radio.envelope import head, kind_of
+from curveline.radio.frames import Hello, Ident, decode_ident, encode_ident
 from curveline.radio.node import Node
 from curveline.radio.nodestate import Identity
 from curveline.radio.pages import decode_ask, decode_page, encode_page

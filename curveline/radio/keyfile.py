@@ -24,7 +24,7 @@ from curveline import portable
 from curveline.errors import InvalidInput
 from curveline.plan import DriveTable
 from curveline.radio.air import RATES_KBPS
-from curveline.radio.frames import EVERY_NODE
+from curveline.radio.codes import EVERY_NODE
 from curveline.radio.keys import KEY_BYTES, ZERO_MASTER, Site, derive
 from curveline.radio.motion import axes_of
 

@@ -14,21 +14,9 @@ from curveline.plan import AXES, DriveTable, Plan
 from curveline.radio import Radio, RadioGone
 from curveline.radio.actions import Finished, Phase, Policy, Poll, Sleep, Write
 from curveline.radio.asking import fresh_nonce, insist
+from curveline.radio.codes import FLAG_QUERY, NOT_HOMED, Counts, Fault, Reject
 from curveline.radio.conductor import Conductor
-from curveline.radio.frames import (
-    FLAG_QUERY,
-    NOT_HOMED,
-    Counts,
-    Drive,
-    Fault,
-    Hello,
-    Reject,
-    Report,
-    Status,
-    decode_drive,
-    decode_report,
-    encode_drive,
-)
+from curveline.radio.frames import Drive, Hello, Report, Status, decode_drive, decode_report, encode_drive
 from curveline.radio.halts import Halt, named_display
 from curveline.radio.journal import Journal, ReopenedJournal
 from curveline.radio.keys import KEY_BYTES

@@ -15,7 +15,8 @@ from random import Random
 
 from curveline.radio import RadioGone
 from curveline.radio.air import Air
-from curveline.radio.frames import Fault, Stop, encode_stop
+from curveline.radio.codes import Fault
+from curveline.radio.frames import Stop, encode_stop
 from curveline.radio.intruders import REPLAYS, NextVersion, Rival, forged, stranger_identity
 from curveline.radio.journal import SystemDisk
 from curveline.radio.node import Node

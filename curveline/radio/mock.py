@@ -19,7 +19,7 @@ from curveline.plan import DriveTable
 from curveline.radio import Answer, check_frames
 from curveline.radio.air import RATES_KBPS, Air
 from curveline.radio.clock import steady_us
-from curveline.radio.frames import Counts
+from curveline.radio.codes import Counts
 from curveline.radio.keyfile import hardware_site
 from curveline.radio.keys import ZERO_MASTER, Site
 from curveline.radio.mishaps import MockDisk, Packet, Stage, Troubles

@@ -14,7 +14,7 @@ from math import isqrt
 
 from curveline.errors import InvalidInput
 from curveline.plan import AXES, AxisDrive, DriveTable
-from curveline.radio.frames import POSITION_LIMIT, Counts
+from curveline.radio.codes import POSITION_LIMIT, Counts
 
 LEAST_RATE = 100
 MOST_RATE = 1_000_000

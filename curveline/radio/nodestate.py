@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from curveline.radio.frames import ALL_AXES, NOT_HOMED, BootCause, Counts, Fault, Hello, NodeNonce, Reject
+from curveline.radio.codes import ALL_AXES, NOT_HOMED, BootCause, Counts, Fault, Reject
+from curveline.radio.frames import Hello, NodeNonce
 from curveline.radio.keys import Site
 
 FIRMWARE = 2

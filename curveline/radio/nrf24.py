@@ -20,7 +20,7 @@ from curveline.plan import DriveTable
 from curveline.radio import Answer, RadioGone, check_frames
 from curveline.radio.air import RATES_KBPS, RETRIES
 from curveline.radio.clock import steady_us
-from curveline.radio.frames import FRAME_BYTES
+from curveline.radio.codes import FRAME_BYTES
 from curveline.radio.keyfile import hardware_site
 from curveline.radio.keys import Site
 

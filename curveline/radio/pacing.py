@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from curveline.radio import BATCH
 from curveline.radio.actions import Policy
-from curveline.radio.frames import CLOCK_SHIFT
+from curveline.radio.codes import CLOCK_SHIFT
 from curveline.radio.peer import Peer
 
 DEADMAN_LIMIT_MS = 5000

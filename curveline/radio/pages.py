@@ -9,19 +9,8 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from curveline.radio.frames import (
-    ATTEMPT_MASK,
-    BODY_BYTES,
-    BOOT_END,
-    VERSION,
-    Kind,
-    Reject,
-    State,
-    head,
-    nonce_bytes,
-    pack,
-    verify,
-)
+from curveline.radio.codes import ATTEMPT_MASK, BODY_BYTES, BOOT_END, VERSION, Kind, Reject, State
+from curveline.radio.envelope import head, nonce_bytes, pack, verify
 from curveline.radio.keys import FROM_HOST, FROM_NODE, OPEN_KEY, tag
 
 WHO = 0

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from curveline.radio.codes import ATTEMPT_MASK, Counts, Kind, Reject
+from curveline.radio.envelope import kind_of
 from curveline.radio.frames import (
-    ATTEMPT_MASK,
-    Counts,
     Drive,
     Estop,
     Hello,
     Home,
     Ident,
-    Kind,
-    Reject,
     Status,
     decode_ident,
     decode_status,
@@ -21,7 +19,6 @@ from curveline.radio.frames import (
     encode_estop,
     encode_hello,
     encode_home,
-    kind_of,
 )
 from curveline.radio.keys import session_key
 

@@ -6,7 +6,7 @@ from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from curveline.radio.frames import Counts, Fault
+from curveline.radio.codes import Counts, Fault
 from curveline.radio.motion import Move
 from curveline.radio.nodestate import HOMED, with_reason
 

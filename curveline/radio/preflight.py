@@ -9,7 +9,8 @@ from hashlib import blake2s
 from curveline.errors import InvalidInput
 from curveline.plan import AXES, Plan
 from curveline.radio.actions import Record
-from curveline.radio.frames import MOVE_MS_LIMIT, VERSION, Counts, Fault, Ident, State, Status
+from curveline.radio.codes import MOVE_MS_LIMIT, VERSION, Counts, Fault, State
+from curveline.radio.frames import Ident, Status
 from curveline.radio.halts import Cause, Halt, fault_halt
 from curveline.radio.motion import axes_of, outside
 from curveline.radio.peer import STRANGE, Peer

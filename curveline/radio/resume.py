@@ -14,7 +14,8 @@ from typing import Any
 from curveline.errors import InvalidInput
 from curveline.plan import AXES, Plan
 from curveline.radio.actions import Record
-from curveline.radio.frames import BOOT_END, FLAG_CLEAR, FLAG_RESUME, Counts, Ident, Status
+from curveline.radio.codes import BOOT_END, FLAG_CLEAR, FLAG_RESUME, Counts
+from curveline.radio.frames import Ident, Status
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.peer import Peer
 from curveline.radio.preflight import START_TOLERANCE, check_fit, node_facts, run_tag

@@ -13,15 +13,8 @@ from dataclasses import dataclass, field
 
 from curveline.plan import DriveTable
 from curveline.radio import BATCH, Answer, Radio, RadioGone
-from curveline.radio.frames import (
-    ATTEMPT_MASK,
-    EVERY_NODE,
-    FRAME_BYTES,
-    VERSION,
-    Kind,
-    Reject,
-    head,
-)
+from curveline.radio.codes import ATTEMPT_MASK, EVERY_NODE, FRAME_BYTES, VERSION, Kind, Reject
+from curveline.radio.envelope import head
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.keyfile import UNKNOWN_CHIP
 from curveline.radio.motion import axes_of, config_hash

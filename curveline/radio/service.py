@@ -14,20 +14,8 @@ from curveline.plan import DriveTable
 from curveline.radio import Radio
 from curveline.radio.actions import Policy
 from curveline.radio.asking import fresh_nonce, insist
-from curveline.radio.frames import (
-    ALL_AXES,
-    FLAG_CLEAR,
-    FLAG_QUERY,
-    HOLD_END,
-    Hello,
-    Ident,
-    Reject,
-    Report,
-    State,
-    Status,
-    decode_ident,
-    decode_report,
-)
+from curveline.radio.codes import ALL_AXES, FLAG_CLEAR, FLAG_QUERY, HOLD_END, Reject, State
+from curveline.radio.frames import Hello, Ident, Report, Status, decode_ident, decode_report
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.link import Halted, ignore
 from curveline.radio.motion import axes_of, config_hash

@@ -6,7 +6,8 @@ from dataclasses import replace
 from random import Random
 
 from curveline.radio.air import Air, Antenna, Heard, Receiver
-from curveline.radio.frames import FRAME_BYTES, Kind, kind_of
+from curveline.radio.codes import FRAME_BYTES, Kind
+from curveline.radio.envelope import kind_of
 from curveline.radio.intruders import Pair
 from curveline.radio.motion import Axes
 from curveline.radio.node import Node

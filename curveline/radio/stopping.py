@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 
 from curveline.plan import DriveTable
 from curveline.radio import BATCH, Answer, Radio
-from curveline.radio.frames import ATTEMPT_MASK, FLAG_QUERY, Hello, Report, State, Stop, decode_report, encode_stop
+from curveline.radio.codes import ATTEMPT_MASK, FLAG_QUERY, State
+from curveline.radio.frames import Hello, Report, Stop, decode_report, encode_stop
 from curveline.radio.keyfile import UNKNOWN_CHIP
 from curveline.radio.peer import LinkTally, Peer
 

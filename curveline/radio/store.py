@@ -15,7 +15,7 @@ from typing import Any
 from curveline import portable
 from curveline.errors import LinkError
 from curveline.plan import DriveTable
-from curveline.radio.frames import REASONS, TARGET_LIMIT, BootCause, Counts, Fault
+from curveline.radio.codes import REASONS, TARGET_LIMIT, BootCause, Counts, Fault
 from curveline.radio.nodestate import Memory, Reasons
 
 FORMAT = 2

@@ -12,7 +12,7 @@ import pytest
 
 from curveline.capability import TOO_HARD, TOO_STIFF, TOO_TIGHT, Held, held_lengths, too_much
 from curveline.cli import show
-from curveline.radio.frames import POSITION_LIMIT
+from curveline.radio.codes import POSITION_LIMIT
 from curveline.shapefile import builtin_text, read_display
 from curveline.suspicions import suspicions
 from curveline.units import mm

@@ -16,7 +16,7 @@ from curveline.plan import NodeTarget, Plan, read_plan, sealed, write_plan
 from curveline.playback import replay
 from curveline.radio import open_radio
 from curveline.radio.actions import Policy
-from curveline.radio.frames import Counts
+from curveline.radio.codes import Counts
 from curveline.radio.journal import Journal, new_run
 from curveline.radio.link import Control, Progress, Request, send_plan
 from curveline.radio.mock import Motion

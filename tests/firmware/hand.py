@@ -3,16 +3,8 @@
 from __future__ import annotations
 
 from curveline.radio.asking import fresh_nonce
-from curveline.radio.frames import (
-    DEADMAN_UNIT_MS,
-    Counts,
-    Hello,
-    Ident,
-    State,
-    Status,
-    Stop,
-    encode_stop,
-)
+from curveline.radio.codes import DEADMAN_UNIT_MS, Counts, State
+from curveline.radio.frames import Hello, Ident, Status, Stop, encode_stop
 from curveline.radio.motion import axes_of, config_hash
 from curveline.radio.peer import NO_LOAD, Peer
 

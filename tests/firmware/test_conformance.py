@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio.frames import Fault, State
+from curveline.radio.codes import Fault, State
 
 from . import build, twin
 

@@ -12,7 +12,7 @@ from random import Random
 
 import pytest
 
-from curveline.radio import frames, keys, motion, nodestate, pages
+from curveline.radio import codes, keys, motion, nodestate, pages
 from curveline.radio.motion import AxisLimits, Move
 
 from . import build
@@ -77,8 +77,8 @@ def defined(header: str) -> dict[str, int]:
 @pytest.mark.parametrize(
     ("prefix", "enum"),
     [
-        *(("CL_KIND_", frames.Kind), ("CL_STATE_", frames.State)),
-        *(("CL_FAULT_", frames.Fault), ("CL_CAUSE_", frames.BootCause)),
+        *(("CL_KIND_", codes.Kind), ("CL_STATE_", codes.State)),
+        *(("CL_FAULT_", codes.Fault), ("CL_CAUSE_", codes.BootCause)),
     ],
 )
 def test_codes_are_those_of_python(prefix: str, enum: type[IntEnum]) -> None:
@@ -89,14 +89,14 @@ def test_codes_are_those_of_python(prefix: str, enum: type[IntEnum]) -> None:
 def test_flags_and_limits_are_those_of_python() -> None:
     numbers = defined("frames.h") | defined("keys.h") | defined("motion.h") | defined("node.h")
     enums = ("CL_KIND_", "CL_STATE_", "CL_FAULT_", "CL_CAUSE_")
-    places = (frames, keys, motion, nodestate, pages)
+    places = (codes, keys, motion, nodestate, pages)
     compared = set()
     for name, number in numbers.items():
         if name.startswith(enums) or name == "CL_AXES":
             continue
         assert [getattr(place, name[3:]) for place in places if hasattr(place, name[3:])][:1] == [number], name
         compared.add(name[3:])
-    assert {name for name in vars(frames) if name.startswith("FLAG_")} <= compared
+    assert {name for name in vars(codes) if name.startswith("FLAG_")} <= compared
     assert {"VERSION", "COUNTER_END", "HOLD_END", "TARGET_LIMIT", "POSITION_LIMIT", "FLOOD", "DEAF_MS"} <= compared
     assert {"CLOCK_SHIFT", "DRIVE_CLOCK_BITS", "BOOT_END", "OFFERS_END", "NOT_HOMED", "ALL_AXES"} <= compared
 
@@ -122,7 +122,7 @@ def test_a_decoder_takes_its_own_kind_of_frame_only(core: ctypes.CDLL) -> None:
         9: lambda payload, keyed, frame: core.cl_decode_home(payload, keyed, now, frame),
     }
     for head in (*range(0x20, 0x30), 0x31, 0x11, 0x01):
-        axes = 1 if head & 0xF == frames.Kind.HOME else 0
+        axes = 1 if head & 0xF == codes.Kind.HOME else 0
         body = bytes((head, *7 * (0,), axes, *15 * (0,)))
         payload = body + keys.tag(key, body, keys.FROM_HOST)
         for own, decode in decoders.items():
@@ -136,7 +136,7 @@ def test_a_decoder_takes_its_own_kind_of_frame_only(core: ctypes.CDLL) -> None:
 
 
 def random_axis(random: Random) -> AxisLimits:
-    low, high = sorted(random.randint(-frames.POSITION_LIMIT, frames.POSITION_LIMIT) for _ in range(2))
+    low, high = sorted(random.randint(-codes.POSITION_LIMIT, codes.POSITION_LIMIT) for _ in range(2))
     speed, acceleration = (
         random.choice((motion.LEAST_RATE, motion.MOST_RATE, random.randint(motion.LEAST_RATE, motion.MOST_RATE)))
         for _ in range(2)
@@ -149,10 +149,10 @@ def random_moves(count: int) -> Iterator[tuple[motion.Axes, Move]]:
     random = Random(SEED)
     for number in range(count):
         axes = (random_axis(random), random_axis(random), random_axis(random))
-        reach = 2 * frames.POSITION_LIMIT if number % 4 == 0 else 300
+        reach = 2 * codes.POSITION_LIMIT if number % 4 == 0 else 300
         target = tuple(random.choice((axis.low, axis.high, random.randint(axis.low, axis.high))) for axis in axes)
         start = tuple(
-            max(-2 * frames.POSITION_LIMIT, min(2 * frames.POSITION_LIMIT, counts + random.randint(-reach, reach)))
+            max(-2 * codes.POSITION_LIMIT, min(2 * codes.POSITION_LIMIT, counts + random.randint(-reach, reach)))
             for counts in target
         )
         least_ms = random.choice((0, 1, random.randint(0, 0xFFFF), random.randint(0, 7_000_000)))

@@ -13,8 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio import frames, pages
-from curveline.radio.frames import BootCause, Drive, Estop, Hello, Home, Ident, NodeNonce, Report, State, Status, Stop
+from curveline.radio import codes, frames, pages
+from curveline.radio.codes import BootCause, State
+from curveline.radio.frames import Drive, Estop, Hello, Home, Ident, NodeNonce, Report, Status, Stop
 
 from . import build, twin
 
@@ -41,17 +42,17 @@ def checked() -> Path:
 def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One frame of every kind with every sort of content that hosts and nodes send."""
     steps, holds = (0, 1, 2, 65535), (0, 1, 2, 3, 254, 255)
-    targets = ((0, 0, 0), (221326, -5215, 48691), (frames.TARGET_LIMIT, -frames.TARGET_LIMIT, 1))
+    targets = ((0, 0, 0), (221326, -5215, 48691), (codes.TARGET_LIMIT, -codes.TARGET_LIMIT, 1))
     found = [
         frames.encode_drive(Drive(0, 1, 1, step, step, target, 100 * hold, hold), KEY)
         for step, hold, target in product(steps, holds, targets)
     ]
-    found += [frames.encode_estop(Estop(1, 1, counter), KEY) for counter in (1, frames.COUNTER_END - 1)]
-    found += [frames.encode_home(Home(0, 1, 1, axes, axes), KEY) for axes in range(1, frames.ALL_AXES + 1)]
+    found += [frames.encode_estop(Estop(1, 1, counter), KEY) for counter in (1, codes.COUNTER_END - 1)]
+    found += [frames.encode_home(Home(0, 1, 1, axes, axes), KEY) for axes in range(1, codes.ALL_AXES + 1)]
     found += [frames.encode_hello(Hello(1, nonce << 8, 0x1111, 0, 1000, nonce), KEY) for nonce in range(16)]
     found += [frames.encode_stop(Stop(purpose), KEY) for purpose in (0, 1)]
-    found += [pages.encode_ask(pages.Ask(node, 300)) for node in (1, frames.EVERY_NODE)]
-    steps_and_state = (1, 1, 1, State.READY, 0, frames.Fault.NONE, 0, (8, 8, 8))
+    found += [pages.encode_ask(pages.Ask(node, 300)) for node in (1, codes.EVERY_NODE)]
+    steps_and_state = (1, 1, 1, State.READY, 0, codes.Fault.NONE, 0, (8, 8, 8))
     found.append(frames.encode_status(Status(1, 1, 1, 1, *steps_and_state), KEY))
     found.append(frames.encode_report(Report(1, 1, BootCause.PIN, *steps_and_state, (0, 15, 3), 1), KEY, 256))
     nonce = NodeNonce(1, 1, 1)

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from curveline.plan import AXES as NAMES
-from curveline.radio.frames import Fault, State, Status
+from curveline.radio.codes import Fault, State
+from curveline.radio.frames import Status
 from curveline.radio.service import clear_fault, home_axes
 
 from .display import Rig

@@ -11,7 +11,7 @@ import pytest
 
 from curveline.errors import LinkError
 from curveline.plan import AXES
-from curveline.radio.frames import BOOT_END
+from curveline.radio.codes import BOOT_END
 from curveline.radio.intelhex import with_settings
 from curveline.radio.keyfile import settings_record
 from curveline.radio.link import Control, Progress, Request, read_status

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio.frames import ATTEMPT_MASK, Hello, Ident, Kind, State, Status, encode_hello, kind_of
+from curveline.radio.codes import ATTEMPT_MASK, Kind, State
+from curveline.radio.envelope import kind_of
+from curveline.radio.frames import Hello, Ident, Status, encode_hello
 from curveline.radio.keys import Site
 from curveline.radio.peer import NO_LOAD, Peer
 

@@ -14,7 +14,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from curveline.radio.frames import BootCause, Counts, Fault, Hello
+from curveline.radio.codes import BootCause, Counts, Fault
+from curveline.radio.frames import Hello
 from curveline.radio.keys import Site
 from curveline.radio.motion import Axes, AxisLimits, Move
 from curveline.radio.node import Node

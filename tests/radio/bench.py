@@ -9,8 +9,8 @@ from random import Random
 from curveline.plan import AxisDrive, DriveTable, NodeTarget, Plan, Step
 from curveline.radio.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
 from curveline.radio.air import Air, Antenna, Heard, Weather
+from curveline.radio.codes import Counts
 from curveline.radio.conductor import Conductor
-from curveline.radio.frames import Counts
 from curveline.radio.mock import mock_site
 from curveline.radio.motion import Move, axes_of
 from curveline.radio.node import Node

@@ -14,7 +14,8 @@ from curveline.errors import LinkError
 from curveline.plan import DriveTable
 from curveline.radio import BATCH, Answer, Radio, RadioGone, open_radio
 from curveline.radio.air import RETRIES, Weather
-from curveline.radio.frames import FLAG_QUERY, Hello, Report, decode_report, encode_hello
+from curveline.radio.codes import FLAG_QUERY
+from curveline.radio.frames import Hello, Report, decode_report, encode_hello
 from curveline.radio.keyfile import read_site
 from curveline.radio.link import read_status
 

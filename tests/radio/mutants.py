@@ -9,6 +9,8 @@ from itertools import count
 from pathlib import Path
 from types import ModuleType
 
+from curveline.radio.node import Node
+
 _serial = count(1)
 
 
@@ -21,6 +23,13 @@ class Mistake:
     old: str
     new: str
     caught: str = ""
+
+
+def with_body(module: ModuleType) -> type[Node]:
+    """The node, which does without frames what the other `nodebody` says."""
+    other = {name: what for name, what in vars(module.NodeBody).items() if name not in vars(Node)}
+    members = {name: what for name, what in other.items() if callable(what) or isinstance(what, property)}
+    return type("Node", (Node,), members)
 
 
 def mutant(mistake: Mistake) -> ModuleType:

@@ -12,8 +12,8 @@ from random import Random
 from curveline.errors import InvalidInput
 from curveline.radio.actions import Phase, Policy, Poll, Send, Write
 from curveline.radio.air import Air, Heard, Weather
+from curveline.radio.codes import Kind
 from curveline.radio.conductor import Conductor
-from curveline.radio.frames import Kind
 from curveline.radio.halts import Cause
 from curveline.radio.motion import Move
 from curveline.radio.node import Node

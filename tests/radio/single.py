@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from curveline.radio import frames
-from curveline.radio.frames import Counts, Drive, Hello, Home, Ident, Report, Status, clock_of
+from curveline.radio import codes, frames
+from curveline.radio.codes import Counts, clock_of
+from curveline.radio.frames import Drive, Hello, Home, Ident, Report, Status
 from curveline.radio.keys import ZERO_MASTER, Site, session_key
 from curveline.radio.motion import axes_of, config_hash
 from curveline.radio.node import Node
@@ -71,7 +72,7 @@ class Host:
         self.seen = clock_of(now)
         return self.status()
 
-    def home(self, now: int, axes: int = frames.ALL_AXES, order: int = 1) -> Status:
+    def home(self, now: int, axes: int = codes.ALL_AXES, order: int = 1) -> Status:
         self.counter += 1
         frame = Home(clock_of(now), self.session, self.counter, axes, order)
         self.node.receive(now, frames.encode_home(frame, self.key))
@@ -85,7 +86,7 @@ class Host:
 
     def report(self, now: int) -> Report:
         """What the node answers to a query."""
-        question = Hello(1, 0xABCDEF00, 0, 0, 0, frames.FLAG_QUERY)
+        question = Hello(1, 0xABCDEF00, 0, 0, 0, codes.FLAG_QUERY)
         self.node.receive(now, frames.encode_hello(question, NODE_KEY))
         report = frames.decode_report(self.node.ack, NODE_KEY, question.handshake)
         assert isinstance(report, Report), report

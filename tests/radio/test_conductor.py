@@ -7,11 +7,12 @@ from dataclasses import replace
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.radio import frames
+from curveline.radio import codes, frames
 from curveline.radio.actions import Phase, Policy, Poll, Send, Write
 from curveline.radio.air import Weather
+from curveline.radio.codes import Fault, State
 from curveline.radio.conductor import Conductor
-from curveline.radio.frames import Drive, Fault, State, Stop
+from curveline.radio.frames import Drive, Stop
 from curveline.radio.halts import Cause, Halt, fault_halt
 from curveline.radio.keys import Site
 from curveline.radio.motion import AxisLimits, plan_move
@@ -70,7 +71,7 @@ def test_a_run_goes_from_barrier_to_barrier_and_writes_before_it_speaks() -> Non
 
     def watch(send: Send) -> None:
         frame = frames.decode_drive(
-            send.payload, bench.conductor.peers[send.node - 1].key, frames.clock_of(bench.now_ms)
+            send.payload, bench.conductor.peers[send.node - 1].key, codes.clock_of(bench.now_ms)
         )
         if isinstance(frame, Drive):
             released = [record["step"] for record in bench.records if record["type"] == "release"]
@@ -124,7 +125,7 @@ def test_the_run_tag_depends_on_what_the_nodes_will_do() -> None:
 def test_steps_longer_than_the_field_are_sent_as_its_largest_value() -> None:
     bench = Bench(make_plan(poses=[(1.0, 0.0, 0.0)], seconds=100.0))
     assert bench.run() is Phase.DONE
-    assert bench.nodes[0].memory.move_ms == frames.MOVE_MS_LIMIT
+    assert bench.nodes[0].memory.move_ms == codes.MOVE_MS_LIMIT
 
 
 # Refused before the radio speaks
@@ -466,7 +467,7 @@ def test_a_fault_of_a_motor(fault: Fault, cause: Cause, monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize(("load", "cause"), [((1, (5, 5, 5), 0), Cause.CONFLICT), ((2, (10**6, 0, 0), 0), Cause.LIMIT)])
-def test_a_target_that_the_node_refuses(load: tuple[int, frames.Counts, int], cause: Cause) -> None:
+def test_a_target_that_the_node_refuses(load: tuple[int, codes.Counts, int], cause: Cause) -> None:
     bench = Bench(make_plan())
     bench.run_to(Phase.STAGING, 1)
     if cause is Cause.LIMIT:
@@ -494,7 +495,7 @@ def test_a_node_ahead_of_the_record() -> None:
 
 def test_a_session_worn_out_by_pauses() -> None:
     bench = moving(50.0)
-    bench.conductor._hold_gen = frames.HOLD_END - 2
+    bench.conductor._hold_gen = codes.HOLD_END - 2
     bench.conductor.hold(bench.now_ms)
     bench.run_to(Phase.PAUSED)
     bench.conductor.resume(bench.now_ms)

@@ -15,17 +15,8 @@ from curveline.plan import Plan
 from curveline.radio import BACK_ENDS, BATCH, Answer, Radio
 from curveline.radio.actions import Policy
 from curveline.radio.air import RETRIES, Weather
-from curveline.radio.frames import (
-    FLAG_QUERY,
-    FLAG_TAKEOVER,
-    FRAME_BYTES,
-    Drive,
-    Hello,
-    Report,
-    decode_report,
-    encode_drive,
-    encode_hello,
-)
+from curveline.radio.codes import FLAG_QUERY, FLAG_TAKEOVER, FRAME_BYTES
+from curveline.radio.frames import Drive, Hello, Report, decode_report, encode_drive, encode_hello
 from curveline.radio.journal import Journal, new_run, read_journal
 from curveline.radio.keys import session_key
 from curveline.radio.link import Control, Progress, Request, RunReport, read_status, send_plan

@@ -15,7 +15,7 @@ import pytest
 from curveline.errors import EXIT_LINK, LinkError
 from curveline.radio import RadioGone
 from curveline.radio.air import Air
-from curveline.radio.frames import State
+from curveline.radio.codes import State
 from curveline.radio.halts import Cause
 from curveline.radio.journal import Journal, new_run, read_journal
 from curveline.radio.keys import Site

@@ -11,24 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curveline.errors import InvalidInput
-from curveline.radio import frames, pages
-from curveline.radio.frames import (
-    NOT_HOMED,
-    BootCause,
-    Drive,
-    Estop,
-    Fault,
-    Hello,
-    Home,
-    Ident,
-    Kind,
-    NodeNonce,
-    Reject,
-    Report,
-    State,
-    Status,
-    Stop,
-)
+from curveline.radio import codes, envelope, frames, pages
+from curveline.radio.codes import NOT_HOMED, BootCause, Fault, Kind, Reject, State
+from curveline.radio.frames import Drive, Estop, Hello, Home, Ident, NodeNonce, Report, Status, Stop
 from curveline.radio.keys import OPEN_KEY, Site, derive, session_key
 from curveline.radio.pages import Ask, Page
 
@@ -103,7 +88,7 @@ TRAILERS = {"estop": b"H", "hello": b"H", "stop": b"H", "ask": b"H", "status": C
 TRAILERS["drive"] = TRAILERS["home"] = CLOCK.to_bytes(8, "little") + b"H"
 TRAILERS["ident"] = TRAILERS["page"] = TRAILERS["report"] = NONCE.to_bytes(8, "little") + b"N"
 KEYS = dict.fromkeys(GOLDEN, KEY) | {"ask": OPEN_KEY, "page": OPEN_KEY}
-KINDS = {kind: [name for name, payload in ENCODED.items() if frames.kind_of(payload) is kind] for kind in frames.Kind}
+KINDS = {kind: [name for name, payload in ENCODED.items() if envelope.kind_of(payload) is kind] for kind in codes.Kind}
 NAMES = sorted(GOLDEN)
 
 
@@ -142,7 +127,7 @@ def test_every_single_and_double_bit_flip_is_rejected(name: str) -> None:
 def test_random_payloads_are_never_accepted() -> None:
     """A million that look right up to the tag, each to the decoders of its kind; thousands of any length to all."""
     random = Random(1)
-    kinds = list(frames.Kind)
+    kinds = list(codes.Kind)
     heads = [bytes([0x20 | kind]) for kind in kinds]
     decoders = [[DECODE[name] for name in KINDS[kind]] for kind in kinds]
     for number in range(1_000_000):
@@ -174,8 +159,8 @@ def test_rejects_say_why() -> None:
     assert frames.decode_drive(b"\x11" + drive[1:], KEY, NOW) is Reject.VERSION
     assert frames.decode_drive(ENCODED["status"], KEY, NOW) is Reject.KIND
     assert frames.decode_drive(drive, bytes(16), NOW) is Reject.TAG
-    assert frames.kind_of(b"\x2a" + drive[1:]) is Reject.KIND
-    assert frames.kind_of(drive) is Kind.DRIVE
+    assert envelope.kind_of(b"\x2a" + drive[1:]) is Reject.KIND
+    assert envelope.kind_of(drive) is Kind.DRIVE
 
 
 def test_an_ident_is_worth_nothing_under_another_nonce() -> None:
@@ -206,9 +191,9 @@ def test_a_status_is_known_by_its_clock_for_half_an_hour_either_way(away: int, k
 
 @given(st.integers(0, 2**40), st.integers(0, 300))
 def test_clocks_are_found_by_their_low_bits(now: int, age: int) -> None:
-    assert (frames.latest_clock((now - age) & 0xFF, now) == now - age) == (age < 256)
-    assert frames.nearest_clock(now & 0xFFFF, now + age) == now
-    assert frames.nearest_clock(now & 0xFFFF, max(0, now - age)) == now
+    assert (codes.latest_clock((now - age) & 0xFF, now) == now - age) == (age < 256)
+    assert codes.nearest_clock(now & 0xFFFF, now + age) == now
+    assert codes.nearest_clock(now & 0xFFFF, max(0, now - age)) == now
 
 
 def sealed(name: str, body: str) -> bytes:
@@ -252,7 +237,7 @@ def test_fields_with_no_meaning_are_rejected_behind_a_good_tag(name: str, body: 
 
 
 u8, u16, u24, u32, u40, u64 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 24, 32, 40, 64))
-i24 = st.integers(-frames.TARGET_LIMIT, frames.TARGET_LIMIT)
+i24 = st.integers(-codes.TARGET_LIMIT, codes.TARGET_LIMIT)
 units = st.integers(-32767, 32767).map(lambda value: value * 8)
 bool_ = st.booleans()
 drives = st.builds(Drive, u40, u16, u32, u16, u16, st.tuples(i24, i24, i24), u16, u8)
@@ -312,7 +297,7 @@ def test_positions_are_rounded_to_eight_counts_and_saturate(counts: int) -> None
     status = Status(1, 1, 1, 1, 0, 0, 0, State.READY, 0, Fault.NONE, 0, (counts, 0, 0))
     decoded = frames.decode_status(frames.encode_status(status, KEY), KEY, 1)
     assert isinstance(decoded, Status)
-    nearest = max(-frames.POSITION_LIMIT, min(frames.POSITION_LIMIT, counts))
+    nearest = max(-codes.POSITION_LIMIT, min(codes.POSITION_LIMIT, counts))
     assert abs(decoded.position[0] - nearest) <= 4
 
 

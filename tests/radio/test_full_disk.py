@@ -14,7 +14,8 @@ import pytest
 from curveline.errors import InvalidInput, LinkError
 from curveline.plan import Plan
 from curveline.radio import Answer
-from curveline.radio.frames import Kind, State, kind_of
+from curveline.radio.codes import Kind, State
+from curveline.radio.envelope import kind_of
 from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, SystemDisk, read_journal
 from curveline.radio.link import resume_plan, send_plan
 from curveline.radio.mock import MockRadio

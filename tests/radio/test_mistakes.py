@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from .mutants import Mistake, mutant
+from .mutants import Mistake, mutant, with_body
 from .scenarios import SCENARIOS
 from .watched import Broken, Watched
 
@@ -31,7 +31,7 @@ def trial(name: str, where: tuple[str, str, str], scenario: str, caught: str) ->
 TRIALS = (
     trial(
         "a hold does not keep a node from moving",
-        ("node", "return not (self._silent or self._stopped or session.hold_gen & 1)", "return True"),
+        ("nodebody", "return not (self._silent or self._stopped or session.hold_gen & 1)", "return True"),
         "paused",
         "I3",
     ),
@@ -49,7 +49,7 @@ TRIALS = (
     trial(
         "the dead-man does not brake",
         (
-            "node",
+            "nodebody",
             "self._lift_above = self._session.hold_gen\n            self._halt(now_ms)",
             "self._lift_above = self._session.hold_gen",
         ),
@@ -198,6 +198,8 @@ def bench_with(mistake: Mistake) -> type[Watched]:
 
     if mistake.module == "node":
         Mistaken.node_class = module.Node
+    elif mistake.module == "nodebody":
+        Mistaken.node_class = with_body(module)
     elif mistake.module == "conductor":
         Mistaken.host_class = module.Conductor
     else:

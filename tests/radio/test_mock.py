@@ -17,7 +17,7 @@ from curveline.errors import InvalidInput, LinkError
 from curveline.radio import Answer
 from curveline.radio import store as store_module
 from curveline.radio.air import Weather
-from curveline.radio.frames import State
+from curveline.radio.codes import State
 from curveline.radio.journal import Journal, new_run
 from curveline.radio.link import RunReport, read_status, send_plan
 from curveline.radio.mishaps import MISHAPS, Mishap

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from curveline.errors import InvalidInput
 from curveline.plan import AxisDrive
-from curveline.radio.frames import POSITION_LIMIT
+from curveline.radio.codes import POSITION_LIMIT
 from curveline.radio.keyfile import SETTINGS_BYTES, settings_record
 from curveline.radio.motion import (
     LEAST_RATE,

@@ -6,18 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from curveline.radio import frames
-from curveline.radio.frames import (
-    Counts,
-    Drive,
-    Estop,
-    Fault,
-    Hello,
-    Report,
-    State,
-    Stop,
-    clock_of,
-)
+from curveline.radio import codes, frames
+from curveline.radio.codes import Counts, Fault, State, clock_of
+from curveline.radio.frames import Drive, Estop, Hello, Report, Stop
 from curveline.radio.keys import FROM_HOST, OPEN_KEY, tag
 from curveline.radio.motion import Move, config_hash
 from curveline.radio.node import Node
@@ -135,16 +126,16 @@ def test_what_is_no_frame_for_a_node_is_ignored(host: Host) -> None:
 
 def test_a_session_ends_with_its_counter(host: Host) -> None:
     host.start(0, target=FAR)
-    host.counter = frames.COUNTER_END - 2
+    host.counter = codes.COUNTER_END - 2
     assert host.drive(100, release=1).state is State.MOVING
-    host.node.receive(200, frames.encode_drive(Drive(clock_of(200), host.session, frames.COUNTER_END), host.key))
+    host.node.receive(200, frames.encode_drive(Drive(clock_of(200), host.session, codes.COUNTER_END), host.key))
     host.node.advance(1000)
     assert host.node.state is State.HOLD_LINK
     assert host.node.memory.finished == 0
 
 
 def test_giving_a_session_back_leaves_the_node_ready_and_its_last_answer_loaded(host: Host) -> None:
-    status = host.drive(10, hold_gen=frames.HOLD_END)
+    status = host.drive(10, hold_gen=codes.HOLD_END)
     assert (status.state, status.echo) == (State.READY, host.counter)
     before = host.node.ack
     host.counter += 1
@@ -156,7 +147,7 @@ def test_giving_a_session_back_leaves_the_node_ready_and_its_last_answer_loaded(
 
 def test_giving_a_session_back_stops_a_moving_node_and_lifts_no_hold(host: Host) -> None:
     host.start(0, target=FAR)
-    host.drive(500, release=1, hold_gen=frames.HOLD_END)
+    host.drive(500, release=1, hold_gen=codes.HOLD_END)
     host.node.advance(5000)
     assert host.node.state is State.HOLD_LINK
     assert host.node.memory.finished == 0
@@ -165,7 +156,7 @@ def test_giving_a_session_back_stops_a_moving_node_and_lifts_no_hold(host: Host)
 def test_a_query_tells_everything_and_changes_nothing(host: Host) -> None:
     host.start(0, target=FAR)
     session = host.node._session
-    question = Hello(1, 0xABCDEF00, 0, 0, 0, frames.FLAG_QUERY)
+    question = Hello(1, 0xABCDEF00, 0, 0, 0, codes.FLAG_QUERY)
     host.node.receive(500, frames.encode_hello(question, NODE_KEY))
     answer = frames.decode_report(host.node.ack, NODE_KEY, question.handshake)
     assert isinstance(answer, Report)
@@ -182,7 +173,7 @@ def test_anybody_is_told_who_a_node_is_and_that_changes_nothing_else(host: Host)
     host.start(0)
     node = host.node
     before = (vars(node.memory).copy(), node.state, host.counter)
-    for number in (1, frames.EVERY_NODE):
+    for number in (1, codes.EVERY_NODE):
         ask = Ask(number, 0x7700)
         node.receive(10, encode_ask(replace(ask, nonce=0x7703)))
         page = decode_page(node.ack, ask.handshake)
@@ -437,10 +428,10 @@ def test_an_emergency_stop_is_final(host: Host) -> None:
     assert host.drive(600, release=1, hold_gen=2).state is State.ESTOP
     end = host.node.plant.settles_ms()
     assert end <= 700
-    other = Host(host.node, nonce=0x9900, run=RUN + 1, flags=frames.FLAG_CLEAR)
+    other = Host(host.node, nonce=0x9900, run=RUN + 1, flags=codes.FLAG_CLEAR)
     other.offer(3000)
     assert other.start(3000).started == 0
-    host.node.start_homing(4000, frames.ALL_AXES)
+    host.node.start_homing(4000, codes.ALL_AXES)
     assert host.node.state is State.ESTOP
     assert host.node.plant.positions(9000) == host.node.plant.positions(end)
 
@@ -468,7 +459,7 @@ def test_a_fault_is_cleared_by_a_session_that_says_so(host: Host) -> None:
     plain = Host(host.node, nonce=0x9900, run=1)
     plain.offer(4000)
     assert plain.drive(4000).state is State.FAULT
-    clearing = Host(host.node, nonce=0xAA00, run=1, flags=frames.FLAG_CLEAR)
+    clearing = Host(host.node, nonce=0xAA00, run=1, flags=codes.FLAG_CLEAR)
     clearing.offer(4001)
     assert clearing.drive(4001).state is State.READY
 
@@ -479,11 +470,11 @@ def test_a_lost_position_is_cleared_by_homing_only(host: Host, fault: Fault) -> 
     host.start(0, target=FAR)
     host.node.advance(3000)
     host.node.plant.coming = None
-    clearing = Host(host.node, nonce=0xAA00, run=1, flags=frames.FLAG_CLEAR)
+    clearing = Host(host.node, nonce=0xAA00, run=1, flags=codes.FLAG_CLEAR)
     clearing.offer(4001)
     assert clearing.drive(4001).state is State.POSITION_LOST
-    clearing.drive(4100, hold_gen=frames.HOLD_END)
-    host.node.start_homing(5000, frames.ALL_AXES)
+    clearing.drive(4100, hold_gen=codes.HOLD_END)
+    host.node.start_homing(5000, codes.ALL_AXES)
     host.node.advance(30_000)
     assert host.node.state in (State.READY, State.HOLD_LINK)
     assert host.node.memory.homed
@@ -511,7 +502,7 @@ def test_a_new_run_starts_from_nothing() -> None:
 
 
 def test_a_resumed_run_stays_held_until_it_is_lifted_and_then_goes_on() -> None:
-    host = interrupted(frames.FLAG_RESUME, RUN)
+    host = interrupted(codes.FLAG_RESUME, RUN)
     assert (host.status().started, host.status().finished, host.status().state) == (1, 0, State.HOLD_LINK)
     assert host.drive(5003, release=1).state is State.HOLD_LINK
     assert host.drive(5004, release=1, hold_gen=2).state is State.MOVING
@@ -520,7 +511,7 @@ def test_a_resumed_run_stays_held_until_it_is_lifted_and_then_goes_on() -> None:
 
 
 def test_resuming_another_run_is_a_new_one() -> None:
-    assert interrupted(frames.FLAG_RESUME, RUN + 1).status().started == 0
+    assert interrupted(codes.FLAG_RESUME, RUN + 1).status().started == 0
 
 
 def test_an_offer_says_whether_the_run_is_known() -> None:
@@ -545,7 +536,7 @@ def test_a_node_restored_in_the_middle_of_a_step_holds() -> None:
     node = make_node(Memory(started=2, finished=1, staged=2, target=FAR, run_tag=RUN), counts=(5000, 0, 0))
     node.advance(0)
     assert node.state is State.HOLD_LINK
-    host = Host(node, flags=frames.FLAG_RESUME)
+    host = Host(node, flags=codes.FLAG_RESUME)
     host.offer(1)
     assert host.drive(2, release=2).state is State.HOLD_LINK
     assert host.drive(3, release=2, hold_gen=2).state is State.MOVING

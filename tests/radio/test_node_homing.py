@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from curveline.radio import frames
-from curveline.radio.frames import ALL_AXES, NOT_HOMED, Estop, Fault, State, Stop
+from curveline.radio import codes, frames
+from curveline.radio.codes import ALL_AXES, NOT_HOMED, Fault, State
+from curveline.radio.frames import Estop, Stop
 from curveline.radio.nodestate import NOWHERE, Memory
 from curveline.radio.plant import PlantFault
 
@@ -76,7 +77,7 @@ def test_whatever_brakes_a_move_ends_homing_too(end: str) -> None:
     if end == "hold":
         host.drive(500, hold_gen=1)
     elif end == "give back":
-        host.drive(500, hold_gen=frames.HOLD_END)
+        host.drive(500, hold_gen=codes.HOLD_END)
     elif end == "stop":
         host.node.receive(500, frames.encode_stop(Stop(0), SITE.stop_key))
     elif end == "estop":

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from curveline.radio import frames
-from curveline.radio.frames import OFFERS_END, Drive, Hello, Ident, State, Status
+from curveline.radio import codes, envelope, frames
+from curveline.radio.codes import OFFERS_END, State
+from curveline.radio.frames import Drive, Hello, Ident, Status
 from curveline.radio.keys import session_key
 from curveline.radio.nodestate import Memory
 
@@ -29,8 +30,8 @@ class Recorder:
         self.payloads.append(payload)
         self._receive(now, payload)
 
-    def of(self, kind: frames.Kind) -> list[bytes]:
-        return [each for each in self.payloads if frames.kind_of(each) is kind]
+    def of(self, kind: codes.Kind) -> list[bytes]:
+        return [each for each in self.payloads if envelope.kind_of(each) is kind]
 
 
 def recorded_run(memory: Memory | None = None) -> tuple[Host, list[bytes], list[bytes]]:
@@ -43,8 +44,8 @@ def recorded_run(memory: Memory | None = None) -> tuple[Host, list[bytes], list[
     host.offer(0)
     host.start(0, target=FAR)
     keep_alive(host, 100, 8000, release=1)
-    host.drive(8100, release=1, hold_gen=frames.HOLD_END)
-    return host, recorder.of(frames.Kind.HELLO), recorder.of(frames.Kind.DRIVE)[:2]
+    host.drive(8100, release=1, hold_gen=codes.HOLD_END)
+    return host, recorder.of(codes.Kind.HELLO), recorder.of(codes.Kind.DRIVE)[:2]
 
 
 def two_hellos(old: bytes) -> Iterator[bytes]:
@@ -129,7 +130,7 @@ def test_frames_kept_back_do_not_keep_a_silent_hosts_node_moving() -> None:
     kept = []
     for _ in range(50, 2000, 50):
         host.counter += 1
-        frame = Drive(frames.clock_of(0), host.session, host.counter, release=1)
+        frame = Drive(codes.clock_of(0), host.session, host.counter, release=1)
         kept.append(frames.encode_drive(frame, host.key))
     for now, payload in zip(range(900, 60_000, 900), kept, strict=False):
         host.node.receive(now, payload)
@@ -158,7 +159,7 @@ def test_an_old_frame_changes_nothing_but_the_answer_which_tells_the_time(late: 
     now = DEADMAN + late
     host.node.advance(now)
     status = host.drive(now, clock=0, release=1, load_step=1, target=FAR, hold_gen=2)
-    assert (status.clock, status.echo) == (frames.clock_of(now), 1)
+    assert (status.clock, status.echo) == (codes.clock_of(now), 1)
     assert (status.staged, status.state) == (0, State.HOLD_LINK)
     assert host.node.tally.old_frames == 1
     assert host.drive(now + 1, clock=status.clock, hold_gen=2).state is State.READY
@@ -171,7 +172,7 @@ def test_an_old_frame_for_an_offered_session_is_answered_with_the_offer_and_the_
     host.node.receive(3000, frames.encode_drive(Drive(0, host.session, 1), host.key))
     ident = frames.decode_ident(host.node.ack, NODE_KEY, host.hello.handshake)
     assert isinstance(ident, Ident)
-    assert (ident.session, ident.clock) == (host.session, frames.clock_of(3000))
+    assert (ident.session, ident.clock) == (host.session, codes.clock_of(3000))
     assert host.node._session is None
     assert host.drive(3010, clock=ident.clock).echo == host.counter
 
@@ -180,7 +181,7 @@ def test_a_time_that_has_not_come_yet_is_a_wrong_tag() -> None:
     host = Host(make_node())
     host.offer(0)
     host.drive(0)
-    frame = Drive(frames.clock_of(5000), host.session, 2)
+    frame = Drive(codes.clock_of(5000), host.session, 2)
     host.node.receive(100, frames.encode_drive(frame, host.key))
     assert (host.node.tally.bad_tags, host.node.memory.staged) == (1, 0)
 
@@ -207,7 +208,7 @@ def test_old_homing_orders_start_nothing() -> None:
     host = Host(make_node())
     host.offer(0)
     host.drive(0)
-    frame = frames.Home(0, host.session, 2, frames.ALL_AXES, 1)
+    frame = frames.Home(0, host.session, 2, codes.ALL_AXES, 1)
     host.node.receive(DEADMAN, frames.encode_home(frame, host.key))
     assert host.node.memory.homing == 0
     assert host.node.memory.homed
@@ -226,9 +227,9 @@ def test_a_host_that_moves_nothing_leaves_the_run_before_it_as_it_was() -> None:
     status = other.drive(5001)
     assert (status.started, status.finished, status.staged, status.state) == (0, 0, 0, State.READY)
     assert other.drive(5100, release=9).state is State.READY, "and what was under way does not go on for it"
-    other.drive(5200, hold_gen=frames.HOLD_END)
+    other.drive(5200, hold_gen=codes.HOLD_END)
     assert other.report(5300).started == 1
-    again = Host(host.node, nonce=0xAA00, run=RUN, flags=frames.FLAG_RESUME)
+    again = Host(host.node, nonce=0xAA00, run=RUN, flags=codes.FLAG_RESUME)
     assert again.offer(5400).same_run
     again.drive(5500, release=1)
     again.drive(5600, release=1, hold_gen=2)

@@ -12,7 +12,8 @@ import pytest
 from curveline.errors import LinkError
 from curveline.radio import Answer, RadioGone
 from curveline.radio.air import Weather
-from curveline.radio.frames import Kind, kind_of
+from curveline.radio.codes import Kind
+from curveline.radio.envelope import kind_of
 from curveline.radio.journal import Journal, SystemDisk, read_journal
 from curveline.radio.link import Control, Progress, Request, RunReport, ignore, send_plan
 from curveline.radio.mock import MockRadio

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from curveline.radio.frames import Fault, Hello, Ident, NodeNonce, State, Status, encode_ident, encode_status
+from curveline.radio.codes import Fault, State
+from curveline.radio.frames import Hello, Ident, NodeNonce, Status, encode_ident, encode_status
 from curveline.radio.keys import session_key
 from curveline.radio.peer import Peer
 

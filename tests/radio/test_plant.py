@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from curveline.radio.frames import Fault
+from curveline.radio.codes import Fault
 from curveline.radio.motion import axes_of, plan_move
 from curveline.radio.plant import MUTE_MS, RUNAWAY_COUNTS, STALL_MS, MotorPlant
 

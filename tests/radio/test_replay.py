@@ -14,8 +14,9 @@ import pytest
 
 from curveline.radio.actions import Phase, Send
 from curveline.radio.air import Weather
+from curveline.radio.codes import Kind, State
 from curveline.radio.conductor import Conductor
-from curveline.radio.frames import Kind, State, kind_of
+from curveline.radio.envelope import kind_of
 from curveline.radio.motion import Axes
 from curveline.radio.node import Node
 from curveline.radio.nodestate import HOMED, Identity, Memory, Tally

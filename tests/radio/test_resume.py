@@ -12,8 +12,8 @@ import pytest
 from curveline.errors import InvalidInput
 from curveline.radio.actions import Phase, Policy
 from curveline.radio.air import Weather
+from curveline.radio.codes import ALL_AXES, BOOT_END, Fault, State
 from curveline.radio.conductor import Conductor
-from curveline.radio.frames import ALL_AXES, BOOT_END, Fault, State
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.nodestate import HOMED, NOWHERE
 from curveline.radio.plant import PlantFault

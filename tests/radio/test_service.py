@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import InvalidInput, LinkError
-from curveline.radio.frames import ALL_AXES, NOT_HOMED, BootCause, Fault, State
+from curveline.radio.codes import ALL_AXES, NOT_HOMED, BootCause, Fault, State
 from curveline.radio.halts import Cause
 from curveline.radio.journal import Journal, ReopenedJournal, new_run
 from curveline.radio.link import Halted, resume_plan, send_plan

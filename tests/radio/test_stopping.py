@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import LinkError
-from curveline.radio.frames import State
+from curveline.radio.codes import State
 from curveline.radio.journal import Journal, new_run
 from curveline.radio.link import Progress, send_plan
 from curveline.radio.mock import open_radio

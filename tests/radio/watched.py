@@ -8,7 +8,7 @@ from random import Random
 from curveline.plan import Plan, Step
 from curveline.radio.actions import Phase, Policy, Send
 from curveline.radio.air import Weather
-from curveline.radio.frames import Kind
+from curveline.radio.codes import Kind
 from curveline.radio.motion import Move, outside
 from curveline.radio.node import Node
 

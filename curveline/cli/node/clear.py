@@ -22,7 +22,7 @@ def clear(
 
     A fault that cost the position ends with homing only: `curveline node home`.
     """
-    from curveline.radio.frames import Fault
+    from curveline.radio.codes import Fault
     from curveline.radio.service import clear_fault
 
     with one_node(number, radio, display, runs) as node:

@@ -64,7 +64,7 @@ def _agree(number: int, axes: list[str], *, yes: bool) -> None:
 
 def _home(node: OneNode, axes: int) -> Report:
     """Home, with a line whenever the node says something new."""
-    from curveline.radio.frames import State
+    from curveline.radio.codes import State
     from curveline.radio.service import home_axes, report_of
 
     told: list[State] = []

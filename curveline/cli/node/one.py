@@ -112,7 +112,7 @@ def _why(reason: str) -> str:
 
 
 def _advice(node: OneNode, report: Report) -> Iterator[str]:
-    from curveline.radio.frames import Fault, State
+    from curveline.radio.codes import Fault, State
     from curveline.radio.nodestate import LOST_POSITION
 
     if report.state is State.ESTOP:

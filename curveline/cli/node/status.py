@@ -22,7 +22,7 @@ def status(
 
     Asking disturbs no run.
     """
-    from curveline.radio.frames import Fault
+    from curveline.radio.codes import Fault
     from curveline.radio.service import report_of
 
     with one_node(number, radio, display, runs) as node:

@@ -10,22 +10,9 @@ from random import Random
 
 from curveline.radio.actions import Action, Phase, Policy, Poll, Write
 from curveline.radio.air import Heard, Weather
-from curveline.radio.frames import (
-    CLOCK_SHIFT,
-    FLAG_QUERY,
-    FLAG_RESUME,
-    Drive,
-    Hello,
-    Kind,
-    Status,
-    Stop,
-    clock_of,
-    decode_drive,
-    decode_hello,
-    decode_status,
-    encode_stop,
-    kind_of,
-)
+from curveline.radio.codes import CLOCK_SHIFT, FLAG_QUERY, FLAG_RESUME, Kind, clock_of
+from curveline.radio.envelope import kind_of
+from curveline.radio.frames import Drive, Hello, Status, Stop, decode_drive, decode_hello, decode_status, encode_stop
 from curveline.radio.halts import Cause
 from curveline.radio.nodestate import Session
 

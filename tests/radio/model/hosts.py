@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from curveline.radio.frames import State
+from curveline.radio.codes import State
 
 from .nodes import HOLD_END, Answer, Frame, handshake_code
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from curveline.radio.frames import State
+from curveline.radio.codes import State
 
 HOLD_END = 254
 IDLE, RUNNING, BRAKING = 0, 1, 2

@@ -9,13 +9,15 @@ import pytest
 from curveline.radio.actions import Phase, Write
 from curveline.radio.air import Weather
 
-from ..mutants import Mistake, mutant
+from ..mutants import Mistake, mutant, with_body
 from .follow import Followed
 
 RUNS = 40
 STRANGERS = (
     Mistake("a step starts a little early", "node", ">= memory.staged and", "+ 1 >= memory.staged and"),
-    Mistake("any go lifts the dead-man", "node", "self._lift_above = self._session.hold_gen", "self._lift_above = -1"),
+    Mistake(
+        "any go lifts the dead-man", "nodebody", "self._lift_above = self._session.hold_gen", "self._lift_above = -1"
+    ),
     Mistake("the barrier is not waited for", "conductor", "peer.finished < self.step]", "peer.started < self.step]"),
     Mistake("a hold is a go", "conductor", "self._hold_gen |= 1", "self._hold_gen |= 2"),
 )
@@ -65,6 +67,8 @@ def test_code_that_does_otherwise_is_noticed(mistake: Mistake) -> None:
     module = mutant(mistake)
     if mistake.module == "node":
         Strange.node_class = module.Node
+    elif mistake.module == "nodebody":
+        Strange.node_class = with_body(module)
     else:
         Strange.host_class = module.Conductor
     with pytest.raises(AssertionError, match=r"differ|allows|held") as found:
