@@ -18,8 +18,8 @@ from curveline.cli.nodes import RadioOption, RunsOption
 from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, InvalidInput, LinkError
 
 if TYPE_CHECKING:
-    from curveline.cli.broken import BrokenRun
     from curveline.cli.run import Ending
+    from curveline.driving.interrupted import InterruptedRun
     from curveline.plan import DriveTable, Plan
     from curveline.radio import Radio
 
@@ -40,11 +40,17 @@ def send(
     ] = False,
     display: Annotated[
         str | None,
-        typer.Option("--display", metavar="NAME|FILE", help="The display to bring home; single if not given."),
+        typer.Option(
+            "--display",
+            metavar="NAME|FILE",
+            help="The display to bring home, single if not given; or whose last run is meant.",
+        ),
     ] = None,
     resume: Annotated[
         str | None,
-        typer.Option("--resume", metavar="RUN", help="Go on with a run: its folder, its name, or `last`."),
+        typer.Option(
+            "--resume", metavar="RUN", help="Go on with a run: its folder, its name, or `last`, the newest that can."
+        ),
     ] = None,
     touched: Annotated[
         bool, typer.Option("--touched", help="Somebody touched the rod: which curve it is in is not known.")
@@ -121,14 +127,15 @@ class _Way:
     touched: bool
 
 
-def _wanted(asked: _Asked, runs: Path) -> Plan | Goal | BrokenRun:
+def _wanted(asked: _Asked, runs: Path) -> Plan | Goal | InterruptedRun:
     """What is to be sent; InvalidInput unless it is one thing, and can be read."""
     if bool(asked.files or asked.home) is (asked.resume is not None):
         raise InvalidInput("name a plan, shapes, --home, or a run to --resume, and only one of them")
-    if asked.display is not None and (asked.files or not asked.home):
-        raise InvalidInput("--display is for --home alone", "a plan or a shape names its own display")
+    if asked.display is not None and (asked.files or not (asked.home or asked.resume == "last")):
+        hint = "a plan, a shape or a run names its own display"
+        raise InvalidInput("--display is for --home alone and for --resume last", hint)
     if asked.resume is not None:
-        return _broken_off(asked.resume, runs)
+        return _broken_off(asked.resume, asked.display, runs)
     return _read(asked.files, ends_home=asked.home) if asked.files else home_of(asked.display or "single")
 
 
@@ -148,18 +155,31 @@ def _read(paths: Sequence[str], *, ends_home: bool) -> Plan | Goal:
     return read_goal(paths, ends_home=ends_home)
 
 
-def _broken_off(name: str, runs: Path) -> BrokenRun:
+def _broken_off(name: str, display: str | None, runs: Path) -> InterruptedRun:
     """The run that is to go on."""
-    from curveline.cli.broken import find_broken_run
+    from curveline.driving.interrupted import find_interrupted_run
+    from curveline.driving.runs import LAST, unfinished
 
-    return find_broken_run(name, runs)
+    if name != LAST:
+        return find_interrupted_run(name, runs)
+    run, passed = unfinished(runs, _display_name(display))
+    for each in passed:
+        show.note(f"passed over: {each.name} {each.ended}")
+    show.note(f"the newest that can go on: {run.name} of display {run.display}, which {run.ended}")
+    return find_interrupted_run(run.folder.name, run.folder.parent)
 
 
-def _send(wanted: Plan | Goal | BrokenRun, way: _Way) -> Ending | None:
+def _display_name(display: str | None) -> str:
+    from curveline.shapefile import read_display
+
+    return read_display(display).name if display is not None else ""
+
+
+def _send(wanted: Plan | Goal | InterruptedRun, way: _Way) -> Ending | None:
     """Plan from where the display stands, ask, and send; None if the answer was no."""
-    from curveline.cli.broken import BrokenRun
-    from curveline.cli.run import conduct, go_on
+    from curveline.cli.run import Place, conduct, go_on
     from curveline.cli.steps import summary
+    from curveline.driving.interrupted import InterruptedRun
     from curveline.plan import drive_table
     from curveline.radio import open_radio
     from curveline.radio.actions import Policy
@@ -167,10 +187,11 @@ def _send(wanted: Plan | Goal | BrokenRun, way: _Way) -> Ending | None:
     from curveline.radio.preflight import check_targets
 
     control = Control(Policy(takeover=way.takeover), tell=show.note)
-    if isinstance(wanted, BrokenRun):
+    place = Place(way.spec, way.runs)
+    if isinstance(wanted, InterruptedRun):
         with wanted.opened() as journal, closing(open_radio(way.spec, wanted.plan.drive, way.runs)) as radio:
             show.note(wanted.summary())
-            return go_on(wanted, radio, journal, control) if _agrees(way) else None
+            return go_on(wanted, radio, journal, control, place) if _agrees(way) else None
     drive = drive_table(wanted.display) if isinstance(wanted, Goal) else wanted.drive
     with closing(open_radio(way.spec, drive, way.runs)) as radio:
         if isinstance(wanted, Goal):
@@ -180,7 +201,7 @@ def _send(wanted: Plan | Goal | BrokenRun, way: _Way) -> Ending | None:
             _check_granted(plan, radio, way)
         check_targets(plan)
         show.note(f"{plan.name}: {summary(plan)}")
-        return conduct(plan, radio, way.runs, control) if _agrees(way) else None
+        return conduct(plan, radio, control, place) if _agrees(way) else None
 
 
 def _check_granted(plan: Plan, radio: Radio, way: _Way) -> None:

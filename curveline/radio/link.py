@@ -1,7 +1,8 @@
-"""Runs the conductor over a radio: sends plans, reads what the nodes say, shows what would be sent."""
+"""Runs the conductor over a radio: sends plans, reads what the nodes say."""
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -12,30 +13,27 @@ from functools import partial
 from curveline.errors import LinkError
 from curveline.plan import AXES, DriveTable, Plan
 from curveline.radio import Radio, RadioGone
-from curveline.radio.actions import Finished, Phase, Policy, Poll, Sleep, Write
+from curveline.radio.actions import Finished, Phase, Policy, Poll, Record, Sleep, Write
 from curveline.radio.asking import fresh_nonce, insist
 from curveline.radio.conductor import Conductor
 from curveline.radio.frames import (
     FLAG_QUERY,
     Counts,
-    Drive,
     Fault,
     Hello,
-    Reject,
     Status,
-    decode_drive,
     decode_status,
-    encode_drive,
 )
 from curveline.radio.halts import Halt
 from curveline.radio.journal import Journal, ReopenedJournal
-from curveline.radio.keys import KEY_BYTES
 from curveline.radio.peer import LinkTally, Peer
-from curveline.radio.preflight import journal_bytes, loads_of
+from curveline.radio.preflight import check_fit, journal_bytes
 from curveline.radio.resume import RADIO, resume_point
 from curveline.radio.scan import explain
 
 SILENT = "silent"
+LISTEN_MS = 100
+"""A longer sleep is cut into such, so that whoever asks for a stop is heard between them."""
 
 
 class Request(IntEnum):
@@ -51,11 +49,16 @@ def ignore(news: object) -> None:
     """Whoever looks away."""
 
 
+def _nothing() -> None:
+    pass
+
+
 class Control:
     """The operator's hand on a run; safe to use from a signal handler.
 
     With `waits` a paused run goes on polling until `resume`, `hold` or an emergency stop; without, it ends there.
-    `tell` is given a line when the radio goes away, and when it is back.
+    `tell` is given a line when the radio goes away, when it is back, and when somebody else asks for something. `by` is
+    who that was.
     """
 
     def __init__(
@@ -66,10 +69,26 @@ class Control:
         self.tell = tell
         self.request = Request.NONE
         self.resumes = False
+        self.by = ""
+        self._inbox: Callable[[], None] = _nothing
 
-    def ask(self, request: Request) -> None:
-        """Pause at the barrier, hold now, or emergency stop; a lesser wish than the present one is ignored."""
+    def ask(self, request: Request, by: str = "") -> None:
+        """Pause at the barrier, hold now, or emergency stop; a lesser wish than the present one is ignored.
+
+        `by` names who asks, if it is not the operator of this process.
+        """
         self.request = max(self.request, request)
+        if by:
+            self.by = by
+            self.tell(f"asked to {request.name.lower()} by {by}")
+
+    def attend(self, inbox: Callable[[], None]) -> None:
+        """Have `inbox` called between any two frames, and at least every 0.1 s, to look for what others ask."""
+        self._inbox = inbox
+
+    def listen(self) -> None:
+        """Look for what others ask."""
+        self._inbox()
 
     def escalate(self) -> Request:
         """The next more urgent request, as on every further Ctrl-C; returns it."""
@@ -78,12 +97,15 @@ class Control:
 
     def resume(self) -> None:
         """Go on after a pause."""
-        self.request, self.resumes = Request.NONE, True
+        self.request, self.resumes, self.by = Request.NONE, True, ""
 
 
 @dataclass(frozen=True)
 class NodeStatus:
-    """What one node says; `state` is "silent" and the rest unknown (zeros, None) if it did not answer."""
+    """What one node says; `state` is "silent" and the rest unknown (zeros, None) if it did not answer.
+
+    `obstacle` is why it cannot move, and what to do about it; empty if it can, or did not answer.
+    """
 
     node: int
     address: str
@@ -95,6 +117,12 @@ class NodeStatus:
     fault: str = ""
     counts: Counts | None = None
     link: LinkTally = field(default_factory=LinkTally)
+    obstacle: str = ""
+
+    @property
+    def can_move(self) -> bool:
+        """Whether the node has answered, and would obey a run."""
+        return self.counts is not None and not self.obstacle
 
 
 @dataclass(frozen=True)
@@ -118,20 +146,6 @@ class RunReport:
     steps: int
     seconds: float
     nodes: tuple[NodeStatus, ...]
-
-
-@dataclass(frozen=True)
-class FrameRecord:
-    """One frame of a dry run as the node would decode it."""
-
-    step: int
-    node: int
-    address: str
-    action: str
-    release: int
-    target: Counts
-    move_ms: int
-    payload: bytes
 
 
 Observer = Callable[[Progress], None]
@@ -169,21 +183,6 @@ def read_status(radio: Radio, drive: DriveTable) -> list[NodeStatus]:
     return [_query(radio, number, address) for number, address in enumerate(drive.addresses, start=1)]
 
 
-def describe_plan_frames(plan: Plan) -> list[FrameRecord]:
-    """The staging frames of a plan, through the real encoder and decoder, under a key that no node has."""
-    key = bytes(KEY_BYTES)
-    records = []
-    for step, loads in zip(plan.steps, loads_of(plan), strict=True):
-        for node, (number, target, move_ms) in enumerate(loads, start=1):
-            frame = Drive(node, 0, number, number - 1, number, target, move_ms)
-            payload = encode_drive(frame, key)
-            decoded = decode_drive(payload, key)
-            assert not isinstance(decoded, Reject)
-            fields = (decoded.release, decoded.target, decoded.move_ms, payload)
-            records.append(FrameRecord(number, node, plan.drive.addresses[node - 1], step.action, *fields))
-    return records
-
-
 class _Run:
     """One run in progress: asks the conductor what to do and does it."""
 
@@ -191,6 +190,7 @@ class _Run:
         self._conductor = conductor
         self._radio = radio
         self._journal = journal
+        self._by = ""
         self._report = _Reporter(conductor, radio, observer)
 
     def conduct(self, control: Control) -> RunReport:
@@ -200,7 +200,8 @@ class _Run:
             self._go(control)
         except LinkError as error:
             with suppress(LinkError):  # the record may be what failed
-                self._journal.append({"type": "halt", "cause": RADIO, "node": error.node, "message": error.message})
+                halt = {"type": "halt", "cause": RADIO, "node": error.node, "message": error.message}
+                self._journal.append({**halt, **self._circumstances()})
             raise
         conductor = self._conductor
         if conductor.halt is not None:
@@ -237,6 +238,7 @@ class _Run:
         if gone.may_return:
             control.tell(f"{gone.message}; waiting for it to come back")
         while control.request < Request.HOLD and gone.may_return:
+            control.listen()
             try:
                 self._radio.exchange(())
             except RadioGone as still:
@@ -249,6 +251,8 @@ class _Run:
         raise gone
 
     def _obey(self, control: Control, applied: Request) -> Request:
+        control.listen()
+        self._by = control.by
         now_ms = self._now_ms()
         if control.resumes:
             control.resumes = False
@@ -269,7 +273,7 @@ class _Run:
         if isinstance(action, Poll):
             self._poll(action)
         elif isinstance(action, Sleep):
-            self._radio.sleep_until(action.until_ms * 1000)
+            self._radio.sleep_until(min(action.until_ms, self._now_ms() + LISTEN_MS) * 1000)
         elif isinstance(action, Write):
             self._store(action)
         return not isinstance(action, Finished)
@@ -283,11 +287,16 @@ class _Run:
 
     def _store(self, action: Write) -> None:
         try:
-            self._journal.append({**action.record, "at": time.time()})
+            self._journal.append({**action.record, **self._circumstances()})
         except LinkError as error:
             self._conductor.unwritten(self._now_ms(), error.message)
         else:
             self._conductor.written(self._now_ms())
+
+    def _circumstances(self) -> Record:
+        """What a record says of its writing: when and by which process, and who else asked for what it says."""
+        by = {"by": self._by} if self._by else {}
+        return {"at": time.time(), "process": os.getpid(), **by}
 
     def _now_ms(self) -> int:
         return self._radio.now_us() // 1000
@@ -351,6 +360,7 @@ def _node_status(status: Status, address: str, link: LinkTally) -> NodeStatus:
     fault = "" if status.fault is Fault.NONE else _plain(status.fault.name)
     if status.fault_axis:
         fault += f" ({AXES[status.fault_axis - 1]})"
+    halt = check_fit(status, 0)
     return NodeStatus(
         node=status.node,
         address=address,
@@ -362,6 +372,7 @@ def _node_status(status: Status, address: str, link: LinkTally) -> NodeStatus:
         fault=fault,
         counts=status.position,
         link=link,
+        obstacle="" if halt is None else f"{halt.message}: {halt.hint}",
     )
 
 

@@ -17,6 +17,9 @@ from curveline.radio.peer import STRANGE, Peer
 START_TOLERANCE = 32
 """How far [counts] a node may stand from the start of a plan: a servo rests within 22, and STATUS rounds to 8."""
 
+NOWHERE = frozenset({State.BOOT, State.UNHOMED, State.HOMING, State.POSITION_LOST})
+"""States in which a node does not know where it is."""
+
 
 def move_ms(seconds: float) -> int:
     """A step's time as a DRIVE frame carries it: a lower bound, so what exceeds the field is cut to it."""
@@ -90,12 +93,12 @@ def check_start(plan: Plan, peers: Sequence[Peer]) -> Halt | None:
 
 
 def check_fit(status: Status, step: int) -> Halt | None:
-    """Whether a status says that its node can move and be held; `step` is the one to name, 0 for none."""
+    """Why the node that says this cannot move; None if it can. `step` is the one to name, 0 for none."""
     if status.state is State.ESTOP:
         return Halt(Cause.LATCHED, status.node, step)
     if status.fault is not Fault.NONE:
         return fault_halt(status.fault, status.fault_axis, status.node, step)
-    if status.state in (State.BOOT, State.UNHOMED, State.HOMING):
+    if status.state in NOWHERE:
         return Halt(Cause.NOT_HOMED, status.node, step)
     return None
 

@@ -17,7 +17,8 @@ from curveline.radio.actions import Phase
 from curveline.radio.air import Weather
 from curveline.radio.frames import Drive, decode_drive
 from curveline.radio.journal import Journal, SystemDisk, read_journal
-from curveline.radio.link import Control, Progress, Request, describe_plan_frames, ignore, read_status, send_plan
+from curveline.radio.link import Control, Progress, Request, ignore, read_status, send_plan
+from curveline.radio.listing import describe_plan_frames
 from curveline.radio.mock import MockRadio
 from curveline.radio.mockspec import MockSpec
 from curveline.radio.store import state_at_home
