@@ -111,15 +111,15 @@ def _ask(asked: Asked) -> _Answer:
 
     The radio is given back after it, so that a run can begin between two.
     """
-    from curveline.driving.live import sender_of
+    from curveline.driving.live import news_of
     from curveline.radio import InUse
 
-    if (sender := sender_of(asked.drive, asked.spec, asked.runs)) is not None:
+    if (sender := news_of(asked.drive, asked.spec, asked.runs)) is not None:
         return _Answer(asked, sender.live.statuses, sender=sender)
     try:
         return _ask_nodes(asked)
     except InUse as error:
-        if (sender := sender_of(asked.drive, asked.spec, asked.runs)) is not None:
+        if (sender := news_of(asked.drive, asked.spec, asked.runs)) is not None:
             return _Answer(asked, sender.live.statuses, sender=sender)
         raise _by_whom(error, asked) from None
 

@@ -42,6 +42,7 @@ PUBLISH_S = 0.2
 SILENT_S = 1.0
 """A node that has not been heard for so long is published as silent."""
 STATES = frozenset({SILENT, *(state.name.lower().replace("_", "-") for state in State)})
+BEGINNING = frozenset({Phase.DISCOVER.value, Phase.PREFLIGHT.value})
 PHASES = frozenset(phase.value for phase in Phase)
 
 
@@ -127,6 +128,16 @@ def sender_of(drive: DriveTable, spec: str, runs: Path) -> Sender | None:
     )
 
 
+def news_of(drive: DriveTable, spec: str, runs: Path) -> Sender | None:
+    """As `sender_of`; one that has just begun is given time to hear of all its nodes."""
+    end = time.monotonic() + SILENT_S
+    while (sender := sender_of(drive, spec, runs)) is not None and sender.live.phase in BEGINNING:
+        if time.monotonic() > end or all(node.counts for node in sender.live.nodes):
+            break
+        time.sleep(LOOK_S)
+    return sender
+
+
 def same_radio(one: str, other: str) -> bool:
     """Whether two radio specs mean the same device; all mocks of a display and a runs folder are one."""
     (name, _, settings), (other_name, _, other_settings) = one.partition(":"), other.partition(":")
@@ -208,7 +219,9 @@ class Publisher:
     _wrote: float = -math.inf
 
     def __call__(self, news: Progress) -> None:
-        """News of a node."""
+        """News of a node; a new phase is published as soon as it may be."""
+        if (self._phase, self._step) != (news.phase.value, news.step) or news.status.node not in self._nodes:
+            self._wrote = -math.inf
         self._phase, self._step, self._seconds = news.phase.value, news.step, news.seconds
         self._nodes[news.status.node] = (time.monotonic(), news.status)
 

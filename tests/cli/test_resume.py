@@ -120,11 +120,15 @@ def test_what_is_left_of_a_run_is_said(run: Run, plan_file: Path, tmp_path: Path
         assert words in run("send", "--resume", "last", "--dry-run").err
 
 
-def test_a_run_that_is_done_is_not_done_again(run: Run, plan_file: Path) -> None:
+def test_a_run_that_is_done_is_not_done_again(run: Run, plan_file: Path, tmp_path: Path) -> None:
     assert run("send", plan_file, "--radio", "mock", "--yes").code == 0
     code, out, err = run("send", "--resume", "last", "--radio", "mock", "--yes")
     assert (code, out) == (2, "")
-    assert "error: there is nothing to resume: the run has been done to its end" in err
+    name = only_run(tmp_path).name
+    assert f"can go on: the last one, {name} of display single, was done to its end\n" in err
+    code, out, err = run("send", "--resume", name, "--radio", "mock", "--yes")
+    assert (code, out) == (2, "")
+    assert f"error: run {name}: there is nothing to resume: the run has been done to its end" in err
 
 
 def test_usage(run: Run, plan_file: Path) -> None:
@@ -159,8 +163,12 @@ def test_after_a_halt_the_way_on_is_told_if_there_is_one(run: Run, tmp_path: Pat
         assert json.loads(out)["outcome"] == "done"
     else:
         assert (code, out) == (2, "")
-        assert "error: this run cannot be resumed after its halt: node 2 has restarted in step 1" in err
-        assert "hint: send the shape again" in err
+        assert f"can go on: the last one, {only_run(tmp_path).name} of display single, was halted after 0" in err
+        assert "0 of 2 steps: node 2 has restarted in step 1" in err
+        assert "hint: check its supply; home the node before sending again" in err
+        code, out, err = run("send", "--resume", only_run(tmp_path).name, "--radio", "mock", "--yes")
+        assert (code, out) == (2, "")
+        assert "this run cannot be resumed after its halt: node 2 has restarted in step 1" in err
 
 
 def test_an_emergency_stop_is_not_gone_on_with(run: Run, asking, plan_file: Path) -> None:

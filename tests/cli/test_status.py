@@ -33,7 +33,7 @@ def test_json_holds_every_field(run: Run) -> None:
     code, out, err = run("status", "--radio", "mock", "--json")
     assert (code, err) == (0, "")
     document = json.loads(out)
-    assert set(document) == {"curveline", "display", "radio", "nodes", "rod"}
+    assert set(document) == {"curveline", "display", "radio", "nodes", "rod", "sender"}
     assert [node["node"] for node in document["nodes"]] == [1, 2]
     for node in document["nodes"]:
         assert set(node) == NODE_KEYS
