@@ -63,6 +63,7 @@ def document(status: NodeStatus, drive: DriveTable) -> dict[str, Any]:
     record = asdict(status)
     record["fault"] = status.fault or None
     record["obstacle"] = status.obstacle or None
+    record["advice"] = status.advice or None
     record["position"] = None
     if status.counts is not None:
         keys = ("extrude_mm", "bias_deg", "translate_mm")
@@ -76,7 +77,8 @@ def table(nodes: Sequence[NodeStatus], drive: DriveTable) -> list[str]:
     """Lines of text on all nodes; faults, and what else keeps a node from moving, follow, one per line."""
     lines = show.table([HEAD, *(_cells(status, drive) for status in nodes)], frozenset({1}))
     faults = [f"node {status.node}: fault {status.fault}" for status in nodes if status.fault]
-    stuck = [line for status in nodes if not status.fault and status.obstacle for line in wrapped(status.obstacle)]
+    unfit = [status for status in nodes if status.obstacle and not status.fault]
+    stuck = [line for status in unfit for line in wrapped(f"{status.obstacle}: {status.advice}")]
     silent = [f"node {status.node}: no answer from {status.address}" for status in nodes if status.counts is None]
     return [*lines, *faults, *stuck, *silent]
 

@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from curveline.plan import DriveTable, Plan
     from curveline.radio import Radio
 
-NOWHERE = ("boot", "unhomed", "homing", "position-lost")
-"""States of a node in which its position means nothing."""
-
 
 def send(
     what: Annotated[
@@ -162,10 +159,13 @@ def _broken_off(name: str, display: str | None, runs: Path) -> InterruptedRun:
 
     if name != LAST:
         return find_interrupted_run(name, runs)
-    run, passed = unfinished(runs, _display_name(display))
-    for each in passed:
+    newest = unfinished(runs, _display_name(display))
+    for each in newest.broken:
         show.note(f"passed over: {each.name} {each.ended}")
+    run = newest.run
     show.note(f"the newest that can go on: {run.name} of display {run.display}, which {run.ended}")
+    if newest.since:
+        show.note(f"sent to that display since, after which its nodes may refuse: {newest.since[0].name}")
     return find_interrupted_run(run.folder.name, run.folder.parent)
 
 
@@ -198,18 +198,24 @@ def _send(wanted: Plan | Goal | InterruptedRun, way: _Way) -> Ending | None:
             plan = _plan_from_here(wanted, radio, drive, way)
         else:
             plan = wanted
-            _check_granted(plan, radio, way)
+            _check_ready(plan, radio, way)
         check_targets(plan)
         show.note(f"{plan.name}: {summary(plan)}")
         return conduct(plan, radio, control, place) if _agrees(way) else None
 
 
-def _check_granted(plan: Plan, radio: Radio, way: _Way) -> None:
-    """Say what is known of the states that a plan begins in; Infeasible if the display shows others."""
+def _check_ready(plan: Plan, radio: Radio, way: _Way) -> None:
+    """LinkError if the nodes could not begin; say what is known of the states that a plan begins in.
+
+    Infeasible if the display shows others.
+    """
     from curveline.cli.shown import check_granted
+    from curveline.driving.readiness import check_ready
     from curveline.radio.link import read_status
 
-    if any(plan.shows) and (known := check_granted(plan, radio, read_status(radio, plan.drive), way.runs)):
+    statuses = read_status(radio, plan.drive)
+    check_ready(plan, statuses)
+    if known := check_granted(plan, radio, statuses, way.runs):
         show.note(known)
 
 
@@ -227,15 +233,15 @@ def _agrees(way: _Way) -> bool:
 def _plan_from_here(goal: Goal, radio: Radio, drive: DriveTable, way: _Way) -> Plan:
     """A plan from where the nodes say that they stand; LinkError if one of them cannot say."""
     from curveline.cli.shown import Shown, shown_states
+    from curveline.driving.readiness import check_movable
     from curveline.radio.link import read_status
 
     statuses = read_status(radio, drive)
+    check_movable(statuses)
     counts = []
     for status in statuses:
-        if status.counts is None or status.state in NOWHERE:
-            said = "does not answer" if status.counts is None else f"does not know where it stands: {status.state}"
-            hint = "see `curveline status`" if status.counts is None else "home the node, then send again"
-            raise LinkError(f"node {status.node} {said}", hint, status.node)
+        if status.counts is None:
+            raise LinkError(f"node {status.node} does not answer", "see `curveline status`", status.node)
         counts.append(status.counts)
     shown = Shown() if way.touched else shown_states(radio, drive, statuses, way.runs)
     if shown.states or any(any(each) for each in counts):

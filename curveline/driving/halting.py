@@ -16,7 +16,7 @@ from pathlib import Path
 from curveline.driving.live import LAST_NAME, LIVE_NAME, STOP_PREFIX, Live, Sender, read_live, sender_of
 from curveline.errors import LinkError
 from curveline.plan import DriveTable
-from curveline.radio import InUse, Radio, open_radio
+from curveline.radio import InUse, open_radio
 from curveline.radio.actions import Phase
 from curveline.radio.frames import State
 from curveline.radio.journal import is_open
@@ -27,7 +27,7 @@ REACT_S = 3.0
 HOLD_S = 15.0
 """Longer than any brake, and than a node that does not answer is waited for."""
 FREE_S = 10.0
-"""How long a sender that has ended may take to give its radio back."""
+"""How long a sender that has ended, or is only about to begin, is waited for."""
 POLL_S = 0.05
 
 
@@ -41,20 +41,16 @@ class Halting:
 
 def stop_display(spec: str, drive: DriveTable, runs: Path) -> Halting:
     """Bring every node of a display to a hold; LinkError if the radio fails, or a sender that has it does not react."""
-    if (sender := sender_of(drive, spec, runs)) is not None and (stopped := _ask(sender)) is not None:
-        return Halting(stopped, sender)
-    with closing(_open(spec, drive, runs)) as radio:
-        return Halting(stop_all(radio, drive))
-
-
-def _open(spec: str, drive: DriveTable, runs: Path) -> Radio:
-    """The radio, once a sender that has just ended has given it back."""
     end = time.monotonic() + FREE_S
     while True:
+        sender = sender_of(drive, spec, runs)
+        if sender is not None and (stopped := _ask(sender)) is not None:
+            return Halting(stopped, sender)
         try:
-            return open_radio(spec, drive, runs)
+            with closing(open_radio(spec, drive, runs)) as radio:
+                return Halting(stop_all(radio, drive))
         except InUse:
-            if time.monotonic() > end or sender_of(drive, spec, runs) is not None:
+            if time.monotonic() > end and sender_of(drive, spec, runs) is None:
                 raise
             time.sleep(POLL_S)
 

@@ -59,6 +59,7 @@ class LiveNode:
     staged: int
     fault: str
     obstacle: str
+    advice: str
     counts: tuple[int, ...]
     link: LinkTally
 
@@ -67,7 +68,7 @@ class LiveNode:
         """The status that was published."""
         x, y, z = self.counts or (0, 0, 0)
         facts = (self.boot, self.started, self.finished, self.staged, self.fault, (x, y, z) if self.counts else None)
-        return NodeStatus(self.node, self.address, self.state, *facts, self.link, self.obstacle)
+        return NodeStatus(self.node, self.address, self.state, *facts, self.link, self.obstacle, self.advice)
 
 
 @dataclass(frozen=True)

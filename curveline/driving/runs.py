@@ -154,18 +154,29 @@ def _with_way_on(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
     return replace(run, reason=reason, advice=cause.hint if cause else "", can_resume=True)
 
 
-def unfinished(runs: Path, display: str = "") -> tuple[Run, list[Run]]:
-    """The newest run, of one display or of any, that can go on, and newer ones that did not end but cannot.
+@dataclass(frozen=True)
+class Newest:
+    """The newest run that can go on, and newer ones: which cannot, although they did not come to their end, and all."""
+
+    run: Run
+    broken: tuple[Run, ...] = ()
+    since: tuple[Run, ...] = ()
+    """Of the same display: they have most likely moved its nodes, which then refuse to go on with the older run."""
+
+
+def unfinished(runs: Path, display: str = "") -> Newest:
+    """The newest run, of one display or of any, that can go on, or else one that is being sent.
 
     InvalidInput if there is none; it says which run was the last, and how it ended.
     """
     seen = list[Run]()
     for run in islice(read_runs(runs, display), LOOKED_AT):
         if run.can_resume:
-            return run, [each for each in seen if each.ending in BROKEN]
+            since = [each for each in seen if each.display == run.display]
+            return Newest(run, tuple(each for each in seen if each.ending in BROKEN), tuple(since))
         seen.append(run)
     if sending := next((run for run in seen if run.ending is Ending.SENDING), None):
-        return sending, []
+        return Newest(sending)
     raise _nothing_left(seen, f" of display {display}" if display else f" in {printable(str(runs))}")
 
 

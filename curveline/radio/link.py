@@ -104,7 +104,7 @@ class Control:
 class NodeStatus:
     """What one node says; `state` is "silent" and the rest unknown (zeros, None) if it did not answer.
 
-    `obstacle` is why it cannot move, and what to do about it; empty if it can, or did not answer.
+    `obstacle` is why it cannot move, `advice` what to do about it; empty if it can, or did not answer.
     """
 
     node: int
@@ -118,6 +118,7 @@ class NodeStatus:
     counts: Counts | None = None
     link: LinkTally = field(default_factory=LinkTally)
     obstacle: str = ""
+    advice: str = ""
 
     @property
     def can_move(self) -> bool:
@@ -372,7 +373,8 @@ def _node_status(status: Status, address: str, link: LinkTally) -> NodeStatus:
         fault=fault,
         counts=status.position,
         link=link,
-        obstacle="" if halt is None else f"{halt.message}: {halt.hint}",
+        obstacle="" if halt is None else halt.message,
+        advice="" if halt is None else halt.hint,
     )
 
 

@@ -80,15 +80,22 @@ def check_ident(ident: Ident, peer: Peer, chip: int, config: int) -> Halt | None
 
 def check_start(plan: Plan, peers: Sequence[Peer]) -> Halt | None:
     """Whether every node is fit to move and stands where the plan starts; call it once all have a status."""
-    for peer, start in zip(peers, plan.start, strict=True):
+    for peer in peers:
         assert peer.status is not None
         if (halt := check_fit(peer.status, 0)) is not None:
             return halt
-        for axis, (wanted, found) in enumerate(zip(start.counts, peer.status.position, strict=True)):
-            if abs(found - wanted) > START_TOLERANCE:
-                drive = plan.drive.axes[axis]
-                detail = f"{AXES[axis]} {drive.value(found):.2f} instead of {drive.value(wanted):.2f}"
-                return Halt(Cause.ELSEWHERE, peer.number, detail=detail)
+        if (halt := check_place(plan, peer.number, peer.status.position)) is not None:
+            return halt
+    return None
+
+
+def check_place(plan: Plan, node: int, counts: Counts) -> Halt | None:
+    """Whether a node that is at `counts` stands where the plan starts."""
+    for axis, (wanted, found) in enumerate(zip(plan.start[node - 1].counts, counts, strict=True)):
+        if abs(found - wanted) > START_TOLERANCE:
+            drive = plan.drive.axes[axis]
+            detail = f"{AXES[axis]} {drive.value(found):.2f} instead of {drive.value(wanted):.2f}"
+            return Halt(Cause.ELSEWHERE, node, detail=detail)
     return None
 
 

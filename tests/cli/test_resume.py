@@ -269,3 +269,29 @@ def test_killed_for_real_and_gone_on_with_by_the_command_line(tmp_path: Path, se
     steps = [each for each in steps if each[0] in ("release", "barrier", "end")]
     wanted = [(kind, step) for step in range(1, 10) for kind in ("release", "barrier")]
     assert steps == [*wanted, ("end", None)]
+
+
+@pytest.mark.parametrize("refused", ["--home", "plan"])
+def test_a_send_that_is_refused_leaves_the_run_before_it_as_it_was(
+    run: Run, tmp_path: Path, plan_file: Path, refused: str
+) -> None:
+    """A stalled node can neither go home nor begin another plan; the run in which it stalled still goes on."""
+    write_plan(small_plan(seconds=3.0), tmp_path / "plan.json")
+    assert run("send", tmp_path / "plan.json", "--radio", "mock:stall=1@step2", "--yes").code == 3
+    again = ("--home",) if refused == "--home" else (plan_file,)
+    code, out, err = run("send", *again, "--radio", "mock", "--yes")
+    assert (code, out) == (3, "")
+    assert "node 1 has stalled" in err
+    assert "resuming the run then clears the fault" in err
+    assert run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0
+
+
+def test_a_plan_from_elsewhere_leaves_the_run_before_it_as_it_was(
+    run: Run, asking, tmp_path: Path, plan_file: Path
+) -> None:
+    asking(Request.PAUSE, 1)
+    assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
+    code, _, err = run("send", plan_file, "--radio", "mock", "--yes")
+    assert code == 3
+    assert "does not stand where the plan starts" in err
+    assert run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0

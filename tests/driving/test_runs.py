@@ -86,9 +86,9 @@ def test_a_run_that_is_being_sent_is_no_run_to_go_on_with(tmp_path: Path) -> Non
     with closing(Journal(folder)) as journal:
         journal.append(start())
         assert read_run(folder).ending is Ending.SENDING
-        assert unfinished(tmp_path)[0].folder == older
+        assert unfinished(tmp_path).run.folder == older
         (older / FILE_NAME).unlink()
-        assert unfinished(tmp_path)[0].ending is Ending.SENDING
+        assert unfinished(tmp_path).run.ending is Ending.SENDING
 
 
 def test_last_is_the_newest_that_can_go_on_whatever_the_clock_says(tmp_path: Path) -> None:
@@ -97,16 +97,16 @@ def test_last_is_the_newest_that_can_go_on_whatever_the_clock_says(tmp_path: Pat
     done(tmp_path, QUAD)
     for age, folder in enumerate(sorted(tmp_path.iterdir(), reverse=True)):
         os.utime(folder / FILE_NAME, (10**9 + age, 10**9 + age))
-    run, passed = unfinished(tmp_path)
-    assert (run.folder, passed) == (wanted, [])
-    assert unfinished(tmp_path, "test")[0].folder == wanted
+    newest = unfinished(tmp_path)
+    assert (newest.run.folder, newest.broken, newest.since) == (wanted, (), ())
+    assert unfinished(tmp_path, "test").run.folder == wanted
 
 
 def test_last_is_of_one_display_if_one_is_named(tmp_path: Path) -> None:
     single = a_run(tmp_path, start(), RELEASE)
     quad = a_run(tmp_path, start(QUAD), RELEASE, plan=QUAD)
-    assert unfinished(tmp_path)[0].folder == quad
-    assert unfinished(tmp_path, "test")[0].folder == single
+    assert unfinished(tmp_path).run.folder == quad
+    assert unfinished(tmp_path, "test").run.folder == single
     with pytest.raises(InvalidInput, match="there is no run of display other"):
         unfinished(tmp_path, "other")
 
@@ -116,9 +116,10 @@ def test_a_run_that_cannot_go_on_is_passed_over_and_named(tmp_path: Path) -> Non
     broken = a_run(tmp_path, start(), RELEASE, halt("reboot"))
     damaged = a_run(tmp_path, start(), barrier(2))
     a_run(tmp_path)
-    run, passed = unfinished(tmp_path)
-    assert run.folder == wanted
-    assert [each.folder for each in passed] == [damaged, broken]
+    newest = unfinished(tmp_path)
+    assert newest.run.folder == wanted
+    assert [each.folder for each in newest.broken] == [damaged, broken]
+    assert [each.folder for each in newest.since] == [damaged, broken]
 
 
 def test_where_nothing_can_go_on_the_last_run_is_named(tmp_path: Path) -> None:
