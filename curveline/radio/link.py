@@ -239,7 +239,7 @@ class _Run:
         if gone.may_return:
             control.tell(f"{gone.message}; waiting for it to come back")
         while control.request < Request.HOLD and gone.may_return:
-            control.listen()
+            self._listen(control)
             try:
                 self._radio.exchange(())
             except RadioGone as still:
@@ -252,8 +252,7 @@ class _Run:
         raise gone
 
     def _obey(self, control: Control, applied: Request) -> Request:
-        control.listen()
-        self._by = control.by
+        self._listen(control)
         now_ms = self._now_ms()
         if control.resumes:
             control.resumes = False
@@ -267,6 +266,10 @@ class _Run:
             else:
                 self._conductor.estop(now_ms)
         return control.request
+
+    def _listen(self, control: Control) -> None:
+        control.listen()
+        self._by = control.by
 
     def _turn(self) -> bool:
         """Do one thing; False when there is nothing left to do."""

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from curveline.driving.interrupted import find_interrupted_run
 from curveline.driving.logbook import log_of, plain
 from curveline.driving.runs import Ending, read_run, read_runs, unfinished
 from curveline.errors import InvalidInput
@@ -177,6 +178,16 @@ def test_damaged_folders_are_listed_as_such(tmp_path: Path) -> None:
     assert found[bare].ending is Ending.NOT_BEGUN
     assert len(found) == 7
     assert all(run.name.isprintable() for run in found.values())
+
+
+def test_who_opens_a_run_forgets_what_a_killed_sender_left(tmp_path: Path) -> None:
+    folder = a_run(tmp_path, start(), RELEASE)
+    left = [folder / "live.json", folder / "stop-0123456789abcdef"]
+    for path in left:
+        path.touch()
+    broken = find_interrupted_run(folder.name, tmp_path)
+    with broken.opened():
+        assert not any(path.exists() for path in left)
 
 
 def test_a_log_says_who_did_what(tmp_path: Path) -> None:
