@@ -68,9 +68,9 @@ class InterruptedRun:
 def find_interrupted_run(name: str, runs: Path) -> InterruptedRun:
     """The run that `name` means; InvalidInput if there is none, or if its record says that it cannot go on."""
     folder = find_run(runs, name)
-    plan = plan_of(folder)
     records = read_journal(folder / FILE_NAME)
     try:
+        plan = plan_of(folder)
         point = resume_point(plan, records)
     except InvalidInput as error:
         raise InvalidInput(f"run {printable(folder.name)}: {error.message}", error.hint) from None
@@ -101,7 +101,7 @@ def plan_of(folder: Path) -> Plan:
     try:
         return read_plan(folder / PLAN_NAME)
     except InvalidInput as error:
-        raise InvalidInput(f"this run cannot be resumed: {error.message}", SEND_AGAIN) from None
+        raise InvalidInput(error.message, SEND_AGAIN) from None
 
 
 def _unseen(point: ResumePoint, records: Sequence[Record]) -> tuple[int, ...]:

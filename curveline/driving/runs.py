@@ -12,11 +12,10 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from curveline.driving.interrupted import PLAN_NAME, resuming
+from curveline.driving.interrupted import plan_of, resuming
 from curveline.driving.live import LIVE_NAME, read_live
 from curveline.errors import InvalidInput
 from curveline.files import printable
-from curveline.plan import read_plan
 from curveline.radio.halts import Cause
 from curveline.radio.journal import FILE_NAME, is_open, read_journal
 from curveline.radio.resume import FINAL, SEND_AGAIN, resume_point
@@ -25,7 +24,7 @@ from curveline.radio.runfolder import folder_names
 LAST = "last"
 LOOKED_AT = 1000
 """How many runs, the newest first, `last` is sought among."""
-TEXT = 300
+TEXT = 1000
 """Characters of a text from a record that are shown."""
 LATEST = 253402300799
 """The last second of the year 9999."""
@@ -43,7 +42,7 @@ class Ending(Enum):
     DAMAGED = "damaged"
 
 
-BROKEN = frozenset({Ending.HALTED, Ending.DAMAGED})
+UNSTUCK = frozenset({Ending.DONE, Ending.SENDING, Ending.NOT_BEGUN})
 
 
 @dataclass(frozen=True)
@@ -77,17 +76,23 @@ class Run:
         return printable(resuming(self.folder)) if self.can_resume else ""
 
     @property
+    def is_stuck(self) -> bool:
+        """Whether it began, did not come to its end, and cannot go on."""
+        return self.ending not in UNSTUCK and not self.can_resume
+
+    @property
     def ended(self) -> str:
         """How it ended, as part of a sentence."""
+        stuck = f"; it cannot go on: {self.reason}" if self.reason else ""
         far = f"after {self.steps_done} of {self.steps} steps"
         if self.ending is Ending.SENDING:
             who = f"process {self.process}" if self.process else "another process"
             return f"is being sent now by {who}"
         return {
             Ending.DONE: "was done to its end",
-            Ending.PAUSED: f"was paused {far}",
+            Ending.PAUSED: f"was paused {far}{stuck}",
             Ending.HALTED: f"was halted {far}: {self.reason}",
-            Ending.CUT_OFF: f"was cut off {far}, killed or without power",
+            Ending.CUT_OFF: f"was cut off {far}, killed or without power{stuck}",
             Ending.NOT_BEGUN: "never began" + (f": {self.reason}" if self.reason else ""),
             Ending.DAMAGED: f"is damaged: {self.reason}",
         }[self.ending]
@@ -146,7 +151,12 @@ def _with_way_on(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
     reason = text(last.get("message")) if run.ending is Ending.HALTED else ""
     cause = cause_of(last)
     try:
-        resume_point(read_plan(run.folder / PLAN_NAME), records)
+        plan = plan_of(run.folder)
+    except InvalidInput as error:
+        why = f"{reason}; {error.message}" if reason else error.message
+        return replace(run, reason=text(why), advice=text(error.hint))
+    try:
+        resume_point(plan, records)
     except InvalidInput as error:
         if run.ending is Ending.HALTED and cause in FINAL:
             return replace(run, reason=reason or cause.name.lower(), advice=cause.hint)
@@ -173,7 +183,7 @@ def unfinished(runs: Path, display: str = "") -> Newest:
     for run in islice(read_runs(runs, display), LOOKED_AT):
         if run.can_resume:
             since = [each for each in seen if each.display == run.display]
-            return Newest(run, tuple(each for each in seen if each.ending in BROKEN), tuple(since))
+            return Newest(run, tuple(each for each in seen if each.is_stuck), tuple(since))
         seen.append(run)
     if sending := next((run for run in seen if run.ending is Ending.SENDING), None):
         return Newest(sending)
@@ -187,7 +197,7 @@ def _nothing_left(seen: Sequence[Run], where: str) -> InvalidInput:
     last = begun[0]
     of = f" of display {last.display}" if last.display else ""
     message = f"no run{where} can go on: the last one, {last.name}{of}, {last.ended}"
-    broken = next((run for run in begun if run.ending in BROKEN), last)
+    broken = next((run for run in begun if run.is_stuck), last)
     if broken is not last:
         message += f"; {broken.name} {broken.ended}"
     return InvalidInput(message, SEND_AGAIN if broken.ending is Ending.DONE else broken.advice)

@@ -227,7 +227,7 @@ def test_a_run_of_an_older_release_or_with_an_edited_plan_cannot_be_resumed(
         for more in (("--radio", "mock", "--yes"), ("--dry-run",)):
             code, out, err = run("send", "--resume", "last", *more)
             assert (code, out) == (2, "")
-            assert "this run cannot be resumed: " in err
+            assert "can go on: the last one, " in err
             assert says in " ".join(err.split())
             assert "hint: send the shape again" in err
     kept.write_text(json.dumps(document))

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from curveline.cli import progress
-from curveline.plan import write_plan
+from curveline.plan import sealed, write_plan
 from curveline.radio.journal import read_journal
 from curveline.radio.link import Progress, Request
 
-from .conftest import SHAPES, Run, small_plan
+from .conftest import SHAPES, Run, promising, small_plan
 
 
 @pytest.fixture
@@ -173,7 +173,7 @@ def test_a_pause_is_held_against_its_step_not_against_the_end(run: Run, tmp_path
         replace(step, states=(states,))
         for step, states in zip(plan.steps, ("peak|valley", "peak", "peak"), strict=True)
     ]
-    write_plan(replace(plan, steps=tuple(steps), wanted=("peak",)), tmp_path / "small.json")
+    write_plan(sealed(replace(plan, steps=tuple(steps), wanted=("peak",))), tmp_path / "small.json")
     ends = {}
     for step in (1, 2):
         plain = progress.Lines.__call__
@@ -191,7 +191,7 @@ def test_a_pause_is_held_against_its_step_not_against_the_end(run: Run, tmp_path
 
 
 def test_a_halt_is_held_against_its_step(run: Run, tmp_path: Path) -> None:
-    write_plan(replace(small_plan(steps=3), wanted=("peak",)), tmp_path / "small.json")
+    write_plan(promising(small_plan(steps=3), "peak"), tmp_path / "small.json")
     code, _, err = run("send", tmp_path / "small.json", "--radio", "mock:stall=1@step2", "--yes")
     assert code == 3
     assert "segment 1: the rod is in the valley, as step 1 leaves it\n" in err

@@ -16,13 +16,13 @@ from curveline.driving.interrupted import find_interrupted_run
 from curveline.driving.logbook import log_of, plain
 from curveline.driving.runs import Ending, read_run, read_runs, unfinished
 from curveline.errors import InvalidInput
-from curveline.plan import Plan, write_plan
+from curveline.plan import Plan, sealed, write_plan
 from curveline.radio.journal import FILE_NAME, Journal, new_run, read_journal
 from curveline.radio.preflight import run_tag
 from radio.bench import short_plan
 
-PLAN = short_plan(2, 2)
-QUAD = replace(PLAN, drive=replace(PLAN.drive, display="quad", digest="another"))
+PLAN = sealed(short_plan(2, 2))
+QUAD = sealed(replace(PLAN, drive=replace(PLAN.drive, display="quad", digest="another")))
 RELEASE: Mapping[str, Any] = {"type": "release", "step": 1}
 PAUSE: Mapping[str, Any] = {"type": "pause", "step": 2}
 END: Mapping[str, Any] = {"type": "end"}
@@ -173,7 +173,9 @@ def test_damaged_folders_are_listed_as_such(tmp_path: Path) -> None:
     bare = new_run(tmp_path, "bare")
     os.mkdir(os.fsencode(tmp_path) + b"/000009-20260101-000000-\x1b[2J\xff")
     found = {run.folder: run for run in read_runs(tmp_path)}
-    assert [found[folder].ending for folder in (gap, fifo, link, plan)] == [Ending.DAMAGED] * 4
+    assert [found[folder].ending for folder in (gap, fifo, link)] == [Ending.DAMAGED] * 3
+    assert (found[plan].ending, found[plan].is_stuck) == (Ending.CUT_OFF, True)
+    assert "it cannot go on: " in found[plan].ended
     assert all(found[folder].advice for folder in (gap, fifo, link, plan))
     assert found[bare].ending is Ending.NOT_BEGUN
     assert len(found) == 7
