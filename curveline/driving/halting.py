@@ -29,6 +29,7 @@ HOLD_S = 15.0
 FREE_S = 10.0
 """How long a sender that has ended, or is only about to begin, is waited for."""
 POLL_S = 0.05
+END_IT = "end that program, whose nodes then hold by themselves within 5 s, or switch off the power of the motors"
 
 
 @dataclass(frozen=True)
@@ -49,9 +50,9 @@ def stop_display(spec: str, drive: DriveTable, runs: Path) -> Halting:
         try:
             with closing(open_radio(spec, drive, runs)) as radio:
                 return Halting(stop_all(radio, drive))
-        except InUse:
+        except InUse as error:
             if time.monotonic() > end and sender_of(drive, spec, runs) is None:
-                raise
+                raise InUse(error.message, f"{error.hint}; if that cannot wait, {END_IT}") from None
             time.sleep(POLL_S)
 
 

@@ -196,7 +196,8 @@ def _nothing_left(seen: Sequence[Run], where: str) -> InvalidInput:
         return InvalidInput(f"there is no run{where}", "send a plan or a shape first")
     last = begun[0]
     of = f" of display {last.display}" if last.display else ""
-    message = f"no run{where} can go on: the last one, {last.name}{of}, {last.ended}"
+    which = f"no run{where}" if len(seen) < LOOKED_AT else f"none of the newest {LOOKED_AT} runs{where}"
+    message = f"{which} can go on: the last one, {last.name}{of}, {last.ended}"
     broken = next((run for run in begun if run.is_stuck), last)
     if broken is not last:
         message += f"; {broken.name} {broken.ended}"
