@@ -38,7 +38,8 @@ TOKEN = re.compile(r"[0-9a-f]{16}")
 SIZE_LIMIT = 1_000_000
 LOOK_S = 0.05
 """How often a sender looks for a request to stop."""
-PUBLISH_S = 0.2
+PUBLISH_S = 0.5
+"""Every file that replaces another costs a small computer a write to its memory card."""
 SILENT_S = 1.0
 """A node that has not been heard for so long is published as silent."""
 STATES = frozenset({SILENT, *(state.name.lower().replace("_", "-") for state in State)})
