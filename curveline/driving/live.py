@@ -22,6 +22,7 @@ from typing import Any
 from curveline.errors import InvalidInput
 from curveline.files import printable, read_file
 from curveline.plan import AXES, DriveTable, Plan
+from curveline.portable import replace, replace_at_once
 from curveline.radio.actions import Phase
 from curveline.radio.frames import TARGET_LIMIT, State
 from curveline.radio.journal import is_open
@@ -252,7 +253,7 @@ class Publisher:
     def close(self) -> None:
         """Nobody sends any more; what was published last is kept under another name."""
         with suppress(OSError):
-            os.replace(self.run / LIVE_NAME, self.run / LAST_NAME)
+            replace(self.run / LIVE_NAME, self.run / LAST_NAME)
         forget(self.run)
 
     def _asked_by(self) -> str:
@@ -271,7 +272,7 @@ class Publisher:
         partial = self.run / "live.part"
         with suppress(OSError):
             partial.write_text(json.dumps(self._document(now)) + "\n", encoding="utf-8")
-            os.replace(partial, self.run / LIVE_NAME)
+            replace_at_once(partial, self.run / LIVE_NAME)
 
     def _document(self, now: float) -> dict[str, Any]:
         nodes = [self._node(number, now) for number in range(1, self.plan.drive.node_count + 1)]
