@@ -134,10 +134,13 @@ def excerpt(line: str, column: int) -> tuple[str, int]:
     start = 0
     if len(line) > EXCERPT:
         start = max(0, min(column - 1 - EXCERPT // 2, len(line) - EXCERPT))
-    shown = "".join(
-        c if c.isprintable() or c == "\t" else "\N{REPLACEMENT CHARACTER}" for c in line[start : start + EXCERPT]
-    )
-    return shown, column - start
+    parts = line[start : start + EXCERPT].split("\t")
+    return "\t".join(map(printable, parts)), column - start
+
+
+def printable(text: str) -> str:
+    """`text` with every character replaced that would steer a terminal."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def refuse_file(name: str, code: str, message: str, hint: str) -> NoReturn:

@@ -119,10 +119,15 @@ def replace(source: Path, target: Path) -> None:
     """
     for pause_s in _PAUSES_S if IS_WINDOWS else ():
         try:
-            return os.replace(source, target)
+            return replace_at_once(source, target)
         except PermissionError:
             time.sleep(pause_s)
-    return os.replace(source, target)
+    return replace_at_once(source, target)
+
+
+def replace_at_once(source: Path, target: Path) -> None:
+    """As `replace`, for those who cannot wait: PermissionError on Windows while any program has the other one open."""
+    os.replace(source, target)
 
 
 def others_may_reach(mode: int) -> bool:

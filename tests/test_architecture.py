@@ -21,6 +21,7 @@ LAYERS = (
     {"batch", "bench", "capability", "figures", "linkbench", "planning", "playback", "results", "simulation"}
     | {"explanation", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"}
     | {"loading"},
+    {"driving"},
     {"cli"},
 )
 LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}

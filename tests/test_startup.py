@@ -16,7 +16,7 @@ from curveline.plan import NodeTarget, Plan, Step, drive_table, sealed, write_pl
 from curveline.shapefile import read_display
 
 HEAVY = {"numpy", "numba", "scipy", "matplotlib", "cv2", "serial", "pyrf24"}
-COMMANDS = ("simulate", "plan", "send", "status", "stop", "load", "keys", "bench")
+COMMANDS = ("simulate", "plan", "send", "status", "stop", "runs", "load", "keys", "bench")
 
 SCRIPT = """
 import json, sys

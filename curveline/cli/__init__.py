@@ -21,6 +21,8 @@ from curveline.cli.keys import node as image
 from curveline.cli.keys import show as show_keys
 from curveline.cli.node import clear, home
 from curveline.cli.node import status as node_status
+from curveline.cli.runs import listing
+from curveline.cli.runs import show as show_run
 from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError, LinkError, SystemRefusal
 from curveline.portable import is_hang_up
 from curveline.system_errors import hint_of, message_of
@@ -77,6 +79,11 @@ displays = typer.Typer(
 for _display_command in (check.check, show_display.show):
     displays.command(epilog=EPILOG, no_args_is_help=True)(_reporting(_display_command))
 app.add_typer(displays, name="display", epilog=EPILOG)
+
+runs = typer.Typer(help="The runs on record: how each ended, how far it came, whether it can go on.")
+runs.callback(invoke_without_command=True, epilog=EPILOG)(_reporting(listing.listing))
+runs.command(epilog=EPILOG, no_args_is_help=True)(_reporting(show_run.show))
+app.add_typer(runs, name="runs", epilog=EPILOG)
 
 
 def _show_version(wanted: bool) -> None:

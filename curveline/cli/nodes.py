@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from curveline.cli import show
+from curveline.cli.segments import wrapped
 from curveline.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -61,6 +62,8 @@ def document(status: NodeStatus, drive: DriveTable) -> dict[str, Any]:
     """A node's status as plain data; what a silent node did not say is null."""
     record = asdict(status)
     record["fault"] = status.fault or None
+    record["obstacle"] = status.obstacle or None
+    record["advice"] = status.advice or None
     record["position"] = None
     if status.counts is not None:
         keys = ("extrude_mm", "bias_deg", "translate_mm")
@@ -71,11 +74,13 @@ def document(status: NodeStatus, drive: DriveTable) -> dict[str, Any]:
 
 
 def table(nodes: Sequence[NodeStatus], drive: DriveTable) -> list[str]:
-    """Lines of text on all nodes; faults follow, one per line."""
+    """Lines of text on all nodes; faults, and what else keeps a node from moving, follow, one per line."""
     lines = show.table([HEAD, *(_cells(status, drive) for status in nodes)], frozenset({1}))
     faults = [f"node {status.node}: fault {status.fault}" for status in nodes if status.fault]
+    unfit = [status for status in nodes if status.obstacle and not status.fault]
+    stuck = [line for status in unfit for line in wrapped(f"{status.obstacle}: {status.advice}")]
     silent = [f"node {status.node}: no answer from {status.address}" for status in nodes if status.counts is None]
-    return [*lines, *faults, *silent]
+    return [*lines, *faults, *stuck, *silent]
 
 
 def _cells(status: NodeStatus, drive: DriveTable) -> tuple[str, ...]:

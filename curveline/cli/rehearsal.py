@@ -8,12 +8,12 @@ from typing import Any
 
 from curveline import __version__
 from curveline.cli import show
-from curveline.cli.broken import BrokenRun
 from curveline.cli.goal import Goal, plan_goal
 from curveline.cli.shown import Shown, remembered_states
 from curveline.cli.steps import describe
+from curveline.driving.interrupted import InterruptedRun
 from curveline.plan import Plan, drive_table
-from curveline.radio.link import FrameRecord, describe_plan_frames
+from curveline.radio.listing import FrameRecord, describe_plan_frames
 from curveline.radio.mockspec import parse_spec
 from curveline.radio.preflight import check_targets
 from curveline.radio.store import Store
@@ -22,13 +22,13 @@ HEAD = ("step", "action", "node", "address", "release", "extrude", "bias", "tran
 
 
 def rehearse(
-    wanted: Plan | Goal | BrokenRun, spec: str | None, runs: Path, *, touched: bool = False, as_json: bool = False
+    wanted: Plan | Goal | InterruptedRun, spec: str | None, runs: Path, *, touched: bool = False, as_json: bool = False
 ) -> None:
     """Print what a send would stage, decoded as the nodes would decode it; InvalidInput if no node would take it."""
     begin = 0
     if isinstance(wanted, Goal):
         plan = _planned(wanted, spec, runs, touched=touched)
-    elif isinstance(wanted, BrokenRun):
+    elif isinstance(wanted, InterruptedRun):
         plan, begin = wanted.plan, wanted.point.barrier
         show.note(wanted.summary())
     else:

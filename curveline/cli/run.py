@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
@@ -15,22 +14,28 @@ import typer
 
 from curveline import __version__
 from curveline.cli import nodes, show
-from curveline.cli.broken import PLAN_NAME, BrokenRun
 from curveline.cli.progress import watch
 from curveline.cli.segments import alike, spans
+from curveline.driving.interrupted import PLAN_NAME, InterruptedRun, resuming, steps_on_record
+from curveline.driving.live import published
 from curveline.errors import EXIT_INTERRUPTED, InvalidInput, LinkError
 from curveline.plan import Plan, write_plan
 from curveline.portable import STOP_SIGNALS
 from curveline.radio import Radio
 from curveline.radio.codes import Counts
-from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, new_run, read_journal, runs_folder
-from curveline.radio.link import Control, Halted, Observer, Request, RunReport, resume_plan, send_plan
+from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, new_run, read_journal
+from curveline.radio.link import Control, Halted, Observer, Progress, Request, RunReport, resume_plan, send_plan
 from curveline.radio.resume import can_resume, resume_point
 
 if TYPE_CHECKING:
-    from curveline.cli.stops import Stop
-    from curveline.playback import Playback
+    from curveline.driving.promises import Promise
+    from curveline.driving.tour_checks import Stop
+    from curveline.playback import Playback, Snap
     from curveline.scene import Display
+
+BEFORE = -1.0
+"""When [s] anything happened that a process did which was killed: before this one began."""
+BEGINS = ("start", "resume")
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,7 @@ class Ending:
     playback: Playback | None
     stops: tuple[Stop, ...]
     folder: Path
+    promise: Promise
 
     @property
     def is_interrupted(self) -> bool:
@@ -59,62 +65,95 @@ class Ending:
         """The ending as plain data."""
         record = asdict(self.report)
         record["nodes"] = [nodes.document(status, self.plan.drive) for status in self.report.nodes]
-        rod = None if self.playback is None else asdict(self.playback)
+        rod = None if self.playback is None else self._rod(self.playback)
         shapes = None if self.playback is None else [asdict(stop) for stop in self.stops]
         head = {"curveline": __version__, "plan": self.plan.name, "display": self.plan.drive.display, "radio": spec}
-        return {**head, **record, "wanted": self.plan.wanted, "rod": rod, "shapes": shapes, "run": str(self.folder)}
+        promised = {"step": self.promise.step, "states": self.promise.states}
+        rest = {"promised": promised, "rod": rod, "shapes": shapes, "run": str(self.folder)}
+        return {**head, **record, "wanted": self.plan.wanted, **rest}
+
+    def _rod(self, playback: Playback) -> dict[str, Any]:
+        record = asdict(playback)
+        for snap in record["snaps"]:
+            snap["seconds"] = snap["seconds"] if snap["seconds"] >= 0.0 else None
+        return record
 
     def lines(self) -> list[str]:
         """The ending as text."""
         report = self.report
         done = f"{report.outcome}: {report.steps_done} of {report.steps} steps in {report.seconds:.1f} s"
         passed = [stop.line() for stop in self.stops if stop.step < report.steps]
-        return [done, *nodes.table(report.nodes, self.plan.drive), *passed, *_rod_lines(self.playback, self.plan)]
+        return [done, *nodes.table(report.nodes, self.plan.drive), *passed, *_rod_lines(self.playback, self.promise)]
 
 
-def conduct(plan: Plan, radio: Radio, runs: Path, control: Control) -> Ending:
-    """Send `plan` and keep its record in a new folder of `runs`; LinkError once everything that can be held is held."""
-    folder = new_run(runs, plan.name)
+def conduct(plan: Plan, radio: Radio, control: Control, place: Place) -> Ending:
+    """Send `plan` and keep its record in a new folder; LinkError once everything that can be held is held."""
+    folder = new_run(place.runs, plan.name)
     write_plan(plan, folder / PLAN_NAME)
     mock = nodes.mock_of(radio)
     with closing(Journal(folder, mock.disk if mock is not None else None)) as journal:
-        return _conduct(_Job(plan, radio, folder), partial(send_plan, plan, radio, journal), control)
+        return _conduct(_Job(plan, radio, folder, place.spec), partial(send_plan, plan, radio, journal), control)
 
 
-def go_on(broken: BrokenRun, radio: Radio, journal: ReopenedJournal, control: Control) -> Ending:
+def go_on(broken: InterruptedRun, radio: Radio, journal: ReopenedJournal, control: Control, place: Place) -> Ending:
     """Go on with a run; as `conduct`, and InvalidInput if its record forbids it."""
     plan, mock, way = broken.plan, nodes.mock_of(radio), []
     if mock is not None:
         journal.disk = mock.disk
         way = broken.way_here(mock.positions())
     seen = broken.unseen[0] if broken.unseen else broken.point.barrier
-    job = _Job(plan, radio, broken.folder, way, seen + 1)
+    job = _Job(plan, radio, broken.folder, place.spec, way, seen + 1, len(journal.records))
     return _conduct(job, partial(resume_plan, plan, radio, journal), control)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Through which radio is sent, and where the records are."""
+
+    spec: str
+    runs: Path
 
 
 @dataclass(frozen=True)
 class _Job:
     """What is sent, through what, where its record is kept, and how the nodes came here if no one has told yet.
 
-    `first` is the first step (from 1) that is done on that way, or else in this run.
+    `first` is the first step (from 1) that is done on that way, or else in this run. `known` is how many records there
+    are already.
     """
 
     plan: Plan
     radio: Radio
     folder: Path
+    spec: str
     way: Sequence[tuple[Counts, ...]] = ()
     first: int = 1
+    known: int = 0
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether the nodes were taken over: a run that was refused has moved nothing."""
+        with suppress(InvalidInput):
+            return any(each.get("type") in BEGINS for each in read_journal(self.folder / FILE_NAME)[self.known :])
+        return True
+
+    @property
+    def promise(self) -> Promise:
+        """What the plan says of the rod where the run has come to by its record."""
+        from curveline.driving.promises import promise
+
+        return promise(self.plan, *steps_on_record(self.folder, self.plan))
 
 
 def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> Ending:
     show.note(f"record: {job.folder}")
-    show.note(f"if this is cut short: {_resuming(job.folder)}")
+    show.note(f"if this is cut short: {resuming(job.folder)}")
     begin = job.radio.now_us() / 1e6
     try:
-        with _signals(control), watch(job.plan, control) as observer:
-            report = sender(observer, control)
+        report = _send(job, sender, control)
     except LinkError as error:
-        show.note("\n".join(_rod_lines(_play_back(job, begin)[0], job.plan)))
+        if job.has_begun:
+            show.note("\n".join(_rod_lines(_play_back(job, begin)[0], job.promise)))
         if not isinstance(error, Halted) or can_resume(error.halt):
             advise_resuming(job.plan, job.folder)
         if control.request is Request.NONE:
@@ -122,37 +161,53 @@ def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], contro
         # An emergency stop ends the run as a fault of all nodes, but it is what somebody asked for.
         show.complain(error)
         raise typer.Exit(EXIT_INTERRUPTED) from None
-    return Ending(job.plan, report, control.request, *_play_back(job, begin), job.folder)
+    return Ending(job.plan, report, control.request, *_play_back(job, begin), job.folder, job.promise)
+
+
+def _send(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> RunReport:
+    """Send, show how it goes, and publish it."""
+    with (
+        published(job.folder, job.plan, job.spec, control) as publisher,
+        _signals(control),
+        watch(job.plan, control) as shown,
+    ):
+
+        def observe(news: Progress) -> None:
+            publisher(news)
+            shown(news)
+
+        report = None
+        try:
+            report = sender(observe, control)
+        finally:
+            publisher.end(report)
+        return report
 
 
 def advise_resuming(plan: Plan, run: Path) -> None:
     """Say how a run that was broken off goes on, if its record allows that."""
     with suppress(InvalidInput):
         resume_point(plan, read_journal(run / FILE_NAME))
-        show.note(f"to go on with this run: {_resuming(run)}")
+        show.note(f"to go on with this run: {resuming(run)}")
 
 
-def _resuming(run: Path) -> str:
-    """The command that goes on with a run, whose folder needs no path if it is where runs are looked for."""
-    name = run.name if run.parent == runs_folder() else str(run)
-    return f"curveline send --resume {shlex.quote(name)}"
-
-
-def _rod_lines(playback: Playback | None, plan: Plan) -> list[str]:
+def _rod_lines(playback: Playback | None, promised: Promise) -> list[str]:
     """What the rod did, as text, where it is known."""
     if playback is None:
         return []
-    from curveline.cli.stops import posture
+    from curveline.driving.tour_checks import posture
 
-    lines = [
-        f"{snap.seconds:.1f} s: segment {snap.segment} snapped from {snap.before} to {snap.after}"
-        for snap in playback.snaps
-    ]
-    for segments, (state, wanted) in alike(list(zip(playback.states, plan.wanted, strict=True))):
-        verdict = "as wanted" if state == wanted else f"not the wanted {wanted}"
+    said = [(state, promised.verdict(segment, state)) for segment, state in enumerate(playback.states)]
+    lines = [_snap_line(snap) for snap in playback.snaps]
+    for segments, (state, verdict) in alike(said):
         which = f"segment{'s' if len(segments) > 1 else ''} {spans(segments)}"
-        lines.append(f"{which}: the rod is {posture(state)}, {verdict}")
+        lines.append(f"{which}: the rod is {posture(state)}{verdict}")
     return lines
+
+
+def _snap_line(snap: Snap) -> str:
+    when = "before this went on" if snap.seconds < 0.0 else f"{snap.seconds:.1f} s"
+    return f"{when}: segment {snap.segment} snapped from {snap.before} to {snap.after}"
 
 
 def _play_back(job: _Job, begin: float) -> tuple[Playback | None, tuple[Stop, ...]]:
@@ -169,11 +224,11 @@ def _play_back(job: _Job, begin: float) -> tuple[Playback | None, tuple[Stop, ..
         show.note(f"which curve the rod took is not known: {error.message}")
         mock.rod = []
         return None, ()
-    from curveline.cli.stops import Job, play_back
+    from curveline.driving.tour_checks import Job, play_back
 
     show.announce_compilation()
     motion = [(seconds - begin, counts) for seconds, counts in mock.motion()]
-    before = [(motion[0][0], counts) for counts in job.way]
+    before = [(BEFORE, counts) for counts in job.way]
     playback, stops = play_back(Job(job.plan, display, job.first), [*before, *motion], mock.rod)
     mock.rod = list(playback.states)
     return playback, stops

@@ -18,13 +18,10 @@ from curveline.cli.nodes import RadioOption, RunsOption
 from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, InvalidInput, LinkError
 
 if TYPE_CHECKING:
-    from curveline.cli.broken import BrokenRun
     from curveline.cli.run import Ending
+    from curveline.driving.interrupted import InterruptedRun
     from curveline.plan import DriveTable, Plan
     from curveline.radio import Radio
-
-NOWHERE = ("boot", "unhomed", "homing", "position-lost")
-"""States of a node in which its position means nothing."""
 
 
 def send(
@@ -40,11 +37,17 @@ def send(
     ] = False,
     display: Annotated[
         str | None,
-        typer.Option("--display", metavar="NAME|FILE", help="The display to bring home; single if not given."),
+        typer.Option(
+            "--display",
+            metavar="NAME|FILE",
+            help="The display to bring home, single if not given; or whose last run is meant.",
+        ),
     ] = None,
     resume: Annotated[
         str | None,
-        typer.Option("--resume", metavar="RUN", help="Go on with a run: its folder, its name, or `last`."),
+        typer.Option(
+            "--resume", metavar="RUN", help="Go on with a run: its folder, its name, or `last`, the newest that can."
+        ),
     ] = None,
     touched: Annotated[
         bool, typer.Option("--touched", help="Somebody touched the rod: which curve it is in is not known.")
@@ -121,14 +124,15 @@ class _Way:
     touched: bool
 
 
-def _wanted(asked: _Asked, runs: Path) -> Plan | Goal | BrokenRun:
+def _wanted(asked: _Asked, runs: Path) -> Plan | Goal | InterruptedRun:
     """What is to be sent; InvalidInput unless it is one thing, and can be read."""
     if bool(asked.files or asked.home) is (asked.resume is not None):
         raise InvalidInput("name a plan, shapes, --home, or a run to --resume, and only one of them")
-    if asked.display is not None and (asked.files or not asked.home):
-        raise InvalidInput("--display is for --home alone", "a plan or a shape names its own display")
+    if asked.display is not None and (asked.files or not (asked.home or asked.resume == "last")):
+        hint = "a plan, a shape or a run names its own display"
+        raise InvalidInput("--display is for --home alone and for --resume last", hint)
     if asked.resume is not None:
-        return _broken_off(asked.resume, runs)
+        return _broken_off(asked.resume, asked.display, runs)
     return _read(asked.files, ends_home=asked.home) if asked.files else home_of(asked.display or "single")
 
 
@@ -148,18 +152,34 @@ def _read(paths: Sequence[str], *, ends_home: bool) -> Plan | Goal:
     return read_goal(paths, ends_home=ends_home)
 
 
-def _broken_off(name: str, runs: Path) -> BrokenRun:
+def _broken_off(name: str, display: str | None, runs: Path) -> InterruptedRun:
     """The run that is to go on."""
-    from curveline.cli.broken import find_broken_run
+    from curveline.driving.interrupted import find_interrupted_run
+    from curveline.driving.runs import LAST, unfinished
 
-    return find_broken_run(name, runs)
+    if name != LAST:
+        return find_interrupted_run(name, runs)
+    newest = unfinished(runs, _display_name(display))
+    for each in newest.broken:
+        show.note(f"passed over: {each.name} {each.ended}")
+    run = newest.run
+    show.note(f"the newest that can go on: {run.name} of display {run.display}, which {run.ended}")
+    if newest.since:
+        show.note(f"sent to that display since, after which its nodes may refuse: {newest.since[0].name}")
+    return find_interrupted_run(run.folder.name, run.folder.parent)
 
 
-def _send(wanted: Plan | Goal | BrokenRun, way: _Way) -> Ending | None:
+def _display_name(display: str | None) -> str:
+    from curveline.shapefile import read_display
+
+    return read_display(display).name if display is not None else ""
+
+
+def _send(wanted: Plan | Goal | InterruptedRun, way: _Way) -> Ending | None:
     """Plan from where the display stands, ask, and send; None if the answer was no."""
-    from curveline.cli.broken import BrokenRun
-    from curveline.cli.run import conduct, go_on
+    from curveline.cli.run import Place, conduct, go_on
     from curveline.cli.steps import summary
+    from curveline.driving.interrupted import InterruptedRun
     from curveline.plan import drive_table
     from curveline.radio import open_radio
     from curveline.radio.actions import Policy
@@ -167,28 +187,36 @@ def _send(wanted: Plan | Goal | BrokenRun, way: _Way) -> Ending | None:
     from curveline.radio.preflight import check_targets
 
     control = Control(Policy(takeover=way.takeover), tell=show.note)
-    if isinstance(wanted, BrokenRun):
+    place = Place(way.spec, way.runs)
+    if isinstance(wanted, InterruptedRun):
         with wanted.opened() as journal, closing(open_radio(way.spec, wanted.plan.drive, way.runs)) as radio:
             show.note(wanted.summary())
-            return go_on(wanted, radio, journal, control) if _agrees(way) else None
+            return go_on(wanted, radio, journal, control, place) if _agrees(way) else None
     drive = drive_table(wanted.display) if isinstance(wanted, Goal) else wanted.drive
     with closing(open_radio(way.spec, drive, way.runs)) as radio:
         if isinstance(wanted, Goal):
             plan = _plan_from_here(wanted, radio, drive, way)
         else:
             plan = wanted
-            _check_granted(plan, radio, way)
+            _check_ready(plan, radio, way)
         check_targets(plan)
         show.note(f"{plan.name}: {summary(plan)}")
-        return conduct(plan, radio, way.runs, control) if _agrees(way) else None
+        return conduct(plan, radio, control, place) if _agrees(way) else None
 
 
-def _check_granted(plan: Plan, radio: Radio, way: _Way) -> None:
-    """Say what is known of the states that a plan begins in; Infeasible if the display shows others."""
+def _check_ready(plan: Plan, radio: Radio, way: _Way) -> None:
+    """LinkError if the nodes could not begin; say what is known of the states that a plan begins in.
+
+    Infeasible if the display shows others.
+    """
     from curveline.cli.shown import check_granted
+    from curveline.driving.readiness import check_ready
+    from curveline.radio.halts import named_display
     from curveline.radio.link import read_status
 
-    if any(plan.shows) and (known := check_granted(plan, radio, read_status(radio, plan.drive), way.runs)):
+    statuses = read_status(radio, plan.drive, named_display(plan))
+    check_ready(plan, statuses)
+    if known := check_granted(plan, radio, statuses, way.runs):
         show.note(known)
 
 
@@ -206,18 +234,18 @@ def _agrees(way: _Way) -> bool:
 def _plan_from_here(goal: Goal, radio: Radio, drive: DriveTable, way: _Way) -> Plan:
     """A plan from where the nodes say that they stand; LinkError if one of them cannot say."""
     from curveline.cli.shown import Shown, shown_states
+    from curveline.driving.readiness import check_movable
     from curveline.radio.halts import display_option
     from curveline.radio.link import read_status
 
-    statuses = read_status(radio, drive)
+    named = goal.display.path or goal.display.name
+    statuses = read_status(radio, drive, named)
+    check_movable(statuses)
     counts = []
     for status in statuses:
-        if status.counts is None or status.state in NOWHERE:
-            said = "does not answer" if status.counts is None else f"does not know where it stands: {status.state}"
-            display = display_option(goal.display.path or goal.display.name)
-            home = f"home it: `curveline node home {status.node}{display}`; then send again"
-            hint = f"see `curveline status{display}`" if status.counts is None else home
-            raise LinkError(f"node {status.node} {said}", hint, status.node)
+        if status.counts is None:
+            hint = f"see `curveline status{display_option(named)}`"
+            raise LinkError(f"node {status.node} does not answer", hint, status.node)
         counts.append(status.counts)
     shown = Shown() if way.touched else shown_states(radio, drive, statuses, way.runs)
     if shown.states or any(any(each) for each in counts):

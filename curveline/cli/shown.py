@@ -7,18 +7,15 @@ ends that; only a hand on the rod itself goes unnoticed.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from heapq import nlargest
 from itertools import zip_longest
-from os import scandir
 from pathlib import Path
 
-from curveline.cli.broken import PLAN_NAME
 from curveline.cli.nodes import mock_of
 from curveline.cli.segments import in_words
 from curveline.cli.steps import granted
+from curveline.driving.interrupted import PLAN_NAME
 from curveline.errors import Infeasible, InvalidInput
 from curveline.files import read_file
 from curveline.plan import MAX_BYTES, DriveTable, NodeTarget, Plan, from_json
@@ -26,9 +23,8 @@ from curveline.radio import Radio
 from curveline.radio.asking import was_last_run
 from curveline.radio.link import NodeStatus
 from curveline.radio.preflight import START_TOLERANCE, run_tag
+from curveline.radio.runfolder import run_names
 
-RUN_NAME = re.compile(r"[0-9]{8}-[0-9]{6}-")
-"""How the folder of a run begins: with the time at which it began."""
 RUNS_SEEN = 50
 BYTES_READ = MAX_BYTES
 RUNS_ASKED = 4
@@ -106,7 +102,7 @@ def _last_run(radio: Radio, drive: DriveTable, nodes: Sequence[NodeStatus], runs
 def _plans(runs: Path, drive: DriveTable) -> Iterator[tuple[str, Plan]]:
     """Names and plans of this display's runs, the newest first; what is no run, or is damaged, is passed over."""
     left = BYTES_READ
-    for name in _newest(runs):
+    for name in run_names(runs)[:RUNS_SEEN]:
         path = runs / name / PLAN_NAME
         try:
             data = read_file(path, MAX_BYTES)
@@ -120,14 +116,6 @@ def _plans(runs: Path, drive: DriveTable) -> Iterator[tuple[str, Plan]]:
                     yield name, plan
         except (InvalidInput, UnicodeDecodeError):
             continue
-
-
-def _newest(runs: Path) -> list[str]:
-    try:
-        with scandir(runs) as entries:
-            return nlargest(RUNS_SEEN, (entry.name for entry in entries if RUN_NAME.match(entry.name)))
-    except OSError:
-        return []
 
 
 def _stand_at(places: Sequence[NodeTarget], nodes: Sequence[NodeStatus]) -> bool:

@@ -17,7 +17,9 @@ from curveline.cli.segments import in_words, wrapped
 from curveline.errors import EXIT_DONE, EXIT_LINK, InvalidInput
 
 if TYPE_CHECKING:
+    from curveline.driving.live import Sender
     from curveline.plan import DriveTable
+    from curveline.radio import InUse
     from curveline.radio.link import NodeStatus
 
 POLL_SECONDS = 1.0
@@ -38,7 +40,7 @@ def status(
 ) -> None:
     """Say how every node is: state, position, faults, link.
 
-    Asking disturbs no run.
+    Asking disturbs no run: while this computer sends one to the display, the sending process tells what it knows.
     """
     from curveline.plan import drive_table
     from curveline.shapefile import read_display
@@ -46,7 +48,7 @@ def status(
     spec = nodes.require_radio(radio)
     if watch + scan + radio_test > 1:
         raise InvalidInput("--watch, --scan and --radio-test are three different questions", hint="ask one at a time")
-    asked = Asked(spec, drive_table(read_display(display)), nodes.runs_folder(runs))
+    asked = Asked(spec, display, drive_table(read_display(display)), nodes.runs_folder(runs))
     if scan or radio_test:
         from curveline.cli.survey import survey
 
@@ -62,21 +64,23 @@ class Asked(NamedTuple):
     """Whom to ask, and how."""
 
     spec: str
+    display: str
     drive: DriveTable
     runs: Path
 
 
 class _Answer(NamedTuple):
-    """What the nodes said, and the states of the rod where somebody knows them."""
+    """What the nodes said, and the states of the rod where somebody knows them; `sender` is who tells it instead."""
 
     asked: Asked
     statuses: list[NodeStatus]
-    rod: list[str] | None
+    rod: list[str] | None = None
+    sender: Sender | None = None
 
     @property
     def is_well(self) -> bool:
-        """True if every node answered and none has a fault."""
-        return all(each.counts is not None and not each.fault for each in self.statuses)
+        """True if every node answered and can move."""
+        return all(each.can_move for each in self.statuses)
 
     def document(self) -> dict[str, Any]:
         """The answer as plain data."""
@@ -88,27 +92,67 @@ class _Answer(NamedTuple):
             "radio": self.asked.spec,
             "nodes": [nodes.document(each, self.asked.drive) for each in self.statuses],
             "rod": self.rod,
+            "sender": None if self.sender is None else _sender_document(self.sender),
         }
 
     def lines(self) -> list[str]:
         """The answer as text."""
         rod = [] if self.rod is None else wrapped(f"rod: {in_words(self.rod) or 'not known'}")
+        told = [] if self.sender is None else wrapped(_sender_line(self.sender))
         return [
             f"display {self.asked.drive.display} over {self.asked.spec}",
+            *told,
             *nodes.table(self.statuses, self.asked.drive),
             *rod,
         ]
 
 
 def _ask(asked: Asked) -> _Answer:
-    """One round of questions; the radio is given back after it, so that a run can begin between two."""
+    """One round of questions, to the process that is sending to these nodes, or else to them.
+
+    The radio is given back after it, so that a run can begin between two.
+    """
+    from curveline.driving.live import news_of
+    from curveline.radio import InUse
+
+    if (sender := news_of(asked.drive, asked.spec, asked.runs)) is not None:
+        return _Answer(asked, sender.live.statuses, sender=sender)
+    try:
+        return _ask_nodes(asked)
+    except InUse as error:
+        if (sender := news_of(asked.drive, asked.spec, asked.runs)) is not None:
+            return _Answer(asked, sender.live.statuses, sender=sender)
+        raise _by_whom(error, asked) from None
+
+
+def _ask_nodes(asked: Asked) -> _Answer:
     from curveline.radio import open_radio
     from curveline.radio.link import read_status
 
     with closing(open_radio(asked.spec, asked.drive, asked.runs)) as radio:
-        statuses = read_status(radio, asked.drive)
+        statuses = read_status(radio, asked.drive, asked.display)
         mock = nodes.mock_of(radio)
         return _Answer(asked, statuses, None if mock is None else list(mock.known_rod))
+
+
+def _by_whom(error: InUse, asked: Asked) -> InUse:
+    """Why the radio is in use, with who sends to another display over it, if that is known."""
+    from curveline.driving.live import same_radio, senders
+
+    others = [each for each in senders(asked.runs) if same_radio(each.live.radio, asked.spec)]
+    who = f": {others[0].name}" if others and not asked.spec.startswith("mock") else ""
+    return type(error)(error.message + who, error.hint)
+
+
+def _sender_document(sender: Sender) -> dict[str, Any]:
+    live = sender.live
+    facts = {key: getattr(live, key) for key in ("process", "plan", "phase", "step", "steps", "seconds")}
+    return {**facts, "run": str(sender.run), "age_s": round(live.age, 3)}
+
+
+def _sender_line(sender: Sender) -> str:
+    live = sender.live
+    return f"told {live.age:.1f} s ago by {sender.name}: step {live.step} of {live.steps}, {live.phase}"
 
 
 def _show(answer: _Answer, *, as_json: bool) -> None:
@@ -119,8 +163,8 @@ def _show(answer: _Answer, *, as_json: bool) -> None:
 
 
 def _watch(asked: Asked, *, as_json: bool) -> None:
-    """Ask for ever; Ctrl-C ends it. While a run has the display to itself, say so and wait for its end."""
-    from curveline.radio.store import InUse
+    """Ask for ever; Ctrl-C ends it. While somebody who tells nothing has the display, say so and wait."""
+    from curveline.radio import InUse
 
     is_waiting = False
     with _screen(as_json=as_json) as update:

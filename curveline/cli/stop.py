@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import closing
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,26 +23,30 @@ def stop(
 ) -> None:
     """Stop every node of a display, whoever drives it.
 
-    Nodes slow down and hold until a host sends them again. It needs a radio that no run is using; to stop your own run,
-    press Ctrl-C there. This is no safety circuit: a radio can be jammed or unplugged, so fit a switch to the supply of
-    the motors.
+    Nodes slow down and hold until a host sends them again. A run that this computer sends is paused by the process that
+    sends it, and can go on later. This is no safety circuit: a radio can be jammed or unplugged, so fit a switch to the
+    supply of the motors.
     """
     from curveline import __version__
+    from curveline.driving.halting import stop_display
+    from curveline.driving.interrupted import resuming
     from curveline.plan import drive_table
-    from curveline.radio import open_radio
     from curveline.radio.keyfile import lenient
-    from curveline.radio.stopping import stop_all
     from curveline.shapefile import read_display
 
     spec = nodes.require_radio(radio)
     drive = drive_table(read_display(display))
-    with lenient(), closing(open_radio(spec, drive, nodes.runs_folder(runs))) as opened:
-        stopped = stop_all(opened, drive)
+    with lenient():
+        halting = stop_display(spec, drive, nodes.runs_folder(runs))
+    stopped, sender = halting.nodes, halting.sender
     if json:
         found = [{**asdict(each), "state": _state(each), "is_sure": each.is_sure} for each in stopped]
-        show.emit({"curveline": __version__, "display": drive.display, "radio": spec, "nodes": found})
+        by = None if sender is None else {"process": sender.live.process, "run": str(sender.run)}
+        show.emit({"curveline": __version__, "display": drive.display, "radio": spec, "nodes": found, "sender": by})
     else:
         show.result("\n".join(_line(each) for each in stopped))
+    if sender is not None:
+        show.note(f"paused by {sender.name}; to go on: {resuming(sender.run)}")
     raise typer.Exit(EXIT_DONE if all(each.is_sure for each in stopped) else EXIT_LINK)
 
 

@@ -47,6 +47,10 @@ class RadioGone(LinkError):
         self.may_return = may_return
 
 
+class InUse(LinkError):
+    """Another process of this computer has the radio, or the mock display, most likely for a run."""
+
+
 class Radio(Protocol):
     """A way to the nodes of one site, and the clock that its times are told by."""
 

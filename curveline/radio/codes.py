@@ -71,11 +71,6 @@ class State(IntEnum):
     POSITION_LOST = 8
     ESTOP = 9
 
-    @property
-    def can_move(self) -> bool:
-        """Whether a node in this state needs no more than a host that says go."""
-        return self in (State.READY, State.MOVING, State.HOLD, State.HOLD_LINK)
-
 
 class Fault(IntEnum):
     """Why a node is in FAULT or POSITION_LOST."""

@@ -21,16 +21,20 @@ from curveline import portable
 from curveline.errors import InvalidInput, LinkError
 from curveline.files import read_file
 from curveline.radio.actions import Record
+from curveline.radio.runfolder import claim_folder
 
 FILE_NAME = "journal"
 LOCK_NAME = "lock"
 """An empty file beside the journal, which who sends the run has locked: Windows lets nobody read a locked file."""
-LAST = "last"
 HEAD = re.compile(rb"([0-9]{6}) ([0-9]{8}) ([0-9a-f]{8}) ")
 HEAD_BYTES = 25
 BODY_LIMIT = 999_999
 SIZE_LIMIT = 200_000_000
 """More than the record of any run; what is larger is not one."""
+
+LOCK_TRIES = 5
+LOCK_RETRY_S = 0.02
+"""Whoever only looks whether a run is being sent has its lock for an instant."""
 
 
 class Disk(Protocol):
@@ -192,44 +196,48 @@ def runs_folder() -> Path:
 
 
 def find_run(folder: Path, name: str) -> Path:
-    """The folder of a run: a path, a name in the runs folder, or `last`, the one that was written last."""
-    if name != LAST:
-        choices = [Path(name)] if os.sep in name else [folder / name, Path(name)]
-        found = next((run for run in choices if (run / FILE_NAME).is_file()), None)
-        if found is None:
-            raise InvalidInput(f"there is no run {name!r} in {folder}", hint="`last` is the run that was sent last")
-        return found
-    journals = sorted(folder.glob(f"*/{FILE_NAME}"), key=lambda path: (path.stat().st_mtime_ns, path.parent.name))
-    for path in reversed(journals):
-        if any(record.get("type") == "start" for record in read_journal(path)[:1]):
-            return path.parent
-    raise InvalidInput(f"no run in {folder} has come to its first step", hint="send a plan or a shape first")
+    """The folder of a run: a path, or a name in the runs folder; InvalidInput if there is none."""
+    choices = [Path(name)] if os.sep in name else [folder / name, Path(name)]
+    found = next((run for run in choices if (run / FILE_NAME).is_file()), None)
+    if found is None:
+        raise InvalidInput(f"there is no run {name!r} in {folder}", hint="`curveline runs` lists those that there are")
+    return found
 
 
 def new_run(folder: Path, name: str) -> Path:
-    """A new folder for one run, named by local time and `name`; LinkError if it cannot be made."""
+    """A new folder for one run, named by its number, local time and `name`; LinkError if it cannot be made."""
     label = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:60] or "run"
     stamp = time.strftime("%Y%m%d-%H%M%S")
-    attempt = 1
-    while True:
-        run = folder / (f"{stamp}-{label}" if attempt == 1 else f"{stamp}-{label}-{attempt}")
-        try:
-            run.mkdir(parents=True)
-            portable.sync_folder(folder)
-        except FileExistsError:
-            attempt += 1
-        except OSError as error:
-            raise _refused(run, error) from error
-        else:
-            return run
+    try:
+        run = claim_folder(folder, f"{stamp}-{label}")
+        portable.sync_folder(folder)
+    except OSError as error:
+        raise _refused(folder, error) from error
+    return run
+
+
+def is_open(run: Path) -> bool:
+    """Whether a process has the record of a run open, to send it."""
+    try:
+        descriptor = os.open(run / LOCK_NAME, os.O_RDWR | portable.NO_WAIT)
+    except OSError:
+        return False
+    try:
+        return not portable.lock(descriptor)
+    except OSError:
+        return False
+    finally:
+        os.close(descriptor)
 
 
 def _lock(run: Path) -> int:
     """Keep other processes away from a run for as long as this descriptor is open."""
     descriptor = os.open(run / LOCK_NAME, os.O_RDWR | os.O_CREAT | portable.NO_WAIT, 0o644)
     try:
-        if portable.lock(descriptor):
-            return descriptor
+        for _ in range(LOCK_TRIES):
+            if portable.lock(descriptor):
+                return descriptor
+            time.sleep(LOCK_RETRY_S)
     except OSError:
         os.close(descriptor)
         raise

@@ -1,7 +1,8 @@
-"""Runs the conductor over a radio: sends plans, reads what the nodes say, shows what would be sent."""
+"""Runs the conductor over a radio: sends plans, reads what the nodes say."""
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -12,20 +13,21 @@ from functools import partial
 from curveline.errors import LinkError
 from curveline.plan import AXES, DriveTable, Plan
 from curveline.radio import Radio, RadioGone
-from curveline.radio.actions import Finished, Phase, Policy, Poll, Sleep, Write
+from curveline.radio.actions import Finished, Phase, Policy, Poll, Record, Sleep, Write
 from curveline.radio.asking import fresh_nonce, insist
-from curveline.radio.codes import FLAG_QUERY, NOT_HOMED, Counts, Fault, Reject
+from curveline.radio.codes import FLAG_QUERY, NOT_HOMED, Counts, Fault
 from curveline.radio.conductor import Conductor
-from curveline.radio.frames import Drive, Hello, Report, Status, decode_drive, decode_report, encode_drive
+from curveline.radio.frames import Hello, Report, Status, decode_report
 from curveline.radio.halts import Halt, named_display
 from curveline.radio.journal import Journal, ReopenedJournal
-from curveline.radio.keys import KEY_BYTES
 from curveline.radio.peer import LinkTally, Peer
-from curveline.radio.preflight import journal_bytes, loads_of
+from curveline.radio.preflight import check_fit, journal_bytes
 from curveline.radio.resume import RADIO, resume_point
 from curveline.radio.scan import explain
 
 SILENT = "silent"
+LISTEN_MS = 100
+"""A longer sleep is cut into such, so that whoever asks for a stop is heard between them."""
 
 
 class Request(IntEnum):
@@ -41,11 +43,16 @@ def ignore(news: object) -> None:
     """Whoever looks away."""
 
 
+def _nothing() -> None:
+    pass
+
+
 class Control:
     """The operator's hand on a run; safe to use from a signal handler.
 
     With `waits` a paused run goes on polling until `resume`, `hold` or an emergency stop; without, it ends there.
-    `tell` is given a line when the radio goes away, and when it is back.
+    `tell` is given a line when the radio goes away, when it is back, and when somebody else asks for something. `by` is
+    who that was.
     """
 
     def __init__(
@@ -56,10 +63,26 @@ class Control:
         self.tell = tell
         self.request = Request.NONE
         self.resumes = False
+        self.by = ""
+        self._inbox: Callable[[], None] = _nothing
 
-    def ask(self, request: Request) -> None:
-        """Pause at the barrier, hold now, or emergency stop; a lesser wish than the present one is ignored."""
+    def ask(self, request: Request, by: str = "") -> None:
+        """Pause at the barrier, hold now, or emergency stop; a lesser wish than the present one is ignored.
+
+        `by` names who asks, if it is not the operator of this process.
+        """
         self.request = max(self.request, request)
+        if by:
+            self.by = by
+            self.tell(f"asked to {request.name.lower()} by {by}")
+
+    def attend(self, inbox: Callable[[], None]) -> None:
+        """Have `inbox` called between any two frames, and at least every 0.1 s, to look for what others ask."""
+        self._inbox = inbox
+
+    def listen(self) -> None:
+        """Look for what others ask."""
+        self._inbox()
 
     def escalate(self) -> Request:
         """The next more urgent request, as on every further Ctrl-C; returns it."""
@@ -68,7 +91,7 @@ class Control:
 
     def resume(self) -> None:
         """Go on after a pause."""
-        self.request, self.resumes = Request.NONE, True
+        self.request, self.resumes, self.by = Request.NONE, True, ""
 
 
 @dataclass(frozen=True)
@@ -76,6 +99,7 @@ class NodeStatus:
     """What one node says; `state` is "silent" and the rest unknown (zeros, None) if it did not answer.
 
     `boot_cause`, `unhomed` (axis: why it is not homed) and `fault_seconds` (since when) are not asked for in a run.
+    `obstacle` is why it cannot move, `advice` what to do about it; empty if it can, or did not answer.
     """
 
     node: int
@@ -91,6 +115,13 @@ class NodeStatus:
     unhomed: dict[str, str] = field(default_factory=dict)
     fault_seconds: int | None = None
     link: LinkTally = field(default_factory=LinkTally)
+    obstacle: str = ""
+    advice: str = ""
+
+    @property
+    def can_move(self) -> bool:
+        """Whether the node has answered, and would obey a run."""
+        return self.counts is not None and not self.obstacle
 
 
 @dataclass(frozen=True)
@@ -114,20 +145,6 @@ class RunReport:
     steps: int
     seconds: float
     nodes: tuple[NodeStatus, ...]
-
-
-@dataclass(frozen=True)
-class FrameRecord:
-    """One frame of a dry run as the node would decode it."""
-
-    step: int
-    node: int
-    address: str
-    action: str
-    release: int
-    target: Counts
-    move_ms: int
-    payload: bytes
 
 
 Observer = Callable[[Progress], None]
@@ -160,24 +177,13 @@ def resume_plan(
     return _Run(conductor, radio, journal, observer).conduct(control)
 
 
-def read_status(radio: Radio, drive: DriveTable) -> list[NodeStatus]:
-    """What every node says now; read-only, so that it disturbs no run. A silent node is in the list, too."""
-    return [_query(radio, number, address) for number, address in enumerate(drive.addresses, start=1)]
+def read_status(radio: Radio, drive: DriveTable, display: str = "") -> list[NodeStatus]:
+    """What every node says now; read-only, so that it disturbs no run. A silent node is in the list, too.
 
-
-def describe_plan_frames(plan: Plan) -> list[FrameRecord]:
-    """The staging frames of a plan, through the real encoder and decoder, under a key that no node has."""
-    key = bytes(KEY_BYTES)
-    records = []
-    for step, loads in zip(plan.steps, loads_of(plan), strict=True):
-        for node, (number, target, move_ms) in enumerate(loads, start=1):
-            frame = Drive(0, 0, number, number - 1, number, target, move_ms)
-            payload = encode_drive(frame, key)
-            decoded = decode_drive(payload, key, frame.clock)
-            assert not isinstance(decoded, Reject)
-            fields = (decoded.release, decoded.target, decoded.move_ms, payload)
-            records.append(FrameRecord(number, node, plan.drive.addresses[node - 1], step.action, *fields))
-    return records
+    `display` is how advice names the display, by its own name if empty.
+    """
+    named = display or drive.display
+    return [_query(radio, number, address, named) for number, address in enumerate(drive.addresses, start=1)]
 
 
 class _Run:
@@ -187,6 +193,7 @@ class _Run:
         self._conductor = conductor
         self._radio = radio
         self._journal = journal
+        self._by = ""
         self._report = _Reporter(conductor, radio, observer)
 
     def conduct(self, control: Control) -> RunReport:
@@ -196,12 +203,13 @@ class _Run:
             self._go(control)
         except LinkError as error:
             with suppress(LinkError):  # the record may be what failed
-                self._journal.append({"type": "halt", "cause": RADIO, "node": error.node, "message": error.message})
+                halt = {"type": "halt", "cause": RADIO, "node": error.node, "message": error.message}
+                self._journal.append({**halt, **self._circumstances()})
             raise
         conductor = self._conductor
         if conductor.halt is not None:
-            halt = explain(self._radio, conductor.plan.drive, conductor.halt)
-            raise Halted(replace(halt, display=named_display(conductor.plan)))
+            found = explain(self._radio, conductor.plan.drive, conductor.halt)
+            raise Halted(replace(found, display=named_display(conductor.plan)))
         return RunReport(
             outcome="done" if conductor.phase is Phase.DONE else "paused",
             steps_done=conductor.barrier,
@@ -234,6 +242,7 @@ class _Run:
         if gone.may_return:
             control.tell(f"{gone.message}; waiting for it to come back")
         while control.request < Request.HOLD and gone.may_return:
+            self._listen(control)
             try:
                 self._radio.exchange(())
             except RadioGone as still:
@@ -246,6 +255,7 @@ class _Run:
         raise gone
 
     def _obey(self, control: Control, applied: Request) -> Request:
+        self._listen(control)
         now_ms = self._now_ms()
         if control.resumes:
             control.resumes = False
@@ -260,13 +270,17 @@ class _Run:
                 self._conductor.estop(now_ms)
         return control.request
 
+    def _listen(self, control: Control) -> None:
+        control.listen()
+        self._by = control.by
+
     def _turn(self) -> bool:
         """Do one thing; False when there is nothing left to do."""
         action = self._conductor.next(self._now_ms())
         if isinstance(action, Poll):
             self._poll(action)
         elif isinstance(action, Sleep):
-            self._radio.sleep_until(action.until_ms * 1000)
+            self._radio.sleep_until(min(action.until_ms, self._now_ms() + LISTEN_MS) * 1000)
         elif isinstance(action, Write):
             self._store(action)
         return not isinstance(action, Finished)
@@ -280,11 +294,16 @@ class _Run:
 
     def _store(self, action: Write) -> None:
         try:
-            self._journal.append({**action.record, "at": time.time()})
+            self._journal.append({**action.record, **self._circumstances()})
         except LinkError as error:
             self._conductor.unwritten(self._now_ms(), error.message)
         else:
             self._conductor.written(self._now_ms())
+
+    def _circumstances(self) -> Record:
+        """What a record says of its writing: when and by which process, and who else asked for what it says."""
+        by = {"by": self._by} if self._by else {}
+        return {"at": time.time(), "process": os.getpid(), **by}
 
     def _now_ms(self) -> int:
         return self._radio.now_us() // 1000
@@ -326,7 +345,7 @@ class _Reporter:
         return min(1.0, max(0.0, (peer.status.position[axis] - origin[axis]) / way)) if way else 0.0
 
 
-def _query(radio: Radio, number: int, address: str) -> NodeStatus:
+def _query(radio: Radio, number: int, address: str, display: str) -> NodeStatus:
     """Ask one node how it is."""
     nonce = fresh_nonce()
     peer = Peer(number, address, radio.site.node_key(number), nonce)
@@ -334,13 +353,15 @@ def _query(radio: Radio, number: int, address: str) -> NodeStatus:
     report = insist(radio, peer, question, partial(decode_report, key=peer.node_key, nonce=nonce))
     if report is None:
         return NodeStatus(number, address, SILENT, link=peer.tally)
-    return replace(status_of_report(report, address), link=peer.tally)
+    return replace(status_of_report(report, address, display), link=peer.tally)
 
 
-def status_of_report(report: Report, address: str) -> NodeStatus:
-    """What a node said to a query, in words."""
+def status_of_report(report: Report, address: str, display: str) -> NodeStatus:
+    """What a node said to a query, in words; advice names the display as `display`."""
+    halt = check_fit(report, 0)
     return replace(
         _node_status(report, report.boot, address, LinkTally()),
+        advice="" if halt is None else replace(halt, display=display).hint,
         boot_cause=_plain(report.cause.name),
         unhomed={axis: _reason(code) for axis, code in zip(AXES, report.axes, strict=True) if code},
         fault_seconds=report.fault_s if report.fault is not Fault.NONE else None,
@@ -356,6 +377,7 @@ def _node_status(status: Status | Report, boot: int, address: str, link: LinkTal
     fault = "" if status.fault is Fault.NONE else _plain(status.fault.name)
     if status.fault_axis:
         fault += f" ({AXES[status.fault_axis - 1]})"
+    halt = check_fit(status, 0)
     return NodeStatus(
         node=status.node,
         address=address,
@@ -367,6 +389,8 @@ def _node_status(status: Status | Report, boot: int, address: str, link: LinkTal
         fault=fault,
         counts=status.position,
         link=link,
+        obstacle="" if halt is None else halt.message,
+        advice="" if halt is None else halt.hint,
     )
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from curveline import portable
 from curveline.errors import InvalidInput, LinkError, MissingExtra
 from curveline.plan import DriveTable
-from curveline.radio import Answer, RadioGone, check_frames
+from curveline.radio import Answer, InUse, RadioGone, check_frames
 from curveline.radio.air import RATES_KBPS, RETRIES
 from curveline.radio.clock import steady_us
 from curveline.radio.codes import FRAME_BYTES
@@ -305,7 +305,7 @@ def _lock(pins: tuple[int, int]) -> int:
             return descriptor
     os.close(descriptor)
     hint = "only one program can use a radio chip at a time"
-    raise LinkError(f"the radio chip at {device} is in use by another program", hint)
+    raise InUse(f"the radio chip at {device} is in use by another program", hint)
 
 
 def _reason(message: str) -> str:

@@ -10,13 +10,16 @@ from curveline.errors import InvalidInput
 from curveline.plan import AXES, Plan
 from curveline.radio.actions import Record
 from curveline.radio.codes import MOVE_MS_LIMIT, VERSION, Counts, Fault, State
-from curveline.radio.frames import Ident, Status
+from curveline.radio.frames import Ident, Report, Status
 from curveline.radio.halts import Cause, Halt, fault_halt
 from curveline.radio.motion import axes_of, outside
 from curveline.radio.peer import STRANGE, Peer
 
 START_TOLERANCE = 32
 """How far [counts] a node may stand from the start of a plan: a servo rests within 22, and STATUS rounds to 8."""
+
+NOWHERE = frozenset({State.BOOT, State.UNHOMED, State.HOMING, State.POSITION_LOST})
+"""States in which a node does not know where it is."""
 
 
 def move_ms(seconds: float) -> int:
@@ -76,25 +79,32 @@ def check_ident(ident: Ident, peer: Peer, config: int) -> Halt | None:
 
 def check_start(plan: Plan, peers: Sequence[Peer]) -> Halt | None:
     """Whether every node is fit to move and stands where the plan starts; call it once all have a status."""
-    for peer, start in zip(peers, plan.start, strict=True):
+    for peer in peers:
         assert peer.status is not None
         if (halt := check_fit(peer.status, 0)) is not None:
             return halt
-        for axis, (wanted, found) in enumerate(zip(start.counts, peer.status.position, strict=True)):
-            if abs(found - wanted) > START_TOLERANCE:
-                drive = plan.drive.axes[axis]
-                detail = f"{AXES[axis]} {drive.value(found):.2f} instead of {drive.value(wanted):.2f}"
-                return Halt(Cause.ELSEWHERE, peer.number, detail=detail)
+        if (halt := check_place(plan, peer.number, peer.status.position)) is not None:
+            return halt
     return None
 
 
-def check_fit(status: Status, step: int) -> Halt | None:
-    """Whether a status says that its node can move and be held; `step` is the one to name, 0 for none."""
+def check_place(plan: Plan, node: int, counts: Counts) -> Halt | None:
+    """Whether a node that is at `counts` stands where the plan starts."""
+    for axis, (wanted, found) in enumerate(zip(plan.start[node - 1].counts, counts, strict=True)):
+        if abs(found - wanted) > START_TOLERANCE:
+            drive = plan.drive.axes[axis]
+            detail = f"{AXES[axis]} {drive.value(found):.2f} instead of {drive.value(wanted):.2f}"
+            return Halt(Cause.ELSEWHERE, node, detail=detail)
+    return None
+
+
+def check_fit(status: Status | Report, step: int) -> Halt | None:
+    """Why the node that says this cannot move; None if it can. `step` is the one to name, 0 for none."""
     if status.state is State.ESTOP:
         return Halt(Cause.LATCHED, status.node, step)
     if status.fault is not Fault.NONE:
         return fault_halt(status.fault, status.fault_axis, status.node, step)
-    if status.state in (State.BOOT, State.UNHOMED, State.HOMING):
+    if status.state in NOWHERE:
         return Halt(Cause.NOT_HOMED, status.node, step)
     return None
 

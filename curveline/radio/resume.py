@@ -117,16 +117,17 @@ class _Story:
             raise InvalidInput("there is nothing to resume: the run has been done to its end")
         cause = _cause_of(self._halt)
         if cause in FINAL:
-            message = str(self._halt.get("message", "")) if self._halt is not None else ""
-            why = message if message.isprintable() and message else f"the cause was {cause.name.lower()}"
+            message = self._halt.get("message") if self._halt is not None else None
+            is_fit = isinstance(message, str) and message.isprintable() and message
+            why = message if is_fit else f"the cause was {cause.name.lower()}"
             raise InvalidInput(f"this run cannot be resumed after its halt: {why}", SEND_AGAIN)
         return ResumePoint(self._released, self._barrier, self._boots, cause in CLEARED)
 
 
 def _cause_of(halt: Record | None) -> Cause | None:
     """The cause that a record names; None for the radio's own failure, and for one that this release does not know."""
-    name = "" if halt is None else str(halt.get("cause"))
-    return Cause.__members__.get(name.upper())
+    name = None if halt is None else halt.get("cause")
+    return Cause.__members__.get(name.upper()) if isinstance(name, str) else None
 
 
 def _nonsense(number: int) -> InvalidInput:

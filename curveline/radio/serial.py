@@ -13,7 +13,7 @@ from pathlib import Path
 
 from curveline.errors import InvalidInput, LinkError
 from curveline.plan import DriveTable
-from curveline.radio import Answer, RadioGone, check_frames
+from curveline.radio import Answer, InUse, RadioGone, check_frames
 from curveline.radio.air import RATES_KBPS
 from curveline.radio.clock import steady_us
 from curveline.radio.dongle import HELLOS, Dongle, Ident, Line, LineLost
@@ -198,7 +198,7 @@ def _cannot_open(path: str, error: Exception) -> LinkError:
     if number == errno.ENOENT or isinstance(error, FileNotFoundError) or "FileNotFoundError" in said:
         return LinkError(f"there is no port {path}", _ports_hint())
     if ("lock" in said and number in LOCKED) or (number is None and "PermissionError" in said):
-        return LinkError(f"the port {path} is in use by another program", "only one program can use a dongle at a time")
+        return InUse(f"the port {path} is in use by another program", "only one program can use a dongle at a time")
     if number in (errno.EACCES, errno.EPERM):
         hint = "the udev rule in firmware/dongle/README.md, or membership of the group dialout, permits it"
         return LinkError(f"this user may not open {path}", hint)

@@ -15,6 +15,7 @@ from typing import Any
 from curveline import portable
 from curveline.errors import LinkError
 from curveline.plan import DriveTable
+from curveline.radio import InUse
 from curveline.radio.codes import REASONS, TARGET_LIMIT, BootCause, Counts, Fault
 from curveline.radio.nodestate import Memory, Reasons
 
@@ -25,10 +26,6 @@ SIZE_LIMIT = 1_000_000
 BITS = {"boot": 24, "run_tag": 64, "noise": 32, "offers": 32, "move_ms": 32, "homing": 3}
 """Width of the numbers in a node's memory that are not 16 bits wide."""
 FRESH_HINT = "`--radio mock:fresh` puts a new display there, standing at home"
-
-
-class InUse(LinkError):
-    """Another process has the display, most likely for a run."""
 
 
 @dataclass

@@ -107,7 +107,7 @@ def test_a_run_that_moved_nothing_does_not_make_its_plan_true(
     result = run("send", tmp_path / "elsewhere.json", "--radio", "mock", "--yes")
     assert result.code == 3
     assert "does not stand where the plan starts" in result.err
-    assert json.loads(mock.read_text())["rod"] == ["valley"]
+    assert json.loads(mock.read_text())["rod"] == []
 
 
 def test_what_a_plan_takes_for_granted_is_rehearsed_and_no_hand_may_have_touched_it(run: Run, tmp_path: Path) -> None:

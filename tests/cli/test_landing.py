@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from curveline.cli import progress
-from curveline.cli.stops import Stop
+from curveline.driving.tour_checks import Stop
 from curveline.plan import NodeTarget, Plan, read_plan, sealed, write_plan
 from curveline.playback import replay
 from curveline.radio import open_radio

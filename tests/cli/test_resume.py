@@ -120,11 +120,15 @@ def test_what_is_left_of_a_run_is_said(run: Run, plan_file: Path, tmp_path: Path
         assert words in run("send", "--resume", "last", "--dry-run").err
 
 
-def test_a_run_that_is_done_is_not_done_again(run: Run, plan_file: Path) -> None:
+def test_a_run_that_is_done_is_not_done_again(run: Run, plan_file: Path, tmp_path: Path) -> None:
     assert run("send", plan_file, "--radio", "mock", "--yes").code == 0
     code, out, err = run("send", "--resume", "last", "--radio", "mock", "--yes")
     assert (code, out) == (2, "")
-    assert "error: there is nothing to resume: the run has been done to its end" in err
+    name = only_run(tmp_path).name
+    assert f"can go on: the last one, {name} of display single, was done to its end\n" in err
+    code, out, err = run("send", "--resume", name, "--radio", "mock", "--yes")
+    assert (code, out) == (2, "")
+    assert f"error: run {name}: there is nothing to resume: the run has been done to its end" in err
 
 
 def test_usage(run: Run, plan_file: Path) -> None:
@@ -159,8 +163,12 @@ def test_after_a_halt_the_way_on_is_told_if_there_is_one(run: Run, tmp_path: Pat
         assert json.loads(out)["outcome"] == "done"
     else:
         assert (code, out) == (2, "")
-        assert "error: this run cannot be resumed after its halt: node 2 has restarted in step 1" in err
-        assert "hint: send the shape again" in err
+        assert f"can go on: the last one, {only_run(tmp_path).name} of display single, was halted after 0" in err
+        assert "0 of 2 steps: node 2 has restarted in step 1" in err
+        assert "hint: check its supply; home the node before sending again" in err
+        code, out, err = run("send", "--resume", only_run(tmp_path).name, "--radio", "mock", "--yes")
+        assert (code, out) == (2, "")
+        assert "this run cannot be resumed after its halt: node 2 has restarted in step 1" in err
 
 
 def test_an_emergency_stop_is_not_gone_on_with(run: Run, asking, plan_file: Path) -> None:
@@ -219,7 +227,7 @@ def test_a_run_of_an_older_release_or_with_an_edited_plan_cannot_be_resumed(
         for more in (("--radio", "mock", "--yes"), ("--dry-run",)):
             code, out, err = run("send", "--resume", "last", *more)
             assert (code, out) == (2, "")
-            assert "this run cannot be resumed: " in err
+            assert "can go on: the last one, " in err
             assert says in " ".join(err.split())
             assert "hint: send the shape again" in err
     kept.write_text(json.dumps(document))
@@ -261,3 +269,29 @@ def test_killed_for_real_and_gone_on_with_by_the_command_line(tmp_path: Path, se
     steps = [each for each in steps if each[0] in ("release", "barrier", "end")]
     wanted = [(kind, step) for step in range(1, 10) for kind in ("release", "barrier")]
     assert steps == [*wanted, ("end", None)]
+
+
+@pytest.mark.parametrize("refused", ["--home", "plan"])
+def test_a_send_that_is_refused_leaves_the_run_before_it_as_it_was(
+    run: Run, tmp_path: Path, plan_file: Path, refused: str
+) -> None:
+    """A stalled node can neither go home nor begin another plan; the run in which it stalled still goes on."""
+    write_plan(small_plan(seconds=3.0), tmp_path / "plan.json")
+    assert run("send", tmp_path / "plan.json", "--radio", "mock:stall=1@step2", "--yes").code == 3
+    again = ("--home",) if refused == "--home" else (plan_file,)
+    code, out, err = run("send", *again, "--radio", "mock", "--yes")
+    assert (code, out) == (3, "")
+    assert "node 1 has stalled" in err
+    assert "resuming the run then clears the fault" in err
+    assert run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0
+
+
+def test_a_plan_from_elsewhere_leaves_the_run_before_it_as_it_was(
+    run: Run, asking, tmp_path: Path, plan_file: Path
+) -> None:
+    asking(Request.PAUSE, 1)
+    assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
+    code, _, err = run("send", plan_file, "--radio", "mock", "--yes")
+    assert code == 3
+    assert "does not stand where the plan starts" in err
+    assert run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0

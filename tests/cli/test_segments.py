@@ -12,6 +12,7 @@ from curveline.cli import progress
 from curveline.cli import run as running
 from curveline.cli.segments import alike, in_words, spans
 from curveline.cli.steps import describe
+from curveline.driving.promises import promise
 from curveline.plan import NodeTarget, Plan, Step, drive_table, sealed, write_plan
 from curveline.playback import Playback, Snap
 from curveline.radio.link import Control, LinkTally, NodeStatus, Phase, Progress
@@ -159,7 +160,7 @@ def test_four_segments_are_simulated_and_drawn_on_80_columns(run: Run) -> None:
 def test_how_a_run_ended_names_equal_neighbours_together() -> None:
     plan = row_plan(4)
     states = ("peak", "valley", "valley", "valley")
-    lines = running._rod_lines(Playback(states, states, (Snap(1.25, 4, "peak", "valley"),)), plan)
+    lines = running._rod_lines(Playback(states, states, (Snap(1.25, 4, "peak", "valley"),)), promise(plan, 3, 3))
     assert lines == [
         "1.2 s: segment 4 snapped from peak to valley",
         "segment 1: the rod is in the peak, as wanted",

@@ -18,7 +18,8 @@ from curveline.radio.keys import KEY_BYTES
 from .conftest import BROKEN, SHAPES, Run, promising, small_plan
 
 SHAPE = SHAPES / "level-up-peak.toml"
-NODE_KEYS = {"node", "address", "state", "boot", "started", "finished", "staged", "fault", "counts", "position", "link"}
+NODE_KEYS = {"node", "address", "state", "boot", "started", "finished", "staged", "fault", "obstacle", "counts"}
+NODE_KEYS |= {"advice", "position", "link"}
 
 
 def test_a_shape_is_planned_sent_and_reached(run: Run, tmp_path: Path) -> None:
@@ -183,7 +184,7 @@ def test_a_node_that_lost_its_position_cannot_be_planned_from(run: Run, plan_fil
     assert run("send", plan_file, "--radio", "mock:reboot=1@step1", "--yes").code == 3
     code, out, err = run("send", SHAPE, "--radio", "mock", "--yes")
     assert (code, out) == (3, "")
-    assert "error: node 1 does not know where it stands: unhomed" in err
+    assert "error: node 1 does not know where it is: it has not been homed" in err
 
 
 def test_a_changed_display_file_is_said(run: Run, tmp_path: Path) -> None:

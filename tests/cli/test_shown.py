@@ -189,7 +189,7 @@ def test_a_display_whose_file_has_changed_is_another_one(tmp_path: Path) -> None
 
 def rubbish(runs: Path, count: int) -> None:
     """Runs that are none, or not fit to be read, each newer than any real one."""
-    stamps = (f"99991231-{number:06d}-rubbish" for number in range(count))
+    stamps = (f"{900000 + number}-20260101-000000-rubbish" for number in range(count))
     text = to_json(PLAN)
     for number, stamp in enumerate(stamps):
         folder = runs / stamp
@@ -233,8 +233,8 @@ def test_only_so_many_runs_are_looked_at(tmp_path: Path, monkeypatch: pytest.Mon
 def test_only_so_much_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = carry_out(PLAN, tmp_path)
     size = (folder / "plan.json").stat().st_size
-    (tmp_path / "99991231-000000-big").mkdir()
-    (tmp_path / "99991231-000000-big" / "plan.json").write_bytes(b" " * size)
+    (tmp_path / "900000-20260101-000000-big").mkdir()
+    (tmp_path / "900000-20260101-000000-big" / "plan.json").write_bytes(b" " * size)
     for limit, states in ((2 * size, ("peak",)), (2 * size - 1, ())):
         monkeypatch.setattr(shown, "BYTES_READ", limit)
         assert known(tmp_path).states == states
@@ -246,13 +246,13 @@ def test_only_so_many_runs_are_asked_about(tmp_path: Path, monkeypatch: pytest.M
     plain = shown.was_last_run
     monkeypatch.setattr(shown, "was_last_run", lambda radio, drive, tag: asked.append(tag) or plain(radio, drive, tag))
     for number in range(20):
-        other = tmp_path / f"99991231-{number:06d}-other"
+        other = tmp_path / f"{900000 + number}-20260101-000000-other"
         other.mkdir()
         write_plan(promising(PLAN, f"state-{min(number, 9)}"), other / "plan.json")
     assert known(tmp_path) == Shown()
     assert len(asked) == len(set(asked)) == shown.RUNS_ASKED
     for number in range(17):
-        shutil.rmtree(tmp_path / f"99991231-{number:06d}-other")
+        shutil.rmtree(tmp_path / f"{900000 + number}-20260101-000000-other")
     assert known(tmp_path) == Shown(("peak",), f"run {folder.name}")
 
 
@@ -300,7 +300,7 @@ def test_over_a_radio_that_sees_no_rod_the_last_run_tells(
     second = run("send", SHAPES / "level-up-valley.toml", *radio)
     assert second.code == 0
     (told,) = [line for line in second.err.splitlines() if line.startswith("the display shows: ")]
-    assert re.fullmatch(r"the display shows: peak \(run [0-9]{8}-[0-9]{6}-level-up-peak\)", told)
+    assert re.fullmatch(r"the display shows: peak \(run 000001-[0-9]{8}-[0-9]{6}-level-up-peak\)", told)
     assert planned_with == [(), ("peak",)]
 
 

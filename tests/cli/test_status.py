@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import json
+import os
 import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from curveline.cli import status as command
-from curveline.plan import drive_table
-from curveline.radio import store
+from curveline.driving.live import published
+from curveline.plan import DriveTable, drive_table
+from curveline.radio import InUse, Radio, serial, store
 from curveline.radio.air import Air, Heard
+from curveline.radio.codes import Fault
+from curveline.radio.journal import Journal, new_run
+from curveline.radio.link import Control
 from curveline.radio.mock import open_radio
 from curveline.radio.station import Station
 from curveline.shapefile import read_display
 
-from .conftest import Run
+from .conftest import Run, small_plan
 from .test_send import NODE_KEYS
 
 
@@ -33,7 +39,7 @@ def test_json_holds_every_field(run: Run) -> None:
     code, out, err = run("status", "--radio", "mock", "--json")
     assert (code, err) == (0, "")
     document = json.loads(out)
-    assert set(document) == {"curveline", "display", "radio", "nodes", "rod"}
+    assert set(document) == {"curveline", "display", "radio", "nodes", "rod", "sender"}
     assert [node["node"] for node in document["nodes"]] == [1, 2]
     for node in document["nodes"]:
         assert set(node) == NODE_KEYS
@@ -175,3 +181,58 @@ def test_only_one_question_at_a_time(run: Run) -> None:
         code, out, err = run("status", "--radio", "mock", *pair)
         assert (code, out) == (2, "")
         assert "different questions" in err
+
+
+@pytest.mark.parametrize(
+    ("memory", "state", "words"),
+    [
+        ({"estop": True}, "estop", "node 2 has been stopped for good by an emergency stop: find out why"),
+        ({"homed": False}, "unhomed", "node 2 does not know where it is: it has not been homed: home the node"),
+        ({"homed": False, "homing": True}, "homing", "node 2 does not know where it is"),
+        ({"fault": int(Fault.ENCODER), "fault_axis": 1}, "position-lost", "node 2: fault encoder (extrude)"),
+        ({"fault": int(Fault.STALL), "fault_axis": 2}, "fault", "node 2: fault stall (bias)"),
+    ],
+)
+def test_a_node_that_cannot_move_is_a_fault(
+    run: Run, tmp_path: Path, memory: dict[str, object], state: str, words: str
+) -> None:
+    assert run("status", "--radio", "mock").code == 0
+    path = tmp_path / "runs" / "mock-single.json"
+    content = json.loads(path.read_text())
+    content["nodes"][1] |= memory
+    path.write_text(json.dumps(content))
+    code, out, _ = run("status", "--radio", "mock")
+    assert (code, state in out.split()) == (3, True)
+    assert words in " ".join(out.split())
+    code, out, _ = run("status", "--radio", "mock", "--json")
+    assert code == 3
+    nodes = json.loads(out)["nodes"]
+    assert (nodes[0]["obstacle"], nodes[0]["advice"]) == (None, None)
+    assert nodes[1]["obstacle"].startswith("node 2 ")
+    assert nodes[1]["advice"]
+
+
+def test_a_radio_that_sends_to_another_display_is_in_use_by_somebody(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A dongle that drives one display cannot be asked about another."""
+
+    def busy(settings: str, drive: DriveTable, runs: Path) -> Radio:
+        raise InUse("the port p is in use by another program")
+
+    monkeypatch.setattr(serial, "open_radio", busy)
+    plan = small_plan()
+    run_folder = new_run(tmp_path / "runs", "small")
+    with (
+        closing(Journal(run_folder)),
+        published(run_folder, plan, "serial:p", Control()) as publisher,
+    ):
+        publisher.look()
+        assert run("status", "--radio", "serial:p").code == 3, "its nodes have said nothing yet"
+        code, out, err = run("status", "--radio", "serial:p", "--display", "quad")
+        assert (code, out) == (3, "")
+        who = f"process {os.getpid()}, which sends small to display single"
+        assert f"the port p is in use by another program: {who}\n" in err
+    code, out, err = run("status", "--radio", "serial:p")
+    assert (code, out) == (3, "")
+    assert "by another program\n" in err

@@ -3,6 +3,15 @@
 from __future__ import annotations
 
 import json
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from curveline.driving import halting
+from curveline.plan import drive_table
+from curveline.radio import open_radio, store
+from curveline.shapefile import read_display
 
 from .conftest import Run
 
@@ -34,3 +43,15 @@ def test_a_device_with_another_key_is_told(run: Run) -> None:
 def test_a_radio_must_be_named_and_help_says_what_this_is_not(run: Run) -> None:
     assert run("stop").code == 2
     assert "no safety circuit" in " ".join(run("stop", "--help").out.split())
+
+
+def test_a_display_that_is_in_use_by_somebody_who_says_nothing(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(store, "LOCK_WAIT_S", 0.0)
+    monkeypatch.setattr(halting, "FREE_S", 0.2)
+    with closing(open_radio("mock", drive_table(read_display("single")), tmp_path / "runs")):
+        code, out, err = run("stop", "--radio", "mock")
+    assert (code, out) == (3, "")
+    assert "the mock display 'single' is in use by process" in err
+    assert "end that program, whose nodes then hold by themselves within 5 s, or switch off the power" in err

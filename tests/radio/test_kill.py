@@ -13,7 +13,7 @@ import os
 import signal
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 from random import Random
@@ -23,10 +23,11 @@ import pytest
 from curveline.errors import InvalidInput
 from curveline.plan import Plan, sealed, write_plan
 from curveline.radio import open_radio, store
-from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, SystemDisk, find_run, new_run, read_journal
+from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, SystemDisk, new_run, read_journal
 from curveline.radio.link import resume_plan, send_plan
 from curveline.radio.mock import MockRadio
 from curveline.radio.resume import resume_point
+from curveline.radio.runfolder import run_names
 
 from .bench import short_plan
 
@@ -95,6 +96,15 @@ def bind(fate: Fate, folder: Path, radio: MockRadio) -> None:
     radio._exchange = fatal_exchange  # type: ignore[assignment, method-assign]
 
 
+def last_begun(folder: Path) -> Path:
+    """The newest run that came to its start record; InvalidInput if there is none."""
+    for name in run_names(folder):
+        with suppress(InvalidInput):
+            if read_journal(folder / name / FILE_NAME)[:1]:
+                return folder / name
+    raise InvalidInput("no run has begun")
+
+
 def host(folder: Path, plan: Plan, spec: str, fate: Fate) -> None:
     """One process: go on with the run if there is one, or begin it."""
     with closing(open_radio(spec, plan.drive, folder)) as radio:
@@ -102,7 +112,7 @@ def host(folder: Path, plan: Plan, spec: str, fate: Fate) -> None:
         note(folder, "load", json.loads(next(folder.glob("mock-*.json")).read_text()))
         bind(fate, folder, radio)
         try:
-            journal = ReopenedJournal(find_run(folder, "last"), FatalDisk(fate))
+            journal = ReopenedJournal(last_begun(folder), FatalDisk(fate))
         except InvalidInput:
             with closing(Journal(new_run(folder, plan.name), FatalDisk(fate))) as fresh:
                 send_plan(plan, radio, fresh)
@@ -156,7 +166,7 @@ def check(folder: Path, plan: Plan, told: str) -> None:
     display = json.loads(next(folder.glob("mock-*.json")).read_text())
     assert [tuple(node["counts"]) for node in display["nodes"]] == [each.counts for each in plan.steps[-1].targets]
     with pytest.raises(InvalidInput, match="done to its end"):
-        resume_point(plan, read_journal(find_run(folder, "last") / FILE_NAME))
+        resume_point(plan, read_journal(last_begun(folder) / FILE_NAME))
 
 
 def clean_points(folder: Path, plan: Plan, spec: str) -> int:
@@ -223,4 +233,4 @@ def test_a_plan_is_kept_whole_beside_its_record(tmp_path: Path) -> None:
     spec = "mock"
     assert in_a_child(lambda: host(tmp_path, plan, spec, Fate(40))) == SIGKILLED
     with pytest.raises(InvalidInput, match="not of the plan"):
-        resume_point(short_plan(2, 3), read_journal(find_run(tmp_path, "last") / FILE_NAME))
+        resume_point(short_plan(2, 3), read_journal(last_begun(tmp_path) / FILE_NAME))

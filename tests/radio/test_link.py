@@ -7,17 +7,19 @@ import os
 import subprocess
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from curveline.errors import InvalidInput, LinkError
-from curveline.radio import Answer, open_radio
-from curveline.radio.actions import Phase
+from curveline.radio import Answer, RadioGone, open_radio
+from curveline.radio.actions import Phase, Policy
 from curveline.radio.air import Weather
 from curveline.radio.frames import Drive, decode_drive
 from curveline.radio.journal import Journal, SystemDisk, read_journal
-from curveline.radio.link import Control, Progress, Request, describe_plan_frames, ignore, read_status, send_plan
+from curveline.radio.link import Control, Progress, Request, ignore, read_status, send_plan
+from curveline.radio.listing import describe_plan_frames
 from curveline.radio.mock import MockRadio
 from curveline.radio.mockspec import MockSpec
 from curveline.radio.store import state_at_home
@@ -158,6 +160,45 @@ def test_control_escalates_and_never_goes_back() -> None:
     assert [control.escalate() for _ in range(4)] == [Request.PAUSE, Request.HOLD, Request.ESTOP, Request.ESTOP]
     control.ask(Request.PAUSE)
     assert control.request is Request.ESTOP
+
+
+@pytest.mark.parametrize("poll_ms", [20, 700])
+def test_whoever_asks_from_outside_is_heard_soon(journal: Journal, poll_ms: int) -> None:
+    """Whatever the clock of the radio does: by its own time at least every 0.1 s, and between any two of its frames."""
+    radio, heard, told = mock(2), [0], list[str]()
+    control = Control(Policy(poll_ms=poll_ms, silence_ms=4000), tell=told.append)
+
+    def listen() -> None:
+        heard.append(radio.now_us())
+        if len(heard) == 60:
+            control.ask(Request.HOLD, "a neighbour")
+
+    control.attend(listen)
+    report = send_plan(make_plan(2), radio, journal, control=control)
+    assert report.outcome == "paused"
+    assert max(after - before for before, after in pairwise(heard)) <= 110_000
+    assert told == ["asked to hold by a neighbour"]
+    last = read_journal(journal.path)[-1]
+    assert (last["type"], last["by"], last["process"]) == ("pause", "a neighbour", os.getpid())
+
+
+def test_a_request_is_heard_while_the_radio_is_away(journal: Journal) -> None:
+    radio, tries, control = mock(2), [0], Control()
+    plain = radio.exchange
+
+    def exchange(frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
+        tries[0] += 1
+        if tries[0] < 30:
+            return plain(frames)
+        radio.sleep_until(radio.now_us() + 50_000)
+        raise RadioGone("unplugged", may_return=tries[0] < 200)
+
+    radio.exchange = exchange  # type: ignore[method-assign]
+    control.attend(lambda: control.ask(Request.HOLD, "a neighbour") if tries[0] == 50 else None)
+    with pytest.raises(RadioGone):
+        send_plan(make_plan(2), radio, journal, control=control)
+    assert tries[0] < 60
+    assert read_journal(journal.path)[-1]["by"] == "a neighbour"
 
 
 def test_an_interrupt_without_a_handler_holds(journal: Journal) -> None:

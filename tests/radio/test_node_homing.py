@@ -201,8 +201,3 @@ def test_a_person_who_ends_nothing_ends_nothing(host: Host) -> None:
     before = host.node.ack
     host.node.stop_homing(20)
     assert host.node.ack == before
-
-
-def test_the_states_in_which_a_node_can_move() -> None:
-    able = {state for state in State if state.can_move}
-    assert able == {State.READY, State.MOVING, State.HOLD, State.HOLD_LINK}

@@ -22,10 +22,8 @@ def clear(
 
     A fault that cost the position ends with homing only: `curveline node home`.
     """
-    from curveline.radio.codes import Fault
     from curveline.radio.service import clear_fault
 
     with one_node(number, radio, display, runs) as node:
         report = clear_fault(node.radio, node.drive, number)
-        show_report(node, report, as_json=json)
-    raise typer.Exit(EXIT_DONE if report.fault is Fault.NONE and report.state.can_move else EXIT_LINK)
+        raise typer.Exit(EXIT_DONE if show_report(node, report, as_json=json).can_move else EXIT_LINK)

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from curveline.cli import nodes, show
+from curveline.cli.segments import wrapped
 from curveline.plan import AXES
 
 if TYPE_CHECKING:
     from curveline.plan import DriveTable
     from curveline.radio import Radio
     from curveline.radio.frames import Report
+    from curveline.radio.link import NodeStatus
 
 NumberArgument = Annotated[int, typer.Argument(metavar="N", help="Number of the node in the row, from 1.")]
 UNITS = ("mm", "deg", "mm")
@@ -39,25 +41,22 @@ class OneNode:
     drive: DriveTable
     radio: Radio
 
-    @property
-    def named(self) -> str:
-        """The node as further commands name it."""
-        from curveline.radio.halts import display_option
+    def status(self, report: Report) -> NodeStatus:
+        """What the node said, in words."""
+        from curveline.radio.link import status_of_report
 
-        return f"{self.number}{display_option(self.display)}"
+        return status_of_report(report, self.drive.addresses[self.number - 1], self.display)
 
     def document(self, report: Report) -> dict[str, Any]:
         """What the node said as plain data."""
         from curveline import __version__
-        from curveline.radio.link import status_of_report
 
-        status = status_of_report(report, self.drive.addresses[self.number - 1])
         head = {"curveline": __version__, "display": self.drive.display, "radio": self.spec}
-        return {**head, "node": nodes.document(status, self.drive)}
+        return {**head, "node": nodes.document(self.status(report), self.drive)}
 
     def lines(self, report: Report) -> list[str]:
         """What the node said as text, and what to do about it."""
-        return [*_facts(self, report), *_advice(self, report)]
+        return list(_facts(self, report))
 
 
 @contextmanager
@@ -77,18 +76,17 @@ def one_node(number: int, radio: str | None, display: str, runs: str | None) -> 
             raise Halted(replace(error.halt, display=display)) from None
 
 
-def show_report(node: OneNode, report: Report, *, as_json: bool) -> None:
-    """Print what a node said."""
+def show_report(node: OneNode, report: Report, *, as_json: bool) -> NodeStatus:
+    """Print what a node said, and give it back in words."""
     if as_json:
         show.emit(node.document(report))
     else:
         show.result("\n".join(node.lines(report)))
+    return node.status(report)
 
 
 def _facts(node: OneNode, report: Report) -> Iterator[str]:
-    from curveline.radio.link import NodeStatus, status_of_report
-
-    status: NodeStatus = status_of_report(report, node.drive.addresses[node.number - 1])
+    status = node.status(report)
     yield f"node {node.number} of display {node.drive.display} over {node.spec}: {status.state}"
     cause = CAUSES.get(status.boot_cause, "why it started is not known")
     yield f"  boot {status.boot}: {cause}"
@@ -100,6 +98,8 @@ def _facts(node: OneNode, report: Report) -> Iterator[str]:
     yield f"  steps of its last run: {status.started} begun, {status.finished} done"
     if status.fault:
         yield f"  fault: {status.fault}, for {_duration(status.fault_seconds or 0)}"
+    if status.advice and status.state != "homing":
+        yield from wrapped(f"what to do: {status.advice}")
 
 
 def _why(reason: str) -> str:
@@ -109,18 +109,6 @@ def _why(reason: str) -> str:
     if reason == "encoder":
         return "not homed: no counts came from it; is its motor connected, and its encoder?"
     return f"not homed: {reason} while it looked for its zero"
-
-
-def _advice(node: OneNode, report: Report) -> Iterator[str]:
-    from curveline.radio.codes import Fault, State
-    from curveline.radio.nodestate import LOST_POSITION
-
-    if report.state is State.ESTOP:
-        yield "switch it off and on (the mock: `curveline status --radio mock:repower`), then ask again"
-    elif report.fault is not Fault.NONE and report.fault not in LOST_POSITION:
-        yield f"once its reason is gone: `curveline node clear {node.named}`"
-    elif any(report.axes) and report.state is not State.HOMING:
-        yield f"to find its zeros: `curveline node home {node.named}`"
 
 
 def _duration(seconds: int) -> str:

@@ -22,11 +22,8 @@ def status(
 
     Asking disturbs no run.
     """
-    from curveline.radio.codes import Fault
     from curveline.radio.service import report_of
 
     with one_node(number, radio, display, runs) as node:
         report = report_of(node.radio, node.drive, number)
-        show_report(node, report, as_json=json)
-    is_well = not any(report.axes) and report.fault is Fault.NONE and report.state.can_move
-    raise typer.Exit(EXIT_DONE if is_well else EXIT_LINK)
+        raise typer.Exit(EXIT_DONE if show_report(node, report, as_json=json).can_move else EXIT_LINK)

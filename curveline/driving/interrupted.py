@@ -1,18 +1,21 @@
-"""A run that was broken off, as its folder tells it."""
+"""A run that was broken off, as its folder tells it, and how it goes on."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from curveline.driving.live import forget
 from curveline.errors import InvalidInput
+from curveline.files import printable
 from curveline.plan import Plan, read_plan
 from curveline.radio.actions import Record
 from curveline.radio.codes import Counts
-from curveline.radio.journal import FILE_NAME, ReopenedJournal, find_run, read_journal
+from curveline.radio.journal import FILE_NAME, ReopenedJournal, find_run, read_journal, runs_folder
 from curveline.radio.resume import SEND_AGAIN, ResumePoint, resume_point
 
 PLAN_NAME = "plan.json"
@@ -21,7 +24,7 @@ SAMPLES = 50
 
 
 @dataclass(frozen=True)
-class BrokenRun:
+class InterruptedRun:
     """What was sent, how far it has come by its record, and where that record is."""
 
     plan: Plan
@@ -34,6 +37,7 @@ class BrokenRun:
     def opened(self) -> Iterator[ReopenedJournal]:
         """The record, locked and ready to be gone on with."""
         with closing(ReopenedJournal(self.folder)) as journal:
+            forget(self.folder)
             yield journal
 
     def way_here(self, now: tuple[Counts, ...]) -> list[tuple[Counts, ...]]:
@@ -61,26 +65,48 @@ class BrokenRun:
         return f"{self.plan.name}: {left}"
 
 
-def find_broken_run(name: str, runs: Path) -> BrokenRun:
+def find_interrupted_run(name: str, runs: Path) -> InterruptedRun:
     """The run that `name` means; InvalidInput if there is none, or if its record says that it cannot go on."""
     folder = find_run(runs, name)
-    plan = _plan_of(folder)
     records = read_journal(folder / FILE_NAME)
-    point = resume_point(plan, records)
-    return BrokenRun(plan, point, folder, _unseen(point, records))
+    try:
+        plan = plan_of(folder)
+        point = resume_point(plan, records)
+    except InvalidInput as error:
+        raise InvalidInput(f"run {printable(folder.name)}: {error.message}", error.hint) from None
+    return InterruptedRun(plan, point, folder, _unseen(point, records))
 
 
-def _plan_of(folder: Path) -> Plan:
+def steps_on_record(run: Path, plan: Plan) -> tuple[int, int]:
+    """The last steps that all nodes have done, and that they were released to do; (0, 0) if the record is damaged."""
+    with suppress(InvalidInput):
+        records, most = read_journal(run / FILE_NAME), len(plan.steps)
+        return _last_step(records, "barrier", most), _last_step(records, "release", most)
+    return 0, 0
+
+
+def _last_step(records: Sequence[Record], kind: str, most: int) -> int:
+    steps = [record.get("step") for record in records if record.get("type") == kind]
+    return max((step for step in steps if type(step) is int and 0 < step <= most), default=0)
+
+
+def resuming(run: Path) -> str:
+    """The command that goes on with a run, whose folder needs no path if it is where runs are looked for."""
+    name = run.name if run.parent == runs_folder() else str(run)
+    return f"curveline send --resume {shlex.quote(name)}"
+
+
+def plan_of(folder: Path) -> Plan:
     """What was sent in a run; InvalidInput if it is not sealed, as in runs of older releases, or damaged."""
     try:
         return read_plan(folder / PLAN_NAME)
     except InvalidInput as error:
-        raise InvalidInput(f"this run cannot be resumed: {error.message}", SEND_AGAIN) from None
+        raise InvalidInput(error.message, SEND_AGAIN) from None
 
 
 def _unseen(point: ResumePoint, records: Sequence[Record]) -> tuple[int, ...]:
     """The steps done since the last process began, if it was killed; one that ended has told what the rod did."""
-    kinds = [str(record.get("type")) for record in records]
+    kinds = [record.get("type") for record in records]
     if kinds[-1] in ("pause", "halt"):
         return ()
     begin = kinds[: max(index for index, kind in enumerate(kinds) if kind in ("start", "resume"))].count("barrier")

@@ -1,0 +1,1 @@
+"""`curveline runs`: the runs on record."""

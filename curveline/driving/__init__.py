@@ -1,0 +1,1 @@
+"""Displays being driven and runs on record, as data: what the command line and scripts both call. Nothing prints."""

@@ -1,0 +1,67 @@
+"""The journal of a run as a log that people read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from curveline.driving.runs import cause_of, moment, text
+
+DEEPEST = 20
+"""Lists within lists that a record has at most; ours have three."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One record: when [s since 1970], of which step (0 for none), what happened, and what to do about it."""
+
+    at: float | None
+    step: int
+    what: str
+    hint: str = ""
+
+
+def log_of(records: Sequence[Mapping[str, Any]]) -> list[Entry]:
+    """A journal's records, one entry each."""
+    return [_entry(record) for record in records]
+
+
+def plain(value: Any, depth: int = 0) -> Any:
+    """A value from a journal as data that any reader of JSON takes: finite numbers, no endless nesting."""
+    if depth > DEEPEST:
+        return None
+    if isinstance(value, Mapping):
+        return {str(key): plain(each, depth + 1) for key, each in value.items()}
+    if isinstance(value, list):
+        return [plain(each, depth + 1) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _entry(record: Mapping[str, Any]) -> Entry:
+    step = record.get("step")
+    number = step if type(step) is int and 0 <= step <= 2**16 else 0
+    cause = cause_of(record) if record.get("type") == "halt" else None
+    by = f", asked for by {text(record['by'])}" if text(record.get("by")) else ""
+    return Entry(moment(record), number, _what(record, number) + by, cause.hint if cause else "")
+
+
+def _what(record: Mapping[str, Any], step: int) -> str:
+    kind = text(record.get("type"))
+    process = record.get("process")
+    who = f" by process {process}" if type(process) is int and 0 < process < 2**53 else ""
+    if kind == "start":
+        boots = record.get("boots")
+        return f"begun{who} with {len(boots) if isinstance(boots, list) else 'unknown'} nodes"
+    if kind == "resume":
+        return f"gone on with{who}, at step {step}"
+    if kind == "halt":
+        return f"halted: {text(record.get('message')) or 'no reason is given'}"
+    known = {
+        "release": "released",
+        "barrier": "done by all nodes",
+        "pause": "paused, all nodes hold",
+        "end": "done to its end",
+    }
+    return known.get(kind, f"unknown entry {text(kind)!r}")

@@ -1,0 +1,234 @@
+"""The runs on record: which there are, how each ended, how far it came, and whether it can go on.
+
+Whatever is in the folder of a run is taken with suspicion: a run that cannot be read is listed as damaged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from curveline.driving.interrupted import plan_of, resuming
+from curveline.driving.live import LIVE_NAME, read_live
+from curveline.errors import InvalidInput
+from curveline.files import printable
+from curveline.plan import Plan
+from curveline.radio.halts import Cause, Halt, named_display
+from curveline.radio.journal import FILE_NAME, is_open, read_journal
+from curveline.radio.resume import FINAL, SEND_AGAIN, resume_point
+from curveline.radio.runfolder import folder_names
+
+LAST = "last"
+LOOKED_AT = 1000
+"""How many runs, the newest first, `last` is sought among."""
+TEXT = 1000
+"""Characters of a text from a record that are shown."""
+LATEST = 253402300799
+"""The last second of the year 9999."""
+
+
+class Ending(Enum):
+    """How a run ended."""
+
+    DONE = "done"
+    PAUSED = "paused"
+    HALTED = "halted"
+    CUT_OFF = "cut off"
+    SENDING = "being sent"
+    NOT_BEGUN = "never began"
+    DAMAGED = "damaged"
+
+
+UNSTUCK = frozenset({Ending.DONE, Ending.SENDING, Ending.NOT_BEGUN})
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run as its folder tells it; texts are fit to be shown.
+
+    `began` is the time of day [s], `reason` why it was halted, never began or is damaged, `advice` what to do if it
+    cannot go on, `process` the one that is sending it, 0 if that is not known.
+    """
+
+    folder: Path
+    ending: Ending
+    display: str = ""
+    plan: str = ""
+    began: float | None = None
+    steps_done: int = 0
+    steps: int = 0
+    reason: str = ""
+    advice: str = ""
+    can_resume: bool = False
+    process: int = 0
+
+    @property
+    def name(self) -> str:
+        """Its name, fit to be shown."""
+        return printable(self.folder.name)
+
+    @property
+    def command(self) -> str:
+        """The command that goes on with it, "" if it cannot go on."""
+        return printable(resuming(self.folder)) if self.can_resume else ""
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether it began, did not come to its end, and cannot go on."""
+        return self.ending not in UNSTUCK and not self.can_resume
+
+    @property
+    def ended(self) -> str:
+        """How it ended, as part of a sentence."""
+        stuck = f"; it cannot go on: {self.reason}" if self.reason else ""
+        far = f"after {self.steps_done} of {self.steps} steps"
+        if self.ending is Ending.SENDING:
+            who = f"process {self.process}" if self.process else "another process"
+            return f"is being sent now by {who}"
+        return {
+            Ending.DONE: "was done to its end",
+            Ending.PAUSED: f"was paused {far}{stuck}",
+            Ending.HALTED: f"was halted {far}: {self.reason}",
+            Ending.CUT_OFF: f"was cut off {far}, killed or without power{stuck}",
+            Ending.NOT_BEGUN: "never began" + (f": {self.reason}" if self.reason else ""),
+            Ending.DAMAGED: f"is damaged: {self.reason}",
+        }[self.ending]
+
+
+def read_runs(runs: Path, display: str = "") -> Iterator[Run]:
+    """All runs in the runs folder, or those of one display, the newest first."""
+    for name in folder_names(runs, FILE_NAME):
+        run = read_run(runs / name)
+        if not display or run.display in ("", display):
+            yield run
+
+
+def read_run(folder: Path) -> Run:
+    """One run; it never fails."""
+    try:
+        records = read_journal(folder / FILE_NAME)
+    except InvalidInput as error:
+        if [each.code for each in error.diagnostics] == ["no-such-file"]:
+            return Run(folder, Ending.NOT_BEGUN, advice=SEND_AGAIN)
+        return Run(folder, Ending.DAMAGED, reason=text(error.message), advice=text(error.hint))
+    run = _told(Run(folder, Ending.CUT_OFF), records)
+    if is_open(folder):
+        sending = replace(run, ending=Ending.SENDING, reason="", advice="", can_resume=False)
+        live = read_live(folder / LIVE_NAME)
+        if live is None:
+            return sending
+        return replace(sending, display=live.display, plan=live.plan, steps=live.steps, process=live.process)
+    return run
+
+
+def _told(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
+    """A run that nobody is sending, as its records tell it."""
+    last = records[-1] if records else {}
+    if not records or records[0].get("type") != "start":
+        return replace(run, ending=Ending.NOT_BEGUN, reason=text(last.get("message")), advice=SEND_AGAIN)
+    start = records[0]
+    steps = start.get("steps")
+    run = replace(
+        run,
+        display=text(start.get("display")),
+        plan=text(start.get("plan")),
+        began=moment(start),
+        steps=len(steps) if isinstance(steps, list) else 0,
+        steps_done=max((_step(each) for each in records if each.get("type") == "barrier"), default=0),
+    )
+    if last.get("type") == "end":
+        return replace(run, ending=Ending.DONE)
+    endings = {"pause": Ending.PAUSED, "halt": Ending.HALTED}
+    return _with_way_on(replace(run, ending=endings.get(text(last.get("type")), Ending.CUT_OFF)), records)
+
+
+def _with_way_on(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
+    """A run that did not come to its end, and whether it can go on."""
+    last = records[-1]
+    reason = text(last.get("message")) if run.ending is Ending.HALTED else ""
+    cause = cause_of(last)
+    try:
+        plan = plan_of(run.folder)
+    except InvalidInput as error:
+        why = f"{reason}; {error.message}" if reason else error.message
+        return replace(run, reason=text(why), advice=text(error.hint))
+    try:
+        resume_point(plan, records)
+    except InvalidInput as error:
+        if run.ending is Ending.HALTED and cause in FINAL:
+            return replace(run, reason=reason or cause.name.lower(), advice=_advice(cause, last, plan))
+        return replace(run, ending=Ending.DAMAGED, reason=text(error.message), advice=text(error.hint) or SEND_AGAIN)
+    return replace(run, reason=reason, advice=_advice(cause, last, plan), can_resume=True)
+
+
+def _advice(cause: Cause | None, halt: Mapping[str, Any], plan: Plan) -> str:
+    """What a cause says is to be done, for the node and the display of a run."""
+    if cause is None:
+        return ""
+    node = halt.get("node")
+    return text(Halt(cause, node if type(node) is int else 0, display=named_display(plan)).hint)
+
+
+@dataclass(frozen=True)
+class Newest:
+    """The newest run that can go on, and newer ones: which cannot, although they did not come to their end, and all."""
+
+    run: Run
+    broken: tuple[Run, ...] = ()
+    since: tuple[Run, ...] = ()
+    """Of the same display: they have most likely moved its nodes, which then refuse to go on with the older run."""
+
+
+def unfinished(runs: Path, display: str = "") -> Newest:
+    """The newest run, of one display or of any, that can go on, or else one that is being sent.
+
+    InvalidInput if there is none; it says which run was the last, and how it ended.
+    """
+    seen = list[Run]()
+    for run in islice(read_runs(runs, display), LOOKED_AT):
+        if run.can_resume:
+            since = [each for each in seen if each.display == run.display]
+            return Newest(run, tuple(each for each in seen if each.is_stuck), tuple(since))
+        seen.append(run)
+    if sending := next((run for run in seen if run.ending is Ending.SENDING), None):
+        return Newest(sending)
+    raise _nothing_left(seen, f" of display {display}" if display else f" in {printable(str(runs))}")
+
+
+def _nothing_left(seen: Sequence[Run], where: str) -> InvalidInput:
+    begun = [run for run in seen if run.ending is not Ending.NOT_BEGUN] or list(seen)
+    if not begun:
+        return InvalidInput(f"there is no run{where}", "send a plan or a shape first")
+    last = begun[0]
+    of = f" of display {last.display}" if last.display else ""
+    which = f"no run{where}" if len(seen) < LOOKED_AT else f"none of the newest {LOOKED_AT} runs{where}"
+    message = f"{which} can go on: the last one, {last.name}{of}, {last.ended}"
+    broken = next((run for run in begun if run.is_stuck), last)
+    if broken is not last:
+        message += f"; {broken.name} {broken.ended}"
+    return InvalidInput(message, SEND_AGAIN if broken.ending is Ending.DONE else broken.advice)
+
+
+def text(value: Any) -> str:
+    """A text from a record, fit to be shown; "" if it is none."""
+    return printable(value[:TEXT]) if isinstance(value, str) else ""
+
+
+def moment(record: Mapping[str, Any]) -> float | None:
+    """When a record was written [s since 1970], None if it does not say so in earnest."""
+    at = record.get("at")
+    return float(at) if isinstance(at, int | float) and type(at) is not bool and 0 <= at <= LATEST else None
+
+
+def cause_of(record: Mapping[str, Any]) -> Cause | None:
+    """The cause that a record names, None if it is none that this release knows."""
+    return Cause.__members__.get(text(record.get("cause")).upper())
+
+
+def _step(record: Mapping[str, Any]) -> int:
+    step = record.get("step")
+    return step if type(step) is int and 0 <= step <= 2**16 else 0

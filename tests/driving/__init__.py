@@ -1,0 +1,1 @@
+"""Runs and displays being driven, as data."""
