@@ -16,8 +16,8 @@ from curveline.errors import InvalidInput
 if TYPE_CHECKING:
     from curveline.plan import DriveTable
     from curveline.radio import Radio
-    from curveline.radio.link import NodeStatus
     from curveline.radio.mock import MockRadio
+    from curveline.radio.nodestatus import NodeStatus
 
 RadioOption = Annotated[
     str | None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
@@ -9,6 +10,7 @@ from typing import TypeVar
 
 Value = TypeVar("Value")
 
+NO_BREAK = "\xa0"
 WIDTH = 80
 MOST_RUNS = 8
 """Runs of equal states that are told one by one; of more, only how many segments are in which."""
@@ -43,5 +45,7 @@ def spans(numbers: Iterable[int]) -> str:
 
 
 def wrapped(text: str) -> list[str]:
-    """Lines of a sentence, those after the first indented."""
-    return textwrap.wrap(text, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+    """Lines of a sentence, those after the first indented; a command between marks is not broken."""
+    kept = re.sub("`[^`]*`", lambda command: command[0].replace(" ", NO_BREAK), text)
+    lines = textwrap.wrap(kept, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+    return [line.replace(NO_BREAK, " ") for line in lines]

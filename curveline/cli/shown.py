@@ -21,7 +21,7 @@ from curveline.files import read_file
 from curveline.plan import MAX_BYTES, DriveTable, NodeTarget, Plan, from_json
 from curveline.radio import Radio
 from curveline.radio.asking import was_last_run
-from curveline.radio.link import NodeStatus
+from curveline.radio.nodestatus import NodeStatus
 from curveline.radio.preflight import START_TOLERANCE, run_tag
 from curveline.radio.runfolder import run_names
 

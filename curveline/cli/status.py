@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from curveline.driving.live import Sender
     from curveline.plan import DriveTable
     from curveline.radio import InUse
-    from curveline.radio.link import NodeStatus
+    from curveline.radio.nodestatus import NodeStatus
 
 POLL_SECONDS = 1.0
 

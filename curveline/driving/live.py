@@ -15,7 +15,7 @@ import secrets
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,8 @@ from curveline.portable import replace, replace_at_once
 from curveline.radio.actions import Phase
 from curveline.radio.codes import TARGET_LIMIT, State
 from curveline.radio.journal import is_open
-from curveline.radio.link import SILENT, Control, NodeStatus, Progress, Request, RunReport
+from curveline.radio.link import Control, Progress, Request, RunReport
+from curveline.radio.nodestatus import SILENT, NodeStatus
 from curveline.radio.peer import LinkTally
 from curveline.radio.runfolder import folder_names
 from curveline.records import Decoder
@@ -288,4 +289,5 @@ class Publisher:
         if status is None or now - heard > SILENT_S:
             link = status.link if status is not None else LinkTally()
             status = NodeStatus(number, self.plan.drive.addresses[number - 1], SILENT, link=link)
-        return {**asdict(status), "counts": status.counts or ()}
+        told = {**asdict(status), "counts": status.counts or ()}
+        return {each.name: told[each.name] for each in fields(LiveNode)}

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from curveline.driving.runs import cause_of, moment, text
+from curveline.driving.runs import advice_of, cause_of, moment, text
+from curveline.plan import DEFAULT_DISPLAY
 
 DEEPEST = 20
 """Lists within lists that a record has at most; ours have three."""
@@ -25,7 +26,8 @@ class Entry:
 
 def log_of(records: Sequence[Mapping[str, Any]]) -> list[Entry]:
     """A journal's records, one entry each."""
-    return [_entry(record) for record in records]
+    display = text(records[0].get("display")) if records else ""
+    return [_entry(record, display or DEFAULT_DISPLAY) for record in records]
 
 
 def plain(value: Any, depth: int = 0) -> Any:
@@ -39,12 +41,12 @@ def plain(value: Any, depth: int = 0) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _entry(record: Mapping[str, Any]) -> Entry:
+def _entry(record: Mapping[str, Any], display: str) -> Entry:
     step = record.get("step")
     number = step if type(step) is int and 0 <= step <= 2**16 else 0
     cause = cause_of(record) if record.get("type") == "halt" else None
     by = f", asked for by {text(record['by'])}" if text(record.get("by")) else ""
-    return Entry(moment(record), number, _what(record, number) + by, cause.hint if cause else "")
+    return Entry(moment(record), number, _what(record, number) + by, advice_of(cause, record, display))
 
 
 def _what(record: Mapping[str, Any], step: int) -> str:

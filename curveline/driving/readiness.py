@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from curveline.errors import LinkError
 from curveline.plan import Plan
-from curveline.radio.link import NodeStatus
+from curveline.radio.nodestatus import NodeStatus
 from curveline.radio.preflight import check_place
 
 

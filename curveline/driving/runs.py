@@ -16,7 +16,6 @@ from curveline.driving.interrupted import plan_of, resuming
 from curveline.driving.live import LIVE_NAME, read_live
 from curveline.errors import InvalidInput
 from curveline.files import printable
-from curveline.plan import Plan
 from curveline.radio.halts import Cause, Halt, named_display
 from curveline.radio.journal import FILE_NAME, is_open, read_journal
 from curveline.radio.resume import FINAL, SEND_AGAIN, resume_point
@@ -160,17 +159,17 @@ def _with_way_on(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
         resume_point(plan, records)
     except InvalidInput as error:
         if run.ending is Ending.HALTED and cause in FINAL:
-            return replace(run, reason=reason or cause.name.lower(), advice=_advice(cause, last, plan))
+            return replace(run, reason=reason or cause.name.lower(), advice=advice_of(cause, last, named_display(plan)))
         return replace(run, ending=Ending.DAMAGED, reason=text(error.message), advice=text(error.hint) or SEND_AGAIN)
-    return replace(run, reason=reason, advice=_advice(cause, last, plan), can_resume=True)
+    return replace(run, reason=reason, advice=advice_of(cause, last, named_display(plan)), can_resume=True)
 
 
-def _advice(cause: Cause | None, halt: Mapping[str, Any], plan: Plan) -> str:
-    """What a cause says is to be done, for the node and the display of a run."""
+def advice_of(cause: Cause | None, halt: Mapping[str, Any], display: str) -> str:
+    """What a cause says is to be done, for the node of its record and a display."""
     if cause is None:
         return ""
     node = halt.get("node")
-    return text(Halt(cause, node if type(node) is int else 0, display=named_display(plan)).hint)
+    return text(Halt(cause, node if type(node) is int else 0, display=display).hint)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import partial
 
@@ -15,17 +15,17 @@ from curveline.plan import AXES, DriveTable, Plan
 from curveline.radio import Radio, RadioGone
 from curveline.radio.actions import Finished, Phase, Policy, Poll, Record, Sleep, Write
 from curveline.radio.asking import fresh_nonce, insist
-from curveline.radio.codes import FLAG_QUERY, NOT_HOMED, Counts, Fault
+from curveline.radio.codes import FLAG_QUERY
 from curveline.radio.conductor import Conductor
-from curveline.radio.frames import Hello, Report, Status, decode_report
+from curveline.radio.frames import Hello, decode_report
 from curveline.radio.halts import Halt, named_display
 from curveline.radio.journal import Journal, ReopenedJournal
-from curveline.radio.peer import LinkTally, Peer
-from curveline.radio.preflight import check_fit, journal_bytes
+from curveline.radio.nodestatus import SILENT, NodeStatus, status_of_peer, status_of_report
+from curveline.radio.peer import Peer
+from curveline.radio.preflight import journal_bytes
 from curveline.radio.resume import RADIO, resume_point
 from curveline.radio.scan import explain
 
-SILENT = "silent"
 LISTEN_MS = 100
 """A longer sleep is cut into such, so that whoever asks for a stop is heard between them."""
 
@@ -92,36 +92,6 @@ class Control:
     def resume(self) -> None:
         """Go on after a pause."""
         self.request, self.resumes, self.by = Request.NONE, True, ""
-
-
-@dataclass(frozen=True)
-class NodeStatus:
-    """What one node says; `state` is "silent" and the rest unknown (zeros, None) if it did not answer.
-
-    `boot_cause`, `unhomed` (axis: why it is not homed) and `fault_seconds` (since when) are not asked for in a run.
-    `obstacle` is why it cannot move, `advice` what to do about it; empty if it can, or did not answer.
-    """
-
-    node: int
-    address: str
-    state: str
-    boot: int = 0
-    started: int = 0
-    finished: int = 0
-    staged: int = 0
-    fault: str = ""
-    counts: Counts | None = None
-    boot_cause: str = ""
-    unhomed: dict[str, str] = field(default_factory=dict)
-    fault_seconds: int | None = None
-    link: LinkTally = field(default_factory=LinkTally)
-    obstacle: str = ""
-    advice: str = ""
-
-    @property
-    def can_move(self) -> bool:
-        """Whether the node has answered, and would obey a run."""
-        return self.counts is not None and not self.obstacle
 
 
 @dataclass(frozen=True)
@@ -215,7 +185,7 @@ class _Run:
             steps_done=conductor.barrier,
             steps=len(conductor.plan.steps),
             seconds=self._report.seconds,
-            nodes=tuple(_peer_status(peer) for peer in conductor.peers),
+            nodes=tuple(status_of_peer(peer) for peer in conductor.peers),
         )
 
     def _go(self, control: Control) -> None:
@@ -328,7 +298,7 @@ class _Reporter:
         conductor = self.conductor
         peer, steps = conductor.peers[node - 1], len(conductor.plan.steps)
         step = min(conductor.step, steps)
-        status, fraction = _peer_status(peer), self._fraction(peer, step)
+        status, fraction = status_of_peer(peer), self._fraction(peer, step)
         self._observer(Progress(self.seconds, conductor.phase, step, steps, status, fraction))
 
     def _fraction(self, peer: Peer, step: int) -> float:
@@ -354,49 +324,3 @@ def _query(radio: Radio, number: int, address: str, display: str) -> NodeStatus:
     if report is None:
         return NodeStatus(number, address, SILENT, link=peer.tally)
     return replace(status_of_report(report, address, display), link=peer.tally)
-
-
-def status_of_report(report: Report, address: str, display: str) -> NodeStatus:
-    """What a node said to a query, in words; advice names the display as `display`."""
-    halt = check_fit(report, 0)
-    return replace(
-        _node_status(report, report.boot, address, LinkTally()),
-        advice="" if halt is None else replace(halt, display=display).hint,
-        boot_cause=_plain(report.cause.name),
-        unhomed={axis: _reason(code) for axis, code in zip(AXES, report.axes, strict=True) if code},
-        fault_seconds=report.fault_s if report.fault is not Fault.NONE else None,
-    )
-
-
-def _peer_status(peer: Peer) -> NodeStatus:
-    assert peer.status is not None  # a run that did not end in an error has heard of every node
-    return _node_status(peer.status, peer.boot, peer.address, replace(peer.tally))
-
-
-def _node_status(status: Status | Report, boot: int, address: str, link: LinkTally) -> NodeStatus:
-    fault = "" if status.fault is Fault.NONE else _plain(status.fault.name)
-    if status.fault_axis:
-        fault += f" ({AXES[status.fault_axis - 1]})"
-    halt = check_fit(status, 0)
-    return NodeStatus(
-        node=status.node,
-        address=address,
-        state=_plain(status.state.name),
-        boot=boot,
-        started=status.started,
-        finished=status.finished,
-        staged=status.staged,
-        fault=fault,
-        counts=status.position,
-        link=link,
-        obstacle="" if halt is None else halt.message,
-        advice="" if halt is None else halt.hint,
-    )
-
-
-def _reason(code: int) -> str:
-    return "not homed" if code == NOT_HOMED else _plain(Fault(code).name)
-
-
-def _plain(name: str) -> str:
-    return name.lower().replace("_", "-")

@@ -184,6 +184,8 @@ def _standing(content: Mapping[str, Any]) -> Standing:
         raise ValueError("estop is neither true nor false")
     if type(values["fault_ms"]) is not int or not -(2**53) < values["fault_ms"] <= 0:
         raise ValueError("fault_ms is not a whole number of the past")
+    if values["homing"] != 0:
+        raise ValueError("a node is finding its zeros although nobody is there")
     values["unhomed"] = _reasons(values["unhomed"])
     for name in known - {"target", "next_target", "unhomed", "fault_ms", "estop"}:
         if type(values[name]) is not int or not 0 <= values[name] < 2 ** BITS.get(name, 16):

@@ -18,7 +18,7 @@ FAULTS = [
     ("gone@step2", "the radio does not answer this computer any more", "plug it in again"),
     ("disk=full@step1", "No space left on device", "free space"),
     ("chip=2", "node 2 is another device than the site knows", "curveline keys adopt"),
-    ("unhomed=1", "node 1 does not know where it is", "home the node"),
+    ("unhomed=1", "node 1 does not know where it is", "`curveline node home 1`"),
 ]
 
 

@@ -130,7 +130,7 @@ def test_another_device_is_noticed_and_its_adoption_says_so(run: Run, keys: Path
     ("settings", "code", "says"),
     [
         ("mock:keys,twin=1", 3, "2 devices answer"),
-        ("mock:keys,version=1", 3, "speaks version 2"),
+        ("mock:keys,version=1", 3, "speaks version 3"),
         ("mock:keys,loss=0.999", 3, "no answer from"),
         ("mock", 2, "mock:keys"),
     ],

@@ -165,7 +165,7 @@ def test_after_a_halt_the_way_on_is_told_if_there_is_one(run: Run, tmp_path: Pat
         assert (code, out) == (2, "")
         assert f"can go on: the last one, {only_run(tmp_path).name} of display single, was halted after 0" in err
         assert "0 of 2 steps: node 2 has restarted in step 1" in err
-        assert "hint: check its supply; home the node before sending again" in err
+        assert "hint: check its supply; then send the shape again" in err
         code, out, err = run("send", "--resume", only_run(tmp_path).name, "--radio", "mock", "--yes")
         assert (code, out) == (2, "")
         assert "this run cannot be resumed after its halt: node 2 has restarted in step 1" in err
@@ -282,7 +282,7 @@ def test_a_send_that_is_refused_leaves_the_run_before_it_as_it_was(
     code, out, err = run("send", *again, "--radio", "mock", "--yes")
     assert (code, out) == (3, "")
     assert "node 1 has stalled" in err
-    assert "resuming the run then clears the fault" in err
+    assert "`curveline send --resume last`) clears the fault" in err
     assert run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0
 
 

@@ -15,7 +15,9 @@ from curveline.cli.steps import describe
 from curveline.driving.promises import promise
 from curveline.plan import NodeTarget, Plan, Step, drive_table, sealed, write_plan
 from curveline.playback import Playback, Snap
-from curveline.radio.link import Control, LinkTally, NodeStatus, Phase, Progress
+from curveline.radio.link import Control, Phase, Progress
+from curveline.radio.nodestatus import NodeStatus
+from curveline.radio.peer import LinkTally
 from curveline.shapefile import read_display
 from rows import row
 

@@ -19,7 +19,7 @@ from .conftest import BROKEN, SHAPES, Run, promising, small_plan
 
 SHAPE = SHAPES / "level-up-peak.toml"
 NODE_KEYS = {"node", "address", "state", "boot", "started", "finished", "staged", "fault", "obstacle", "counts"}
-NODE_KEYS |= {"advice", "position", "link"}
+NODE_KEYS |= {"advice", "position", "link", "boot_cause", "unhomed", "fault_seconds"}
 
 
 def test_a_shape_is_planned_sent_and_reached(run: Run, tmp_path: Path) -> None:

@@ -187,8 +187,7 @@ def test_only_one_question_at_a_time(run: Run) -> None:
     ("memory", "state", "words"),
     [
         ({"estop": True}, "estop", "node 2 has been stopped for good by an emergency stop: find out why"),
-        ({"homed": False}, "unhomed", "node 2 does not know where it is: it has not been homed: home the node"),
-        ({"homed": False, "homing": True}, "homing", "node 2 does not know where it is"),
+        ({"unhomed": [0, 15, 0]}, "unhomed", "it has not been homed: home it: `curveline node home 2`"),
         ({"fault": int(Fault.ENCODER), "fault_axis": 1}, "position-lost", "node 2: fault encoder (extrude)"),
         ({"fault": int(Fault.STALL), "fault_axis": 2}, "fault", "node 2: fault stall (bias)"),
     ],

@@ -17,7 +17,8 @@ from curveline.driving import live
 from curveline.driving.live import published, read_live, same_radio, sender_of, senders
 from curveline.radio.actions import Phase
 from curveline.radio.journal import FILE_NAME, Journal, new_run
-from curveline.radio.link import Control, NodeStatus, Progress, Request, RunReport
+from curveline.radio.link import Control, Progress, Request, RunReport
+from curveline.radio.nodestatus import NodeStatus
 from radio.bench import drive_table, short_plan
 
 PLAN = short_plan(2, 2)

@@ -129,7 +129,7 @@ def test_where_nothing_can_go_on_the_last_run_is_named(tmp_path: Path) -> None:
     broken = a_run(tmp_path, start(), RELEASE, halt("reboot"))
     with pytest.raises(InvalidInput, match=rf"the last one, {broken.name} of display test, was halted") as one:
         unfinished(tmp_path)
-    assert "home the node" in one.value.hint
+    assert "send the shape again" in one.value.hint
     finished = done(tmp_path)
     with pytest.raises(InvalidInput) as both:
         unfinished(tmp_path)
@@ -209,5 +209,5 @@ def test_a_log_says_who_did_what(tmp_path: Path) -> None:
         "paused, all nodes hold, asked for by `curveline stop` in process 44",
     ]
     assert [each.step for each in entries] == [0, 1, 2, 1, 2]
-    assert "resuming the run then clears the fault" in entries[2].hint
+    assert "`curveline node clear 1 --display test`" in entries[2].hint
     assert (entries[0].at, entries[1].at) == (1.8e9, None)

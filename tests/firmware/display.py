@@ -10,7 +10,8 @@ import pytest
 from curveline.errors import LinkError
 from curveline.plan import NodeTarget, Plan, Step
 from curveline.radio.journal import Journal
-from curveline.radio.link import Control, NodeStatus, Progress, RunReport, read_status, send_plan
+from curveline.radio.link import Control, Progress, RunReport, read_status, send_plan
+from curveline.radio.nodestatus import NodeStatus
 
 from .fleet import AXES, STORE, ChipRadio, Fleet, drive_table
 from .image import Image

@@ -309,7 +309,7 @@ def test_a_damaged_memory_is_refused_with_the_way_out(tmp_path: Path, text: str)
         ('"unhomed": [0, 0, 0]', '"unhomed": [0, 0]'),
         ('"unhomed": [0, 0, 0]', '"unhomed": [0, 0, 9]'),
         ('"unhomed": [0, 0, 0]', '"unhomed": [0, 0, true]'),
-        ('"homing": 0', '"homing": 8'),
+        ('"homing": 0', '"homing": 2'),
         ('"estop": false', '"estop": 0'),
         ('"estop": false', '"estop": false, "extra": 1'),
         ('"cause": 1', '"cause": 99'),

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from curveline.plan import DriveTable
     from curveline.radio import Radio
     from curveline.radio.frames import Report
-    from curveline.radio.link import NodeStatus
+    from curveline.radio.nodestatus import NodeStatus
 
 NumberArgument = Annotated[int, typer.Argument(metavar="N", help="Number of the node in the row, from 1.")]
 UNITS = ("mm", "deg", "mm")
@@ -43,7 +43,7 @@ class OneNode:
 
     def status(self, report: Report) -> NodeStatus:
         """What the node said, in words."""
-        from curveline.radio.link import status_of_report
+        from curveline.radio.nodestatus import status_of_report
 
         return status_of_report(report, self.drive.addresses[self.number - 1], self.display)
 

@@ -1,0 +1,90 @@
+"""What a node says, in words: of a run or of a query, with what keeps it from moving and what to do about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from curveline.plan import AXES
+from curveline.radio.codes import NOT_HOMED, Counts, Fault
+from curveline.radio.frames import Report, Status
+from curveline.radio.peer import LinkTally, Peer
+from curveline.radio.preflight import check_fit
+
+SILENT = "silent"
+
+
+@dataclass(frozen=True)
+class NodeStatus:
+    """What one node says; `state` is "silent" and the rest unknown (zeros, None) if it did not answer.
+
+    `boot_cause`, `unhomed` (axis: why it is not homed) and `fault_seconds` (since when) are not asked for in a run.
+    `obstacle` is why it cannot move, `advice` what to do about it; empty if it can, or did not answer.
+    """
+
+    node: int
+    address: str
+    state: str
+    boot: int = 0
+    started: int = 0
+    finished: int = 0
+    staged: int = 0
+    fault: str = ""
+    counts: Counts | None = None
+    boot_cause: str = ""
+    unhomed: dict[str, str] = field(default_factory=dict)
+    fault_seconds: int | None = None
+    link: LinkTally = field(default_factory=LinkTally)
+    obstacle: str = ""
+    advice: str = ""
+
+    @property
+    def can_move(self) -> bool:
+        """Whether the node has answered, and would obey a run."""
+        return self.counts is not None and not self.obstacle
+
+
+def status_of_report(report: Report, address: str, display: str) -> NodeStatus:
+    """What a node said to a query, in words; advice names the display as `display`."""
+    halt = check_fit(report, 0)
+    return replace(
+        _node_status(report, report.boot, address, LinkTally()),
+        advice="" if halt is None else replace(halt, display=display).hint,
+        boot_cause=_plain(report.cause.name),
+        unhomed={axis: _reason(code) for axis, code in zip(AXES, report.axes, strict=True) if code},
+        fault_seconds=report.fault_s if report.fault is not Fault.NONE else None,
+    )
+
+
+def status_of_peer(peer: Peer) -> NodeStatus:
+    """What a node said last in a run, in words."""
+    assert peer.status is not None  # a run that did not end in an error has heard of every node
+    return _node_status(peer.status, peer.boot, peer.address, replace(peer.tally))
+
+
+def _node_status(status: Status | Report, boot: int, address: str, link: LinkTally) -> NodeStatus:
+    fault = "" if status.fault is Fault.NONE else _plain(status.fault.name)
+    if status.fault_axis:
+        fault += f" ({AXES[status.fault_axis - 1]})"
+    halt = check_fit(status, 0)
+    return NodeStatus(
+        node=status.node,
+        address=address,
+        state=_plain(status.state.name),
+        boot=boot,
+        started=status.started,
+        finished=status.finished,
+        staged=status.staged,
+        fault=fault,
+        counts=status.position,
+        link=link,
+        obstacle="" if halt is None else halt.message,
+        advice="" if halt is None else halt.hint,
+    )
+
+
+def _reason(code: int) -> str:
+    return "not homed" if code == NOT_HOMED else _plain(Fault(code).name)
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace("_", "-")
