@@ -18,8 +18,9 @@ def clear(
     json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
     runs: RunsOption = None,
 ) -> None:
-    """Make a node forget its fault, once the reason is gone. Nothing moves, and a run that it broke off can go on.
+    """Make a node forget its fault, once the reason is gone. Nothing moves.
 
+    A run that was broken off by a stall or a driver fault can go on then; after any other fault send the shape again.
     A fault that cost the position ends with homing only: `curveline node home`.
     """
     from curveline.radio.service import clear_fault
