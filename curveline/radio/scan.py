@@ -13,10 +13,11 @@ from dataclasses import dataclass, field
 
 from curveline.plan import DriveTable
 from curveline.radio import BATCH, Answer, Radio, RadioGone
-from curveline.radio.codes import ATTEMPT_MASK, EVERY_NODE, FRAME_BYTES, VERSION, Kind, Reject
+from curveline.radio.codes import ATTEMPT_MASK, BODY_BYTES, EVERY_NODE, FRAME_BYTES, VERSION, Kind, Reject
 from curveline.radio.envelope import head
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.keyfile import UNKNOWN_CHIP
+from curveline.radio.keys import FROM_HOST, OPEN_KEY, tag
 from curveline.radio.motion import axes_of, config_hash
 from curveline.radio.pages import Ask, Page, decode_page, encode_ask
 from curveline.radio.peer import LinkTally
@@ -92,6 +93,8 @@ def explain(radio: Radio, drive: DriveTable, halt: Halt) -> Halt:
     found = Found(halt.node, drive.addresses[halt.node - 1])
     with suppress(RadioGone):
         _ask(radio, [found], PROBES)
+    if not found.pages and (version := _older_version(radio, found)):
+        return Halt(Cause.VERSION, halt.node, halt.step, f"it has {version}, this release needs {VERSION}")
     known = radio.site.chips[halt.node - 1]
     chips = " and ".join(f"{chip:08x}" for chip in sorted(found.pages))
     if len(found.pages) > 1:
@@ -131,6 +134,21 @@ def _ask(radio: Radio, group: Sequence[Found], probes: int) -> None:
         answers = radio.exchange([(each.address, frame) for each in group])
         for each, answer in zip(group, answers, strict=True):
             _note(each, answer, nonce)
+
+
+def _older_version(radio: Radio, found: Found) -> int:
+    """The version of the protocol that a node with older firmware speaks, 0 if there is none.
+
+    The question for a page has been the same in all of them, but for its first byte.
+    """
+    for version in range(VERSION - 1, 0, -1):
+        for attempt in range(PROBES):
+            asked = encode_ask(Ask(EVERY_NODE, secrets.randbits(64) & ~ATTEMPT_MASK | attempt))
+            body = bytes([version << 4 | Kind.PAGE]) + asked[1:BODY_BYTES]
+            (answer,) = radio.exchange([(found.address, body + tag(OPEN_KEY, body, FROM_HOST))])
+            if answer.payload and answer.payload[0] == version << 4 | Kind.PAGE:
+                return version
+    return 0
 
 
 def _note(found: Found, answer: Answer, nonce: int) -> None:

@@ -15,11 +15,13 @@ from curveline.plan import Plan
 from curveline.radio import BACK_ENDS, BATCH, Answer, Radio
 from curveline.radio.actions import Policy
 from curveline.radio.air import RETRIES, Weather
-from curveline.radio.codes import FLAG_QUERY, FLAG_TAKEOVER, FRAME_BYTES
+from curveline.radio.codes import FLAG_QUERY, FLAG_TAKEOVER, FRAME_BYTES, Fault, State
 from curveline.radio.frames import Drive, Hello, Report, decode_report, encode_drive, encode_hello
 from curveline.radio.journal import Journal, new_run, read_journal
 from curveline.radio.keys import session_key
 from curveline.radio.link import Control, Progress, Request, RunReport, read_status, send_plan
+from curveline.radio.nodestate import NOWHERE
+from curveline.radio.service import clear_fault, home_axes, report_of
 
 from .bench import drive_table, make_plan, short_plan
 from .worlds import HERE, SEED, WORLDS, World, world_of
@@ -211,6 +213,18 @@ def test_a_batch_that_is_too_long_is_refused(world: World) -> None:
 
 
 # Runs
+
+
+def test_a_node_is_homed_and_forgets_its_fault(world: World) -> None:
+    unhomed, hurt = world.nodes()
+    unhomed.memory.unhomed = NOWHERE
+    hurt.memory.fault, hurt.memory.fault_axis = Fault.STALL, 2
+    assert report_of(world.radio, world.drive, 1).state is State.UNHOMED
+    homed = home_axes(world.radio, world.drive, 1)
+    assert (homed.axes, homed.state, homed.boot) == ((0, 0, 0), State.READY, 1)
+    assert report_of(world.radio, world.drive, 2).fault is Fault.STALL
+    assert clear_fault(world.radio, world.drive, 2).state is State.READY
+    assert_arrived(world, send(world, THERE_AND_BACK), THERE_AND_BACK)
 
 
 def test_status_then_send_then_status(world: World) -> None:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio.link import read_status
+from curveline.radio.journal import Journal, new_run
+from curveline.radio.link import Halted, read_status, send_plan
 from curveline.radio.mock import MockRadio, open_radio
 from curveline.radio.scan import PROBES, problems, radio_test, scan
 
-from .bench import drive_table
+from .bench import drive_table, make_plan
 
 
 @pytest.fixture
@@ -129,3 +130,26 @@ def test_a_chip_that_lets_repeats_through_is_told(opened) -> None:
     station.exchange = forgetful
     assert [each.filters for each in radio_test(radio, drive_table())] == [False, True]
     assert [each.state for each in read_status(radio, drive_table())] == ["ready"] * 2
+
+
+class OldFirmware:
+    """A node of the release before: of all frames it knows only those of its own version."""
+
+    def __init__(self) -> None:
+        self.ack = b""
+
+    def advance(self, now_ms: int) -> None:
+        """See Receiver."""
+
+    def receive(self, now_ms: int, payload: bytes) -> None:
+        """See Receiver; a PAGE of version 1 begins as the one of today."""
+        if payload[0] == 0x15:
+            self.ack = bytes([0x15, 1]) + bytes(30)
+
+
+def test_a_node_with_the_firmware_of_the_release_before_is_told_to_be_flashed(tmp_path: Path) -> None:
+    radio = open_radio("", drive_table(), tmp_path)
+    radio._stations[0].antenna.node = OldFirmware()
+    with pytest.raises(Halted, match="node 1 speaks another version of the protocol: it has 1, this release needs 2"):
+        send_plan(make_plan(), radio, Journal(new_run(tmp_path, "test")))
+    radio.close()
