@@ -17,7 +17,7 @@ from curveline.files import decode_text
 from curveline.plan import MARKER, NodeTarget, Plan, Step, drive_table, from_json, seal_of, sealed, to_json
 from curveline.radio.conductor import Conductor
 from curveline.radio.keys import Site
-from curveline.radio.link import describe_plan_frames
+from curveline.radio.listing import describe_plan_frames
 from curveline.radio.motion import axes_of, config_hash, outside
 from curveline.radio.preflight import check_targets, journal_bytes, run_tag
 from curveline.records import LARGEST, Decoder

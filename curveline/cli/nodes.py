@@ -64,6 +64,8 @@ def document(status: NodeStatus, drive: DriveTable) -> dict[str, Any]:
     record["fault"] = status.fault or None
     record["obstacle"] = status.obstacle or None
     record["advice"] = status.advice or None
+    record["boot_cause"] = status.boot_cause or None
+    record["unhomed"] = status.unhomed if status.boot_cause else None
     record["position"] = None
     if status.counts is not None:
         keys = ("extrude_mm", "bias_deg", "translate_mm")
@@ -78,7 +80,7 @@ def table(nodes: Sequence[NodeStatus], drive: DriveTable) -> list[str]:
     lines = show.table([HEAD, *(_cells(status, drive) for status in nodes)], frozenset({1}))
     faults = [f"node {status.node}: fault {status.fault}" for status in nodes if status.fault]
     unfit = [status for status in nodes if status.obstacle and not status.fault]
-    stuck = [line for status in unfit for line in wrapped(f"{status.obstacle}: {status.advice}")]
+    stuck = [line for status in unfit for line in wrapped(f"{status.obstacle}; {status.advice}")]
     silent = [f"node {status.node}: no answer from {status.address}" for status in nodes if status.counts is None]
     return [*lines, *faults, *stuck, *silent]
 

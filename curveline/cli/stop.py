@@ -51,7 +51,9 @@ def stop(
 
 
 def _state(stopped: Stopped) -> str | None:
-    return stopped.state.name.lower().replace("_", "-") if stopped.state is not None else None
+    from curveline.radio.codes import plain_name
+
+    return plain_name(stopped.state) if stopped.state is not None else None
 
 
 def _line(stopped: Stopped) -> str:
@@ -62,4 +64,4 @@ def _line(stopped: Stopped) -> str:
         return f"{where}: NOT STOPPED, it says that it is {_state(stopped)}: switch off its power"
     if stopped.link.answered:
         return f"{where}: NOT SURE, {stopped.address} acknowledges, but not under the key of this site"
-    return f"{where}: NOT SURE, no answer from {stopped.address}; a node that hears no host holds by itself within 5 s"
+    return f"{where}: NOT SURE, no answer from {stopped.address}; a node that hears no host holds by itself within 7 s"

@@ -12,6 +12,7 @@ from curveline.cli import show
 from curveline.cli.status import Asked
 from curveline.errors import EXIT_DONE, EXIT_LINK
 from curveline.radio import Radio, open_radio
+from curveline.radio.codes import plain_name
 from curveline.radio.keyfile import lenient
 from curveline.radio.scan import Found, problems, radio_test, scan
 
@@ -90,7 +91,7 @@ def _rows(found: Found) -> list[tuple[str, ...]]:
         (
             *head,
             *(f"{page.chip:08x}", str(page.firmware), str(page.boot)),
-            *(page.state.name.lower().replace("_", "-"), str(page.bad_tags), *link),
+            *(plain_name(page.state), str(page.bad_tags), *link),
         )
         for page in found.pages.values()
     ] or [(*head, "-", "-", "-", "silent", "-", *link)]
@@ -106,7 +107,7 @@ def _document(asked: Asked, found: Sequence[Found], wrong: Mapping[int, list[str
                 "node": each.node,
                 "address": each.address,
                 "devices": [
-                    {**asdict(page), "chip": f"{page.chip:08x}", "state": page.state.name.lower().replace("_", "-")}
+                    {**asdict(page), "chip": f"{page.chip:08x}", "state": plain_name(page.state)}
                     for page in each.pages.values()
                 ],
                 "link": asdict(each.link),

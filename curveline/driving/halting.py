@@ -29,7 +29,7 @@ HOLD_S = 15.0
 FREE_S = 10.0
 """How long a sender that has ended, or is only about to begin, is waited for."""
 POLL_S = 0.05
-END_IT = "end that program, whose nodes then hold by themselves within 5 s, or switch off the power of the motors"
+END_IT = "end that program, whose nodes then hold by themselves within 7 s, or switch off the power of the motors"
 
 
 @dataclass(frozen=True)

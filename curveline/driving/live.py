@@ -24,7 +24,7 @@ from curveline.files import printable, read_file
 from curveline.plan import AXES, DriveTable, Plan
 from curveline.portable import replace, replace_at_once
 from curveline.radio.actions import Phase
-from curveline.radio.codes import TARGET_LIMIT, State
+from curveline.radio.codes import TARGET_LIMIT, State, plain_name
 from curveline.radio.journal import is_open
 from curveline.radio.link import Control, Progress, Request, RunReport
 from curveline.radio.nodestatus import SILENT, NodeStatus
@@ -44,7 +44,7 @@ PUBLISH_S = 0.5
 """Every file that replaces another costs a small computer a write to its memory card."""
 SILENT_S = 1.0
 """A node that has not been heard for so long is published as silent."""
-STATES = frozenset({SILENT, *(state.name.lower().replace("_", "-") for state in State)})
+STATES = frozenset({SILENT, *(plain_name(state) for state in State)})
 BEGINNING = frozenset({Phase.DISCOVER.value, Phase.PREFLIGHT.value})
 PHASES = frozenset(phase.value for phase in Phase)
 

@@ -114,6 +114,11 @@ class Reject(Enum):
     FIELD = "a field with no meaning"
 
 
+def plain_name(code: Enum) -> str:
+    """A state, a fault or a cause as people read it: `hold-link`."""
+    return code.name.lower().replace("_", "-")
+
+
 def clock_of(now_ms: int) -> int:
     """Ticks of a node's clock `now_ms` after it was switched on."""
     return now_ms >> CLOCK_SHIFT

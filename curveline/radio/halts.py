@@ -7,7 +7,7 @@ from enum import Enum
 from shlex import quote
 
 from curveline.plan import AXES, DEFAULT_DISPLAY, Plan
-from curveline.radio.codes import Fault
+from curveline.radio.codes import Fault, plain_name
 
 
 class Cause(Enum):
@@ -57,8 +57,8 @@ class Cause(Enum):
     )
     BUSY = (
         "node {node} belongs to another host that is sending to it{detail}",
-        "wait until the other host is done, or stop it: `curveline stop{display}`; `--takeover` takes nodes over "
-        "that stand still",
+        "wait until the other host is done, or stop it: `curveline stop{display}`; a send with --takeover takes "
+        "nodes over that stand still",
     )
     TAKEN = (
         "node {node} no longer obeys this session; another host may have taken it over",
@@ -68,6 +68,11 @@ class Cause(Enum):
     NOT_HOMED = (
         "node {node} does not know where it is{when}: it has not been homed",
         "home it: `curveline node home {node}{display}`; then send again",
+    )
+    UNFOUND = (
+        "node {node} has not found the zeros of all its axes: {detail}",
+        "see to the motors of these axes and to their encoders: are they connected, is the way free? Then home them: "
+        "`curveline node home {node}{display}`",
     )
     LOST = (
         "node {node} has lost its position{when} ({detail})",
@@ -205,7 +210,7 @@ def fault_halt(fault: Fault, axis: int, node: int, step: int) -> Halt:
     """The halt for a fault that a node reports; `axis` from 1, 0 if it concerns no single one."""
     where = AXES[axis - 1] if axis else "whole drive"
     if _FAULTS[fault] is Cause.LOST:
-        where = f"{where}: {fault.name.lower().replace('_', '-')}"
+        where = f"{where}: {plain_name(fault)}"
     return Halt(_FAULTS[fault], node, step, where)
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from curveline.plan import AXES
-from curveline.radio.codes import NOT_HOMED, Counts, Fault
+from curveline.radio.codes import NOT_HOMED, Counts, Fault, State, plain_name
 from curveline.radio.frames import Report, Status
+from curveline.radio.halts import Cause, Halt
 from curveline.radio.peer import LinkTally, Peer
 from curveline.radio.preflight import check_fit
 
@@ -45,14 +46,24 @@ class NodeStatus:
 
 def status_of_report(report: Report, address: str, display: str) -> NodeStatus:
     """What a node said to a query, in words; advice names the display as `display`."""
-    halt = check_fit(report, 0)
+    halt = _unfound(report) or check_fit(report, 0)
     return replace(
         _node_status(report, report.boot, address, LinkTally()),
+        obstacle="" if halt is None else halt.message,
         advice="" if halt is None else replace(halt, display=display).hint,
-        boot_cause=_plain(report.cause.name),
+        boot_cause=plain_name(report.cause),
         unhomed={axis: _reason(code) for axis, code in zip(AXES, report.axes, strict=True) if code},
         fault_seconds=report.fault_s if report.fault is not Fault.NONE else None,
     )
+
+
+def _unfound(report: Report) -> Halt | None:
+    """Why axes are not homed although their zeros were sought; None if that is not what keeps the node from moving."""
+    tried = {axis: code for axis, code in zip(AXES, report.axes, strict=True) if code not in (0, NOT_HOMED)}
+    if report.state is not State.UNHOMED or not tried:
+        return None
+    reasons = ", ".join(f"{axis} ({_reason(code)})" for axis, code in tried.items())
+    return Halt(Cause.UNFOUND, report.node, detail=reasons)
 
 
 def status_of_peer(peer: Peer) -> NodeStatus:
@@ -62,14 +73,14 @@ def status_of_peer(peer: Peer) -> NodeStatus:
 
 
 def _node_status(status: Status | Report, boot: int, address: str, link: LinkTally) -> NodeStatus:
-    fault = "" if status.fault is Fault.NONE else _plain(status.fault.name)
+    fault = "" if status.fault is Fault.NONE else plain_name(status.fault)
     if status.fault_axis:
         fault += f" ({AXES[status.fault_axis - 1]})"
     halt = check_fit(status, 0)
     return NodeStatus(
         node=status.node,
         address=address,
-        state=_plain(status.state.name),
+        state=plain_name(status.state),
         boot=boot,
         started=status.started,
         finished=status.finished,
@@ -83,8 +94,4 @@ def _node_status(status: Status | Report, boot: int, address: str, link: LinkTal
 
 
 def _reason(code: int) -> str:
-    return "not homed" if code == NOT_HOMED else _plain(Fault(code).name)
-
-
-def _plain(name: str) -> str:
-    return name.lower().replace("_", "-")
+    return "not homed" if code == NOT_HOMED else plain_name(Fault(code))

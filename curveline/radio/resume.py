@@ -168,8 +168,8 @@ def _check_place(plan: Plan, status: Status) -> Halt | None:
         if not min(begin, end) - START_TOLERANCE <= found <= max(begin, end) + START_TOLERANCE:
             drive = plan.drive.axes[axis]
             wanted = begin if abs(found - begin) < abs(found - end) else end
-            detail = f"{AXES[axis]} {drive.value(found):.2f} instead of {drive.value(wanted):.2f}"
-            return Halt(Cause.ELSEWHERE, status.node, detail=detail)
+            detail = f"its {AXES[axis]} stands at {drive.value(found):.2f} instead of {drive.value(wanted):.2f}"
+            return Halt(Cause.BEHIND, status.node, detail=detail)
     return None
 
 

@@ -14,7 +14,7 @@ from curveline.plan import DriveTable
 from curveline.radio import Radio
 from curveline.radio.actions import Policy
 from curveline.radio.asking import fresh_nonce, insist
-from curveline.radio.codes import ALL_AXES, FLAG_CLEAR, FLAG_QUERY, HOLD_END, Reject, State
+from curveline.radio.codes import ALL_AXES, FLAG_CLEAR, FLAG_QUERY, HOLD_END, Reject, State, plain_name
 from curveline.radio.frames import Hello, Ident, Report, Status, decode_ident, decode_report
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.link import Halted, ignore
@@ -48,12 +48,12 @@ def report_of(radio: Radio, drive: DriveTable, number: int) -> Report:
     return report
 
 
-def clear_fault(radio: Radio, drive: DriveTable, number: int, policy: Policy | None = None) -> Report:
+def clear_fault(radio: Radio, drive: DriveTable, number: int) -> Report:
     """Make a node forget its fault, if that has left its position known; what it says then.
 
     LinkError if it does not answer or belongs to another host.
     """
-    with _claimed(radio, drive, number, FLAG_CLEAR, policy or Policy()):
+    with _claimed(radio, drive, number, FLAG_CLEAR):
         pass
     return report_of(radio, drive, number)
 
@@ -64,16 +64,16 @@ def home_axes(radio: Radio, drive: DriveTable, number: int, axes: int = ALL_AXES
     `watcher` is told every status. The node stops when this ends, however it does: KeyboardInterrupt is the operator's
     wish. LinkError if it does not answer, does not begin, or belongs to another host.
     """
-    with _claimed(radio, drive, number, 0, Policy()) as claim:
+    with _claimed(radio, drive, number) as claim:
         claim.home(axes, watcher)
     return report_of(radio, drive, number)
 
 
 @contextmanager
-def _claimed(radio: Radio, drive: DriveTable, number: int, flags: int, policy: Policy) -> Iterator[_Claim]:
+def _claimed(radio: Radio, drive: DriveTable, number: int, flags: int = 0) -> Iterator[_Claim]:
     """A node for as long as this lasts; it is told to hold and given back in any case."""
     claim = _Claim(radio, drive, number)
-    claim.begin(flags | policy.flags)
+    claim.begin(flags)
     try:
         yield claim
     finally:
@@ -122,7 +122,7 @@ class _Claim:
 
         status = self._until(ended, lambda: peer.home(axes, 1))
         if not has_begun:
-            detail = f"it is {status.state.name.lower().replace('_', ' ')}"
+            detail = f"it is {plain_name(status.state)}"
             cause = Cause.LATCHED if status.state is State.ESTOP else Cause.UNHEEDED
             raise self._halted(Halt(cause, peer.number, detail=detail))
 

@@ -158,7 +158,7 @@ def _damaged(path: Path, why: str) -> LinkError:
 def _checked(content: Any, drive: DriveTable) -> MockState:
     """A display out of parsed JSON; ValueError, TypeError or KeyError say what is wrong with it."""
     if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise ValueError("it is not of this version")
+        raise ValueError("it is of another release of curveline")
     if content["counts_per_unit"] != [axis.counts_per_unit for axis in drive.axes]:
         raise ValueError("its motors differ from those of the display file")
     nodes, rod = content["nodes"], content["rod"]

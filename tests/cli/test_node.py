@@ -8,11 +8,16 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
-from .conftest import SHAPES, Run
+from curveline.driving.live import published
+from curveline.radio.journal import Journal, new_run
+from curveline.radio.link import Control
+
+from .conftest import SHAPES, Run, small_plan
 
 SHAPE = SHAPES / "level-down-peak.toml"
 
@@ -118,3 +123,48 @@ def test_ctrl_c_stops_a_node_that_is_homing(run: Run, tmp_path: Path) -> None:
     assert "unhomed" in rest
     stands = run("node", "status", "1", "--radio", "mock")
     assert "unhomed" in stands.out
+
+
+def test_homing_does_not_hide_another_fault(run: Run) -> None:
+    run("send", SHAPE, "--radio", "mock:fresh,runaway=1@step2", "--yes")
+    done = run("node", "home", "1", "--radio", "mock", "--yes")
+    assert done.code == 3
+    assert "fault: runaway (bias)" in done.out
+    assert "`curveline node clear 1`" in done.out
+
+
+def test_a_motor_that_stays_absent_is_named_with_what_to_look_at(run: Run) -> None:
+    run("status", "--radio", "mock:fresh,unhomed=1")
+    done = run("node", "home", "1", "--radio", "mock:absent=bias@1", "--yes")
+    assert done.code == 3
+    assert "are they connected, is the way free?" in " ".join(done.out.split())
+    status = run("status", "--radio", "mock:absent=bias@1")
+    assert status.code == 3
+    assert "node 1 has not found the zeros of all its axes: bias (encoder)" in " ".join(status.out.split())
+
+
+def test_a_homing_that_is_killed_leaves_a_node_that_can_be_homed(run: Run, tmp_path: Path) -> None:
+    run("send", SHAPE, "--radio", "mock:fresh,reboot=1@step3", "--yes")
+    command = [sys.executable, "-m", "curveline", "node", "home", "1", "--radio", "mock:realtime", "--yes"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=dict(os.environ)) as homing:
+        assert homing.stderr is not None
+        assert "is homing" in homing.stderr.readline()
+        homing.kill()
+    assert run("node", "status", "1", "--radio", "mock").code == 3
+    assert run("node", "home", "1", "--radio", "mock", "--yes").code == 0
+    assert run("status", "--radio", "mock").code == 0
+
+
+@pytest.mark.parametrize("command", [("status",), ("clear",), ("home", "--yes")])
+def test_while_this_computer_sends_the_node_is_the_senders(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, command: tuple[str, ...]
+) -> None:
+    plan = small_plan()
+    folder = new_run(tmp_path / "runs", "small")
+    with closing(Journal(folder)), published(folder, plan, "mock", Control()) as publisher:
+        publisher.look()
+        done = run("node", command[0], "1", *command[1:], "--radio", "mock")
+    assert (done.code, done.out) == (3, "")
+    assert f"the radio is in use by process {os.getpid()}, which sends small to display single" in done.err
+    assert "`curveline stop` pauses it" in done.err
+    assert run("node", command[0], "1", *command[1:], "--radio", "mock").code == 0

@@ -186,8 +186,8 @@ def test_only_one_question_at_a_time(run: Run) -> None:
 @pytest.mark.parametrize(
     ("memory", "state", "words"),
     [
-        ({"estop": True}, "estop", "node 2 has been stopped for good by an emergency stop: find out why"),
-        ({"unhomed": [0, 15, 0]}, "unhomed", "it has not been homed: home it: `curveline node home 2`"),
+        ({"estop": True}, "estop", "node 2 has been stopped for good by an emergency stop; find out why"),
+        ({"unhomed": [0, 15, 0]}, "unhomed", "it has not been homed; home it: `curveline node home 2`"),
         ({"fault": int(Fault.ENCODER), "fault_axis": 1}, "position-lost", "node 2: fault encoder (extrude)"),
         ({"fault": int(Fault.STALL), "fault_axis": 2}, "fault", "node 2: fault stall (bias)"),
     ],

@@ -54,4 +54,4 @@ def test_a_display_that_is_in_use_by_somebody_who_says_nothing(
         code, out, err = run("stop", "--radio", "mock")
     assert (code, out) == (3, "")
     assert "the mock display 'single' is in use by process" in err
-    assert "end that program, whose nodes then hold by themselves within 5 s, or switch off the power" in err
+    assert "end that program, whose nodes then hold by themselves within 7 s, or switch off the power" in err

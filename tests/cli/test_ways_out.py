@@ -112,7 +112,7 @@ def test_a_refused_send_destroys_nothing_that_an_earlier_run_needs(run: Run, fau
     assert "5 of 5 steps" in gone_on.out
 
 
-def test_a_killed_homing_and_a_motor_that_is_absent_have_ways_out_too(walk: Walk) -> None:
+def test_a_motor_that_was_absent_has_a_way_out_too(walk: Walk) -> None:
     walk.run("status", "--radio", "mock:fresh,unhomed=1")
     absent = walk.run("node", "home", "1", "--radio", "mock:absent=bias@1", "--yes")
     assert absent.code == 3

@@ -330,7 +330,7 @@ def test_a_stall_is_forgotten_when_the_host_program_says_so(homed: Rig) -> None:
     assert node.fault_seconds in (1, 2)
     machine.motors[EXTRUDE].low, machine.motors[EXTRUDE].high = free
     report = clear_fault(homed.radio, homed.plan.drive, 1)
-    assert (report.state.can_move, report.fault) == (True, Fault.NONE)
+    assert (report.state, report.fault) == (State.HOLD_LINK, Fault.NONE)
     homed.fleet.run(300_000)
     assert machine.drivers_on
 

@@ -21,6 +21,7 @@ from curveline.radio.journal import (
     SystemDisk,
     encode_record,
     find_run,
+    is_open,
     new_run,
     read_journal,
     runs_folder,
@@ -426,3 +427,18 @@ def test_runs_get_folders_of_their_own(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(LinkError, match="cannot write"):
         new_run(tmp_path / "file", "x")
+
+
+def test_a_run_is_open_as_long_as_somebody_sends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = new_run(tmp_path, "test")
+    assert not is_open(run)
+    journal = Journal(run)
+    assert is_open(run)
+    journal.close()
+    assert not is_open(run)
+
+    def refuse(descriptor: int) -> bool:
+        raise OSError("no locks on this disk")
+
+    monkeypatch.setattr("curveline.portable.lock", refuse)
+    assert not is_open(run)

@@ -221,7 +221,7 @@ def test_a_node_that_was_moved_by_somebody_else(off: int) -> None:
     bench.nodes[0].advance(bench.now_ms)
     x, y, z = bench.plants[0].positions(bench.now_ms)
     bench.plants[0].positions = lambda now_ms: (x, y, z + off)  # type: ignore[method-assign]
-    assert "translate" in refused(bench, Cause.ELSEWHERE, 1).message
+    assert "translate" in refused(bench, Cause.BEHIND, 1).message
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from enum import Enum
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,7 @@ import typer
 from curveline.cli import show
 from curveline.cli.node.one import NumberArgument, OneNode, one_node, show_report
 from curveline.cli.nodes import DisplayOption, RadioOption, RunsOption
-from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_LINK, InvalidInput
+from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_LINK, InvalidInput, LinkError
 from curveline.plan import AXES
 
 if TYPE_CHECKING:
@@ -46,9 +47,9 @@ def home(
     _agree(number, wanted, yes=yes)
     with one_node(number, radio, display, runs) as node:
         report = _home(node, sum(1 << AXES.index(name) for name in set(wanted)))
-        show_report(node, report, as_json=json)
-    failed = [name for name, reason in zip(AXES, report.axes, strict=True) if reason and name in wanted]
-    raise typer.Exit(EXIT_LINK if failed else EXIT_DONE)
+        status = show_report(node, report, as_json=json)
+    is_hurt = status.fault or any(name in wanted for name in status.unhomed)
+    raise typer.Exit(EXIT_LINK if is_hurt else EXIT_DONE)
 
 
 def _agree(number: int, axes: list[str], *, yes: bool) -> None:
@@ -78,5 +79,6 @@ def _home(node: OneNode, axes: int) -> Report:
         return home_axes(node.radio, node.drive, node.number, axes, watch)
     except KeyboardInterrupt:
         show.note("stopped")
-        show.note("\n".join(node.lines(report_of(node.radio, node.drive, node.number))))
+        with suppress(LinkError):
+            show.note("\n".join(node.lines(report_of(node.radio, node.drive, node.number))))
         raise

@@ -52,7 +52,8 @@ class OneNode:
         from curveline import __version__
 
         head = {"curveline": __version__, "display": self.drive.display, "radio": self.spec}
-        return {**head, "node": nodes.document(self.status(report), self.drive)}
+        told = nodes.document(self.status(report), self.drive)
+        return {**head, "node": {key: each for key, each in told.items() if key != "link"}}
 
     def lines(self, report: Report) -> list[str]:
         """What the node said as text, and what to do about it."""
@@ -62,14 +63,20 @@ class OneNode:
 @contextmanager
 def one_node(number: int, radio: str | None, display: str, runs: str | None) -> Iterator[OneNode]:
     """The node, with its radio open; a fault of the link names the display in what it advises."""
+    from curveline.driving.live import sender_of
     from curveline.plan import drive_table
-    from curveline.radio import open_radio
+    from curveline.radio import InUse, open_radio
+    from curveline.radio.halts import display_option
     from curveline.radio.link import Halted
     from curveline.shapefile import read_display
 
-    spec = nodes.require_radio(radio)
+    spec, folder = nodes.require_radio(radio), nodes.runs_folder(runs)
     drive = drive_table(read_display(display))
-    with closing(open_radio(spec, drive, nodes.runs_folder(runs))) as opened:
+    if (sender := sender_of(drive, spec, folder)) is not None:
+        named = display_option(display)
+        hint = f"`curveline status{named}` shows what it says of its nodes, `curveline stop{named}` pauses it"
+        raise InUse(f"the radio is in use by {sender.name}", hint)
+    with closing(open_radio(spec, drive, folder)) as opened:
         try:
             yield OneNode(number, display, spec, drive, opened)
         except Halted as error:
