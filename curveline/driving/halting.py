@@ -29,6 +29,8 @@ HOLD_S = 15.0
 FREE_S = 10.0
 """How long a sender that has ended, or is only about to begin, is waited for."""
 POLL_S = 0.05
+STANDING = frozenset({State.HOLD, State.HOLD_LINK, State.FAULT, State.POSITION_LOST, State.UNHOMED, State.ESTOP})
+"""States of a node whose run is paused, in all of which it stands."""
 END_IT = "end that program, whose nodes then hold by themselves within 7 s, or switch off the power of the motors"
 
 
@@ -117,4 +119,4 @@ def _all_stand(live: Live) -> bool:
 def _stopped(index: int, live: Live) -> Stopped:
     node = live.nodes[index]
     state = State.__members__.get(node.state.upper().replace("-", "_"))
-    return Stopped(node.node, node.address, state, node.link)
+    return Stopped(node.node, node.address, state, node.link, state in STANDING)

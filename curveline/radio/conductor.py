@@ -8,6 +8,7 @@ protocol, docs/radio-protocol.md.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 from curveline.errors import InvalidInput
@@ -40,7 +41,6 @@ STOPPING = frozenset({Phase.PAUSING, Phase.HALTING})
 GOING = frozenset({Phase.STAGING, Phase.RELEASED})
 UNCLAIMED = frozenset({Phase.DISCOVER, Phase.PREFLIGHT})
 WATCHED = frozenset({Phase.STAGING, Phase.RELEASED, Phase.PAUSING, Phase.PAUSED})
-TURNING = frozenset({State.MOVING, State.HOMING})
 UNREACHABLE = frozenset({Cause.SILENT, Cause.DEAF, Cause.REBOOT, Cause.TAKEN})
 """Causes after which the node at fault, or every node, will not answer under its session any more."""
 
@@ -73,9 +73,8 @@ class Conductor:
         self._stop = encode_stop(Stop(0), site.stop_key)
         self._loads = loads_of(plan)
         self._pace = Pace(self.policy, count, plan.drive.data_rate)
-        flags = self.policy.flags | (0 if resume is None else resume.flags)
-        self._hello = Hello(0, 0, self.run_tag, config_hash(axes), self._pace.deadman_ms, flags)
-        self._point = resume
+        self._hello = Hello(0, 0, self.run_tag, config_hash(axes), self._pace.deadman_ms, self.policy.flags)
+        self._point = self._resumed = resume
         self._hold_gen = 0 if resume is None else 1
         self._estop = False
         self._claimed = False
@@ -178,9 +177,11 @@ class Conductor:
             self._pace.after_loss(self.peers, peer, now_ms)
             return None
         self._pace.after_answer(peer, now_ms)
+        newest = peer.newest
         fact = peer.take(payload)
         if isinstance(fact, Status):
-            peer.strange, peer.unheard, peer.heard_ms = 0, 0, now_ms
+            if peer.newest > newest:
+                peer.strange, peer.unheard, peer.heard_ms = 0, 0, now_ms
             self._judge(now_ms, peer)
             return fact
         peer.strange, peer.ident_ms = peer.strange + 1, now_ms
@@ -195,7 +196,7 @@ class Conductor:
     def _identify(self, now_ms: int, peer: Peer, ident: Ident) -> None:
         if self.phase is Phase.DISCOVER:
             peer.unheard, peer.heard_ms = 0, now_ms
-            peer.busy = ident.busy and not (self.policy.takeover and ident.state not in TURNING)
+            peer.busy = ident.busy and not (self.policy.takeover and ident.state not in (State.MOVING, State.HOMING))
             halt = check_ident(ident, peer, self._hello.config_hash)
             if halt is None and self._point is not None:
                 halt = check_identity(self._point, ident)
@@ -208,6 +209,8 @@ class Conductor:
         elif ident.boot != peer.boot:
             detail = f"boot number {ident.boot} instead of {peer.boot}"
             self.fail(now_ms, Halt(Cause.REBOOT, peer.number, self.step, detail))
+        elif self.phase is Phase.PREFLIGHT and peer.status is None and ident.session != peer.session:
+            peer.accept(ident, self.run_tag)  # somebody's HELLO has replaced the offer
 
     def _judge(self, now_ms: int, peer: Peer) -> None:
         """Halt on anything in a node's newest status that a running plan does not allow."""
@@ -375,13 +378,17 @@ class Conductor:
 
     def _frame(self, peer: Peer, now_ms: int) -> bytes:
         if self.phase is Phase.DISCOVER:
-            return peer.hello(self._hello)
+            return self._greeting(peer)
         strange = peer.strange >= STRANGE or now_ms - peer.heard_ms > self.policy.probe_ms
-        if strange and self.phase in WATCHED and peer.tally.polls & 1:
-            return peer.hello(self._hello)
+        if strange and self.phase in WATCHED | {Phase.PREFLIGHT} and peer.tally.polls & 1:
+            return self._greeting(peer)
         if self._estop:
             return self._stop if strange and peer.tally.polls & 1 else peer.estop()
         return peer.drive(self.released, self._hold_gen, self._load(peer))
+
+    def _greeting(self, peer: Peer) -> bytes:
+        resumed = self._resumed.flags(peer.number) if self._resumed else 0
+        return peer.hello(replace(self._hello, flags=self._hello.flags | resumed))
 
     def _load(self, peer: Peer) -> tuple[int, Counts, int]:
         """The step after the one that the node has started: it may be staged while that one is still being done."""

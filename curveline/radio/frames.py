@@ -128,7 +128,8 @@ class Status:
 class Report:
     """Node to whoever has its key and asks: how it is, what became of its last run, and since when it is in fault.
 
-    `axes` says per axis why it is not homed: NOT_HOMED or a fault, 0 if it is. `fault_s` saturates at 65,535.
+    `axes` says per axis why it is not homed: NOT_HOMED or a fault, 0 if it is. `fault_s` saturates at 65,535. `stopped`
+    is set from a STOP until a host lifts it, `turning` as long as a motor may turn.
     """
 
     node: int
@@ -144,6 +145,8 @@ class Report:
     position: Counts
     axes: tuple[int, int, int]
     fault_s: int
+    stopped: bool = False
+    turning: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,7 +295,7 @@ def decode_status(payload: bytes, key: bytes, known: int) -> Status | Reject:
 def encode_report(frame: Report, key: bytes, nonce: int) -> bytes:
     """REPORT under the node key and the nonce of the query, so that an old one is worth nothing."""
     x, y, z = (_position_units(counts) for counts in frame.position)
-    homing = sum(each << 4 * index for index, each in enumerate(frame.axes))
+    homing = sum(each << 4 * index for index, each in enumerate(frame.axes)) | frame.stopped << 12 | frame.turning << 13
     body = pack(
         _REPORT,
         (
@@ -312,11 +315,12 @@ def decode_report(payload: bytes, key: bytes, nonce: int) -> Report | Reject:
     _, node, start, finished, started, staged, mode, trouble, x, y, z, homing, fault_s = _REPORT.unpack_from(payload)
     found = _condition(mode, trouble, (x, y, z))
     axes = (homing & 15, homing >> 4 & 15, homing >> 8 & 15)
-    if found is None or homing >> 12 or start >> 24 not in CAUSES or not REASONS.issuperset(axes):
+    if found is None or homing >> 14 or start >> 24 not in CAUSES or not REASONS.issuperset(axes):
         return Reject.FIELD
     state, hold_low, fault, axis, position = found
     facts = (node, start % BOOT_END, BootCause(start >> 24), finished, started, staged)
-    return Report(*facts, state, hold_low, fault, axis, position, axes, fault_s)
+    told = (axes, fault_s, bool(homing >> 12 & 1), bool(homing >> 13))
+    return Report(*facts, state, hold_low, fault, axis, position, *told)
 
 
 def _condition(mode: int, trouble: int, units: Sequence[int]) -> tuple[State, int, Fault, int, Counts] | None:

@@ -42,7 +42,7 @@ from curveline.radio.frames import (
 from curveline.radio.keys import session_key
 from curveline.radio.motion import Axes, config_hash, outside
 from curveline.radio.nodebody import NodeBody
-from curveline.radio.nodestate import LOST_POSITION, Identity, Memory, Session
+from curveline.radio.nodestate import LIFT, LOST_POSITION, Identity, Memory, Session
 from curveline.radio.pages import WHO, Page, decode_ask, encode_page
 from curveline.radio.plant import Plant
 
@@ -157,9 +157,9 @@ class Node(NodeBody):
         self._brake(now_ms)
         self._session, self._pending = session, None
         session.heard_ms = now_ms - session.hello.deadman_ms  # an ESTOP may be as old as the offer
-        self._lift_above = 0
+        self._lift_above = LIFT if session.stopped else 0
         if not session.owns_run:
-            self._silent = self._stopped = False
+            self._silent, self._stopped = False, session.stopped
         if flags & FLAG_CLEAR and self.memory.fault not in LOST_POSITION:
             self.memory.forget_fault()
 
@@ -239,7 +239,10 @@ class Node(NodeBody):
             self.tally.refuse(now_ms, frame)
             return
         self._stopped = True
-        self._lift_above = max(self._lift_above, self._session.hold_gen if self._session else 0)
+        if self._session is not None:  # nor does the end of a hold that its host has begun already lift it
+            self._lift_above = max(self._lift_above, min(0xFF, self._session.hold_gen + (self._session.hold_gen & 1)))
+        if self._pending is not None:
+            self._pending.stopped = True
         self._halt(now_ms)
         self._reload(now_ms)
 
@@ -304,7 +307,7 @@ class Node(NodeBody):
     def _status(self, now_ms: int, session: Session) -> Status:
         """What the owner is told; of a run that is not its own it learns nothing here."""
         memory = self.memory
-        steps = (memory.finished, memory.started, memory.staged) if session.owns_run else (0, 0, 0)
+        steps = (memory.finished, memory.started, memory.staged) if session.owns_run else (0, 0, session.order)
         return Status(
             *(self.identity.number, session.number, session.counter, clock_of(now_ms), *steps),
             *(self.state, session.hold_gen & 0xF, memory.fault, memory.fault_axis, self.plant.positions(now_ms)),
@@ -317,5 +320,5 @@ class Node(NodeBody):
         return Report(
             *(self.identity.number, memory.boot, memory.cause, memory.finished, memory.started, memory.staged),
             *(self.state, hold, memory.fault, memory.fault_axis, self.plant.positions(now_ms)),
-            *(memory.unhomed, fault_s),
+            *(memory.unhomed, fault_s, self._stopped, self.move is not None or memory.homing != 0),
         )

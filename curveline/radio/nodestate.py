@@ -13,6 +13,8 @@ FLOOD = 50
 FLOOD_WINDOW_MS = 1000
 DEAF_MS = 100
 """More than `FLOOD` bad tags within the window that the first of them opens make a node ignore frames for so long."""
+LIFT = 2
+"""The hold generation with which a host lets go the nodes that it has taken over under a hold."""
 LOST_POSITION = frozenset({Fault.ENCODER, Fault.BROWN_OUT})
 """Faults after which the counts cannot be trusted: only homing clears them."""
 Reasons = tuple[int, int, int]
@@ -117,6 +119,8 @@ class Session:
     closed: bool = False
     owns_run: bool = False
     order: int = 0
+    stopped: bool = False
+    """Somebody stopped the node after this session was offered: taking it up does not end that."""
 
     @property
     def expires_ms(self) -> int:

@@ -86,6 +86,11 @@ class Peer:
         """Boot number the session began with, 0 before."""
         return self.ident.boot if self.ident is not None else 0
 
+    @property
+    def newest(self) -> tuple[int, int]:
+        """Echo and time of the newest STATUS: one that has neither above these was said before, or is a recording."""
+        return (-1, -1) if self.status is None else (self.status.echo, self.status.clock)
+
     def hello(self, template: Hello) -> bytes:
         """The next attempt of the handshake; each differs from the one before, or the radio might drop it."""
         self.nonce = (self.nonce & ~ATTEMPT_MASK) | (self.nonce + 1 & ATTEMPT_MASK)
@@ -130,7 +135,7 @@ class Peer:
         self.ident = ident
         self.session = ident.session
         self.key = session_key(self.node_key, self.nonce & ~ATTEMPT_MASK, ident.nonce, run_tag)
-        self.counter = 0
+        self.counter, self.mark, self.strange = 0, 1, 0
         self.clock = ident.clock
 
     def _take_ident(self, payload: bytes) -> Ident | None:
@@ -149,6 +154,6 @@ class Peer:
         self.finished = max(self.finished, status.finished)
         self.staged = max(self.staged, status.staged)
         self.clock = max(self.clock, status.clock)
-        if self.status is None or status.echo >= self.status.echo:
+        if (status.echo, status.clock) >= self.newest:
             self.status = status
         return status

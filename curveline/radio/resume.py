@@ -36,18 +36,17 @@ SEND_AGAIN = "send the shape again: that plans from where the display stands"
 class ResumePoint:
     """How far a run may have come by its record: last step released, last barrier passed, and in which boots.
 
-    `clears` says that the run was halted by a fault which its resumption ends.
+    `clears` is the node that halted the run with a fault which its resumption ends, 0 for none.
     """
 
     released: int
     barrier: int
     boots: tuple[int, ...]
-    clears: bool = False
+    clears: int = 0
 
-    @property
-    def flags(self) -> int:
-        """What a HELLO says of the resumption."""
-        return FLAG_RESUME | FLAG_CLEAR * self.clears
+    def flags(self, node: int) -> int:
+        """What the HELLO to a node says of the resumption."""
+        return FLAG_RESUME | FLAG_CLEAR * (node == self.clears)
 
 
 def can_resume(halt: Halt) -> bool:
@@ -111,6 +110,12 @@ class _Story:
             return kind == "pause"
         return True
 
+    @property
+    def _hurt(self) -> int:
+        """The node that the last halt names, 0 if it names none."""
+        node = None if self._halt is None else self._halt.get("node")
+        return node if type(node) is int else 0
+
     def point(self) -> ResumePoint:
         """Where the run can go on; InvalidInput if it cannot."""
         if self._ended:
@@ -121,7 +126,7 @@ class _Story:
             is_fit = isinstance(message, str) and message.isprintable() and message
             why = message if is_fit else f"the cause was {cause.name.lower()}"
             raise InvalidInput(f"this run cannot be resumed after its halt: {why}", SEND_AGAIN)
-        return ResumePoint(self._released, self._barrier, self._boots, cause in CLEARED)
+        return ResumePoint(self._released, self._barrier, self._boots, self._hurt if cause in CLEARED else 0)
 
 
 def _cause_of(halt: Record | None) -> Cause | None:

@@ -19,7 +19,7 @@ from curveline.radio.frames import Hello, Ident, Report, Status, decode_ident, d
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.link import Halted, ignore
 from curveline.radio.motion import axes_of, config_hash
-from curveline.radio.pacing import Pace
+from curveline.radio.pacing import BUSY_MS, Pace
 from curveline.radio.peer import NO_LOAD, Peer
 from curveline.radio.preflight import check_ident
 from curveline.radio.scan import explain
@@ -30,6 +30,10 @@ SILENCE_US = 5_000_000
 BEGIN_US = 1_000_000
 """So long a node may go on without having begun what it was ordered."""
 CLOSE_POLLS = 25
+GREETING = 4
+"""One frame in so many is a HELLO until the node has answered under its session."""
+ORDER = 1
+"""Number of the one order that a session gives; a STATUS says that it was taken."""
 
 Watcher = Callable[[Status], None]
 
@@ -88,40 +92,40 @@ class _Claim:
         self._drive = drive
         self._peer = _peer_of(radio, drive, number)
         self._heard_us = radio.now_us()
+        self._hello = Hello(number, self._peer.nonce, 0, 0, 0)
 
     def begin(self, flags: int) -> None:
         """Take the node, which stands; LinkError if it is another's, or not as it should be."""
         peer, config = self._peer, config_hash(axes_of(self._drive))
         deadman_ms = Pace(Policy(), 1, self._drive.data_rate).deadman_ms
-        hello = Hello(peer.number, peer.nonce, 0, config, deadman_ms, flags)
+        self._hello = Hello(peer.number, peer.nonce, 0, config, deadman_ms, flags)
 
         def read(payload: bytes) -> Ident | Reject:
             return decode_ident(payload, peer.node_key, peer.nonce & ~0xFF)
 
-        ident = insist(self._radio, peer, hello, read)
-        if ident is None:
-            raise self._halted(Halt(_why_silent(peer), peer.number))
+        end_us = self._radio.now_us() + 1000 * (deadman_ms + BUSY_MS)
+        while (ident := insist(self._radio, peer, self._hello, read)) is None or ident.busy:
+            if ident is None:
+                raise self._halted(Halt(_why_silent(peer), peer.number))
+            if self._radio.now_us() > end_us:
+                raise self._halted(Halt(Cause.BUSY, peer.number))
+            self._radio.sleep_until(self._radio.now_us() + POLL_US)
         if (halt := check_ident(ident, peer, config)) is not None:
             raise self._halted(halt)
-        if ident.busy:
-            raise self._halted(Halt(Cause.BUSY, peer.number))
         peer.accept(ident, 0)
         self._until(lambda status: status.state is not State.MOVING, lambda: peer.drive(0, 0, NO_LOAD))
 
     def home(self, axes: int, watcher: Watcher) -> None:
         """Order it, and wait until it has ended one way or another."""
         peer, begin_us = self._peer, self._radio.now_us()
-        has_begun = False
 
         def ended(status: Status) -> bool:
-            nonlocal has_begun
             watcher(status)
-            has_begun = has_begun or status.state is State.HOMING
             is_late = self._radio.now_us() - begin_us > BEGIN_US
-            return (has_begun or is_late) and status.state is not State.HOMING
+            return (status.staged == ORDER or is_late) and status.state is not State.HOMING
 
-        status = self._until(ended, lambda: peer.home(axes, 1))
-        if not has_begun:
+        status = self._until(ended, lambda: peer.home(axes, ORDER))
+        if status.staged != ORDER:
             detail = f"it is {plain_name(status.state)}"
             cause = Cause.LATCHED if status.state is State.ESTOP else Cause.UNHEEDED
             raise self._halted(Halt(cause, peer.number, detail=detail))
@@ -136,21 +140,29 @@ class _Claim:
 
     def _until(self, holds: Callable[[Status], bool], frame: Callable[[], bytes]) -> Status:
         """Poll with `frame` until a status that answers one of these polls is as wanted."""
-        first = self._peer.counter + 1
+        self._peer.mark = self._peer.counter + 1
         self._heard_us = self._radio.now_us()
         while True:
-            status = self._exchange(frame())
-            if status is not None and status.echo >= first and holds(status):
+            status = self._exchange(self._next(frame))
+            if status is not None and status.echo >= self._peer.mark and holds(status):
                 return status
             if self._radio.now_us() - self._heard_us > SILENCE_US:
                 raise self._halted(Halt(Cause.SILENT, self._peer.number, detail=" any more"))
             self._radio.sleep_until(self._radio.now_us() + POLL_US)
+
+    def _next(self, frame: Callable[[], bytes]) -> bytes:
+        """A frame of the session; now and then HELLO once more, as long as nobody has answered under the session."""
+        peer = self._peer
+        asks = peer.status is None and peer.tally.polls % GREETING == 0
+        return peer.hello(self._hello) if asks else frame()
 
     def _exchange(self, payload: bytes) -> Status | None:
         peer = self._peer
         (answer,) = self._radio.exchange([(peer.address, payload)])
         peer.tally.count(answer.payload, answer.retries)
         fact = peer.take(answer.payload or b"")
+        if isinstance(fact, Ident) and peer.status is None and fact.session != peer.session:
+            peer.accept(fact, 0)  # somebody's HELLO has replaced the offer
         if not isinstance(fact, Status):
             return None
         self._heard_us = self._radio.now_us()

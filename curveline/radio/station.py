@@ -69,7 +69,8 @@ class Station:
     def has_half_done(self, step: int, now_ms: int) -> bool:
         """Whether the node has half of its move of `step` behind it, in a session that began here."""
         node = self.node
-        if not self.driven or node.memory.started < step:
+        owner = node._session
+        if not self.driven or owner is None or not owner.owns_run or node.memory.started < step:
             return False
         if node.memory.started > step or node.move is None:
             return node.memory.finished >= step

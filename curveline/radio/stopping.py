@@ -19,24 +19,22 @@ LIMIT_US = 10_000_000
 """Longer than any brake takes: a node that still moves then does not obey."""
 SILENT_POLLS = 40
 PAUSE_US = 2000
-STANDING = frozenset({State.HOLD, State.HOLD_LINK, State.FAULT, State.POSITION_LOST, State.UNHOMED, State.ESTOP})
-"""States in which a node that has heard STOP may be found; in all of them its motors stand and nothing starts them."""
 PURPOSE = 1
 
 
 @dataclass
 class Stopped:
-    """What is known of one node; `state` is None if it never said anything that can be trusted."""
+    """What is known of one node; `state` is None if it never said anything that can be trusted.
+
+    `is_sure` is whether it has said under its key that a STOP holds it and that no motor turns.
+    """
 
     node: int
     address: str
     state: State | None = None
     link: LinkTally = field(default_factory=LinkTally)
 
-    @property
-    def is_sure(self) -> bool:
-        """Whether the node has said under its key that it stands."""
-        return self.state in STANDING
+    is_sure: bool = False
 
 
 def stop_all(radio: Radio, drive: DriveTable) -> list[Stopped]:
@@ -59,7 +57,6 @@ class _Asked:
     def __init__(self, radio: Radio, number: int, address: str) -> None:
         self.found = Stopped(number, address)
         self._is_known = radio.site.chips[number - 1] != UNKNOWN_CHIP
-        self._is_told = False
         self._nonce = secrets.randbits(64) & ~ATTEMPT_MASK
         self._peer = Peer(number, address, radio.site.node_key(number), self._nonce, tally=self.found.link)
 
@@ -74,13 +71,12 @@ class _Asked:
         question = Hello(self.found.node, self._nonce, 0, 0, 0, FLAG_QUERY)
         frames = [stop, self._peer.hello(question), self._peer.hello(question)]
         answers = radio.exchange([(self.found.address, frame) for frame in frames])
-        # Before STOP has arrived, a node may stand because its host holds it, and go on when that host likes.
-        self._is_told = self._is_told or answers[0].payload is not None
         for answer in answers:
             self._note(answer)
 
     def _note(self, answer: Answer) -> None:
         self.found.link.count(answer.payload, answer.retries)
         report = decode_report(answer.payload or b"", self._peer.node_key, self._nonce)
-        if self._is_told and isinstance(report, Report):
+        if isinstance(report, Report):
             self.found.state = report.state
+            self.found.is_sure = report.stopped and not report.turning

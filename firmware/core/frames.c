@@ -151,7 +151,7 @@ void cl_encode_report(uint8_t *payload, const cl_report_frame *frame, const cl_k
     cl_put32(payload + 2, frame->boot | (uint32_t)frame->cause << 24);
     put_condition(payload + 6, payload + 12, &frame->now);
     payload[20] = (uint8_t)(frame->axes.of[0] | frame->axes.of[1] << 4);
-    payload[21] = frame->axes.of[2];
+    payload[21] = (uint8_t)(frame->axes.of[2] | frame->stopped << 4 | frame->turning << 5);
     cl_put16(payload + 22, frame->fault_s);
     seal(payload, key, nonce);
 }

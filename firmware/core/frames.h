@@ -144,6 +144,7 @@ typedef struct {
     cl_condition now;
     cl_reasons axes;
     uint16_t fault_s;
+    bool stopped, turning;
 } cl_report_frame;
 
 typedef struct {

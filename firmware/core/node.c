@@ -114,7 +114,10 @@ void cl_node_reload(cl_node *node, int64_t now_ms) {
         .node = node->number, .session = session->number, .echo = session->counter, .clock = cl_clock_of(now_ms),
     };
     cl_node_condition(node, now_ms, &status.now);
-    if (!session->owns_run) status.now.finished = status.now.started = status.now.staged = 0;
+    if (!session->owns_run) {
+        status.now.finished = status.now.started = 0;
+        status.now.staged = session->order;
+    }
     cl_encode_status(node->ack, &status, &session->key);
     cl_node_load(node);
 }

@@ -13,6 +13,9 @@
 #define CL_FLOOD_WINDOW_MS 1000
 #define CL_DEAF_MS 100
 
+/* The hold generation with which a host lets go the nodes that it has taken over under a hold. */
+#define CL_LIFT 2
+
 typedef struct {
     uint8_t number; /* in the row, from 1 */
     uint32_t chip, firmware;
@@ -47,6 +50,7 @@ typedef struct {
     cl_keyed key;
     bool exists, closed;
     bool owns_run; /* the run that the node remembers is this host's: it was resumed, or has staged a step here */
+    bool stopped; /* somebody stopped the node after this was offered: taking it up does not end that */
     uint8_t order;
 } cl_session;
 

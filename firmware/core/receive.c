@@ -44,8 +44,11 @@ static void take_over(cl_node *node, int64_t now_ms) {
     session->owns_run = session->flags & CL_FLAG_RESUME && session->run_tag == node->memory.run_tag;
     node->pending.exists = false;
     session->heard_ms = now_ms - session->deadman_ms; /* an ESTOP may be as old as the offer */
-    node->lift_above = 0;
-    if (!session->owns_run) node->silent = node->stopped = false;
+    node->lift_above = session->stopped ? CL_LIFT : 0;
+    if (!session->owns_run) {
+        node->silent = false;
+        node->stopped = session->stopped;
+    }
     if (session->flags & CL_FLAG_CLEAR && !cl_lost_position(node->memory.fault)) cl_node_forget_fault(node);
 }
 
@@ -230,14 +233,22 @@ static void on_estop(cl_node *node, int64_t now_ms, const uint8_t *payload) {
     }
 }
 
+/* Nor does the end of a hold that its host has begun already lift a STOP. */
+static void hold_for_good(cl_node *node) {
+    uint8_t hold_gen = node->session.hold_gen;
+    uint8_t lift_above = hold_gen == UINT8_MAX ? UINT8_MAX : (uint8_t)(hold_gen + (hold_gen & 1));
+    node->stopped = true;
+    if (node->session.exists && lift_above > node->lift_above) node->lift_above = lift_above;
+    node->pending.stopped = node->pending.exists;
+}
+
 static void on_stop(cl_node *node, int64_t now_ms, const uint8_t *payload) {
     cl_verdict verdict = cl_decode_stop(payload, &node->stop_key);
     if (verdict != CL_GOOD) {
         refuse(node, now_ms, verdict);
         return;
     }
-    node->stopped = true;
-    if (node->session.exists && node->session.hold_gen > node->lift_above) node->lift_above = node->session.hold_gen;
+    hold_for_good(node);
     cl_node_halt(node, now_ms);
     cl_node_reload(node, now_ms);
 }
@@ -281,6 +292,8 @@ static void answer_query(cl_node *node, int64_t now_ms, uint64_t handshake) {
         .boot = memory->nonce.boot,
         .axes = memory->unhomed,
         .fault_s = fault_s(memory, now_ms),
+        .stopped = node->stopped,
+        .turning = node->moving || memory->homing,
     };
     cl_node_condition(node, now_ms, &report.now);
     cl_encode_report(node->ack, &report, &node->node_key, handshake);

@@ -208,9 +208,12 @@ def cut_off(seed: int, bench_class: type[Watched] = Watched) -> int:
     victim = bench.random.randrange(len(bench.nodes))
     node = bench.nodes[victim]
     bench.deaf.add(victim)
-    bench.run_for(1000 + HOLD_MS + bench.random.randrange(1000))
+    deadman_ms = bench.conductor._pace.deadman_ms
+    bench.run_for(bench.random.choice((deadman_ms - 60, deadman_ms + HOLD_MS)) + bench.random.randrange(1000) % 500)
     bench.deaf.clear()
     node.advance(bench.now_ms)
+    if not node._silent:
+        return bench.polls
     require(node.move is None or node.move.brake_ms is not None, "I8: a node runs on in silence")
     departures = bench.departures[victim]
     phase = bench.run(lambda: bench.conductor.phase in (Phase.HALTED, Phase.CLOSING))

@@ -9,10 +9,10 @@ import pytest
 from curveline.errors import InvalidInput
 from curveline.radio import codes, frames
 from curveline.radio.actions import Phase, Policy, Poll, Send, Write
-from curveline.radio.air import Weather
+from curveline.radio.air import Heard, Weather
 from curveline.radio.codes import Fault, State
 from curveline.radio.conductor import Conductor
-from curveline.radio.frames import Drive, Stop
+from curveline.radio.frames import Drive, Hello, Stop
 from curveline.radio.halts import Cause, Halt, fault_halt
 from curveline.radio.keys import Site
 from curveline.radio.motion import AxisLimits, plan_move
@@ -714,3 +714,77 @@ def test_every_fault_has_its_cause() -> None:
     for fault in set(Fault) - {Fault.NONE}:
         assert "node 1" in fault_halt(fault, 0, 1, 2).message
         assert "bias" in fault_halt(fault, 2, 1, 2).message or fault is Fault.CONFLICT
+
+
+# Strangers, and stops, while nodes are being taken over
+
+
+def test_a_hello_that_replaces_an_offer_costs_a_handshake_and_no_more() -> None:
+    """Somebody sends a recorded HELLO each time that the host has an offer and has not taken it up yet."""
+    bench = Bench(make_plan())
+    other = [frames.encode_hello(Hello(1, nonce << 8, 5, 0, 1000), bench.site.node_key(1)) for nonce in (1, 2, 3)]
+
+    def meddle(send: Send) -> None:
+        if bench.conductor.phase is Phase.PREFLIGHT and send.node == 1 and other:
+            bench.nodes[0].receive(bench.now_ms, other.pop())
+
+    bench.hooks.append(meddle)
+    assert bench.run() is Phase.DONE
+    assert not other
+    assert bench.nodes[0].memory.offers >= 4
+
+
+def test_a_restart_before_the_first_step_is_told_as_one() -> None:
+    bench = Bench(make_plan())
+    bench.run_to(Phase.PREFLIGHT)
+    bench.reboot(1)
+    halted(bench, Cause.REBOOT, 2)
+
+
+def test_a_stop_between_offer_and_first_frame_is_not_undone() -> None:
+    bench = Bench(make_plan())
+    bench.run(lambda: bench.conductor.peers[0].ident is not None and bench.conductor.phase is Phase.DISCOVER)
+    for node in bench.nodes:
+        node.receive(bench.now_ms, frames.encode_stop(Stop(0), bench.site.stop_key))
+    assert bench.run() is Phase.HALTED
+    assert bench.conductor.halt is not None
+    assert bench.conductor.halt.cause is Cause.STOPPED
+    assert bench.positions() == [start.counts for start in bench.plan.start]
+
+
+@pytest.mark.parametrize("phase", [Phase.PAUSED, Phase.DISCOVER, Phase.PREFLIGHT])
+def test_a_stop_of_somebody_else_outlives_a_pause_and_a_resume(phase: Phase) -> None:
+    bench = moving(5.0)
+    bench.conductor.hold(bench.now_ms)
+    bench.run_to(Phase.PAUSED)
+    if phase is not Phase.PAUSED:
+        bench.new_host()
+        bench.run_to(Phase.DISCOVER)
+        bench.run(lambda: all(peer.ident is not None for peer in bench.conductor.peers[:1]))
+        bench.run(lambda: bench.conductor.phase is phase)
+    for node in bench.nodes:
+        node.receive(bench.now_ms, frames.encode_stop(Stop(0), bench.site.stop_key))
+    stands = bench.positions()
+    if phase is Phase.PAUSED:
+        bench.conductor.resume(bench.now_ms)
+    assert bench.run() is Phase.HALTED
+    assert bench.conductor.halt is not None
+    assert bench.conductor.halt.cause is Cause.STOPPED
+    assert bench.positions() == stands
+
+
+def test_old_answers_replayed_do_not_pass_for_a_living_node() -> None:
+    """Its frames are jammed, and its last STATUS is sent to the host again and again."""
+    bench = moving(5.0)
+    recorded = bench.nodes[1].ack
+    send = bench.send
+
+    def jammed(action: Send) -> Heard:
+        heard = send(action)
+        return replace(heard, payload=recorded) if action.node == 2 else heard
+
+    bench.deaf.add(1)
+    bench.send = jammed  # type: ignore[method-assign]
+    began_ms = bench.now_ms
+    halted(bench, Cause.SILENT, 2)
+    assert bench.now_ms - began_ms < 8000

@@ -31,7 +31,7 @@ HELLO = Hello(4, NONCE + 1, 0x1111111122222222, 0xBEEF, 1000, 3, 2, 2)
 IDENT = Ident(4, NodeNonce(0x00090A, 0x00014321, 0x0B0C0D0E), 0x02030405, 0xBEEF, 2, State.READY, True, True)
 REPORT = Report(
     *(4, 0x00090A, BootCause.WATCHDOG, 6, 7, 8, State.MOVING, 5, Fault.STALL, 2, (8, -16, 262136)),
-    *((0, NOT_HOMED, Fault.ENCODER), 0x0E10),
+    *((0, NOT_HOMED, Fault.ENCODER), 0x0E10, True, False),
 )
 STOP = Stop(1)
 ASK = Ask(0xFF, NONCE + 1)
@@ -50,7 +50,7 @@ GOLDEN = {
     # head node session / offers, boot, noise / clock / config hash, version, state|busy|same run
     "ident": "24 04 2243 21430100 0a090000 0e0d0c0b 05040302 efbe 02 33",
     # head node boot cause / finished started staged / state|hold axis|fault / positions / axes, seconds
-    "report": "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f f005 100e",
+    "report": "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f f015 100e",
     "stop": "26 ff 01" + "00" * 21,
     # head node page 0 / nonce / zeros
     "ask": "25 ff 00 00 01cdab8967452301" + "00" * 12,
@@ -213,7 +213,7 @@ def sealed(name: str, body: str) -> bytes:
         ("report", "28 04 0a0900 04 0600 0700 0800 a5 23 0100 feff ff7f f005 100e"),
         ("report", "28 04 0a0900 04 0600 0700 0800 45 43 0100 feff ff7f f005 100e"),
         ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 0080 ff7f f005 100e"),
-        ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f f015 100e"),
+        ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f f045 100e"),
         ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f 8005 100e"),
         ("status", "22 02 3412 04030201 0504 0600 0700 0800 a5 23 0100 feff ff7f"),
         ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 28 0100 feff ff7f"),
@@ -255,7 +255,7 @@ reports = st.builds(
     Report,
     *(u8, u24, st.sampled_from(BootCause), u16, u16, u16),
     *(st.sampled_from(State), st.integers(0, 15), st.sampled_from(Fault), st.integers(0, 3)),
-    *(st.tuples(units, units, units), st.tuples(reasons, reasons, reasons), u16),
+    *(st.tuples(units, units, units), st.tuples(reasons, reasons, reasons), u16, bool_, bool_),
 )
 homes = st.builds(Home, u40, u16, u32, st.integers(1, 7), u8)
 

@@ -63,7 +63,7 @@ TRIALS = (
             "session.counter = counter\n        return",
             "session.counter, self._silent = counter, False\n        return",
         ),
-        "cut_off",
+        "withheld",
         "I3",
     ),
     trial(

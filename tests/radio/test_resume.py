@@ -116,7 +116,7 @@ def test_causes_that_end_a_run_for_good(cause: Cause) -> None:
         with pytest.raises(InvalidInput, match=f"cannot be resumed after its halt: because of {cause.name.lower()}"):
             resume_point(PLAN, records)
     else:
-        assert resume_point(PLAN, records).clears is (cause in (Cause.STALL, Cause.DRIVER))
+        assert resume_point(PLAN, records).clears == (cause in (Cause.STALL, Cause.DRIVER))
 
 
 @pytest.mark.parametrize("message", [None, "", "\x1b[31mred", 7])
@@ -374,3 +374,20 @@ def test_a_host_that_was_taken_over_cannot_go_on_with_its_run_either() -> None:
     assert bench.run() is Phase.DONE
     bench.records = records
     refused(bench, Cause.OTHER_RUN, 1)
+
+
+def test_going_on_clears_the_fault_that_ended_the_run_and_no_other() -> None:
+    """Two nodes are in fault; the record names the first, whose reason is gone."""
+    bench = Bench(make_plan(seconds=5.0))
+    bench.run_to(Phase.RELEASED, 1)
+    bench.run_for(300)
+    bench.nodes[0]._fail(bench.now_ms, Fault.STALL, 1)
+    bench.nodes[0].notice(bench.now_ms)
+    assert bench.run() is Phase.HALTED
+    assert bench.records[-1]["cause"] == "stall"
+    bench.nodes[1]._fail(bench.now_ms, Fault.RUNAWAY, 2)
+    bench.new_host()
+    assert bench.run() is Phase.HALTED
+    assert bench.conductor.halt is not None
+    assert (bench.conductor.halt.cause, bench.conductor.halt.node) == (Cause.RUNAWAY, 2)
+    assert bench.nodes[1].memory.fault is Fault.RUNAWAY

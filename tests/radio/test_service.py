@@ -7,11 +7,14 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import InvalidInput, LinkError
-from curveline.radio.codes import ALL_AXES, NOT_HOMED, BootCause, Fault, State
+from curveline.radio.codes import ALL_AXES, NOT_HOMED, BootCause, Fault, Kind, State
+from curveline.radio.envelope import kind_of
+from curveline.radio.frames import Hello, Ident, encode_hello
 from curveline.radio.halts import Cause
 from curveline.radio.journal import Journal, ReopenedJournal, new_run
 from curveline.radio.link import Halted, resume_plan, send_plan
 from curveline.radio.mock import MockRadio, open_radio
+from curveline.radio.peer import NO_LOAD, Peer
 from curveline.radio.service import clear_fault, home_axes, report_of
 
 from .bench import drive_table, make_plan
@@ -166,4 +169,44 @@ def test_homing_leaves_the_other_nodes_alone(tmp_path: Path) -> None:
     before = radio.nodes[1].memory.offers
     home_axes(radio, DRIVE, 1)
     assert radio.nodes[1].memory.offers == before
+    radio.close()
+
+
+def test_a_homing_that_ends_between_two_polls_has_been_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As that of an extruder without a switch, which is zeroed where it stands."""
+    monkeypatch.setattr("curveline.radio.plant.SEEK_LEAST_MS", 2)
+    monkeypatch.setattr("curveline.radio.plant.SEEK_RAMP_MS", 1)
+    radio = opened(tmp_path, "unhomed=1")
+    report = home_axes(radio, DRIVE, 1, 0b001)
+    assert report.axes == (0, NOT_HOMED, NOT_HOMED)
+    radio.close()
+
+
+def test_homing_that_was_killed_can_be_ordered_again_at_once(tmp_path: Path) -> None:
+    radio = opened(tmp_path, "unhomed=1")
+    lost = Peer(1, DRIVE.addresses[0], radio.site.node_key(1), 0x7700)
+    hello = Hello(1, lost.nonce, 0, 0, 1000)
+    for _ in range(2):
+        (answer,) = radio.exchange([(lost.address, lost.hello(hello))])
+    ident = lost.take(answer.payload or b"")
+    assert isinstance(ident, Ident)
+    lost.accept(ident, 0)
+    radio.exchange([(lost.address, lost.drive(0, 0, NO_LOAD))])
+    assert home_axes(radio, DRIVE, 1).state is State.READY
+    radio.close()
+
+
+def test_a_hello_that_replaces_the_offer_costs_a_handshake_and_no_more(tmp_path: Path) -> None:
+    radio = opened(tmp_path, "unhomed=1")
+    node, exchange = radio.nodes[0], radio.exchange
+    recorded = [encode_hello(Hello(1, nonce << 8, 5, 0, 1000), node.identity.node_key) for nonce in (1, 2)]
+
+    def meddle(sent):
+        if kind_of(sent[0][1]) is Kind.DRIVE and recorded:
+            node.receive(radio.now_us() // 1000, recorded.pop())
+        return exchange(sent)
+
+    radio.exchange = meddle
+    assert home_axes(radio, DRIVE, 1).state is State.READY
+    assert not recorded
     radio.close()

@@ -7,10 +7,14 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import LinkError
-from curveline.radio.codes import State
+from curveline.radio import Answer
+from curveline.radio.codes import Fault, State
+from curveline.radio.frames import Hello
 from curveline.radio.journal import Journal, new_run
 from curveline.radio.link import Progress, send_plan
 from curveline.radio.mock import open_radio
+from curveline.radio.motion import axes_of, plan_move
+from curveline.radio.nodestate import Session
 from curveline.radio.stopping import Stopped, stop_all
 
 from .bench import drive_table, make_plan
@@ -65,22 +69,33 @@ def test_a_node_that_moves_on_is_not_sure(tmp_path: Path, monkeypatch: pytest.Mo
     radio.close()
 
 
-def test_a_hold_of_the_owner_is_no_proof_before_the_stop_has_arrived(tmp_path: Path) -> None:
+def test_a_hold_of_the_owner_is_no_proof_and_nor_is_an_acknowledgement(tmp_path: Path) -> None:
+    """Whoever jams STOP and forges its acknowledgement lets the questions through: the host holds the node, no STOP."""
     radio = open_radio("", drive_table(), tmp_path)
     node = radio.nodes[0]
     node.advance(0)
-    node._stopped = True
+    node._session = Session(1, bytes(16), Hello(1, 0, 0, 0, 60_000), hold_gen=1)
     exchange = radio.exchange
 
     def only_questions(frames):
-        return [
-            exchange([frame])[0] if frame[1][0] & 15 == 3 else exchange([("0000000000", frame[1])])[0]
-            for frame in frames
-        ]
+        return [exchange([frame])[0] if frame[1][0] & 15 == 3 else Answer(bytes(32)) for frame in frames]
 
     radio.exchange = only_questions
     first, _ = stop_all(radio, drive_table())
-    assert (first.is_sure, first.state) == (False, None)
+    assert (first.is_sure, first.state) == (False, State.HOLD)
+    radio.close()
+
+
+def test_a_node_that_still_brakes_is_not_sure(tmp_path: Path) -> None:
+    """In fault it says so at once, and comes to rest a ramp later."""
+    radio = open_radio("", drive_table(), tmp_path)
+    node = radio.nodes[0]
+    node.memory.fault = Fault.STALL
+    node.move = plan_move((0, 0, 0), (9000, 0, 0), axes_of(drive_table()), 0)
+    node.plant.settles_ms = lambda: None
+    first, second = stop_all(radio, drive_table())
+    assert (first.is_sure, second.is_sure) == (False, True)
+    node.move = None
     radio.close()
 
 

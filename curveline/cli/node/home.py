@@ -58,7 +58,11 @@ def _agree(number: int, axes: list[str], *, yes: bool) -> None:
         return
     if not (sys.stdin and sys.stdin.isatty() and sys.stderr.isatty()):
         raise InvalidInput("homing moves the node, and there is no terminal to ask on", hint="add --yes to agree")
-    if not typer.confirm(f"Is the rod out of node {number}'s clamp? Move its {', '.join(axes)}?", err=True):
+    try:
+        agreed = typer.confirm(f"Is the rod out of node {number}'s clamp? Move its {', '.join(axes)}?", err=True)
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    if not agreed:
         show.note("nothing was moved")
         raise typer.Exit(EXIT_INTERRUPTED)
 

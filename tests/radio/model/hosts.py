@@ -28,6 +28,8 @@ class Peer(NamedTuple):
     staged: int = 0
     told: bool = False
     verdict: str = ""
+    heard: bool = False
+    """Whether it has said anything in the session."""
 
 
 class Book(NamedTuple):
@@ -112,8 +114,12 @@ class HostRules:
             if answer.busy and not self.limits.takeover:
                 return host
             return self._with_peer(host, index, peer._replace(session=answer.session, boot=answer.boot))
-        if host.phase in WATCHED and answer.boot != peer.boot:
+        if host.phase not in (*WATCHED, PREFLIGHT):
+            return host
+        if answer.boot != peer.boot:
             return self.halt(host, "restart")
+        if host.phase == PREFLIGHT and not peer.heard:  # another offer has taken the place of the one before
+            return self._with_peer(host, index, peer._replace(session=answer.session))
         return host
 
     def _is_another(self, host: Host, index: int, answer: Answer) -> bool:
@@ -132,6 +138,7 @@ class HostRules:
             staged=max(peer.staged, answer.staged),
             told=peer.told or self._answers(host, answer),
             verdict=self._verdict(host, answer) if host.phase == PREFLIGHT else "",
+            heard=True,
         )
 
     def _answers(self, host: Host, answer: Answer) -> bool:

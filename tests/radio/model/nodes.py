@@ -76,6 +76,8 @@ class Node(NamedTuple):
     run: int = 0
     owns: bool = False
     """Whether `run` is the session's: resumed, or begun by its first staged step."""
+    halted: bool = False
+    """Somebody has stopped the node since `pending` was offered."""
     made: int = 0
     """Offers in this boot, counted where they are limited."""
     ran: tuple[int, ...] = (0, 0, 0)
@@ -130,7 +132,8 @@ class Rules:
         if frame.kind == "hello":
             return self._on_hello(node, frame.session)
         if frame.kind == "stop":
-            return self._brake(node._replace(stopped=True, lift=max(node.lift, node.hold)))
+            lift = max(node.lift, node.hold + (node.hold & 1) if node.session else 0)
+            return self._brake(node._replace(stopped=True, lift=lift, halted=bool(node.pending)))
         return self._on_drive(node, frame)
 
     def _on_hello(self, node: Node, handshake: int) -> Node:
@@ -141,14 +144,14 @@ class Rules:
         if sum(each & 63 == handshake for each in node.offers) >= self.offers:
             return node
         pending = session_code(node, handshake, self.bugs)
-        return node._replace(pending=pending, offers=node.offers | {pending})
+        return node._replace(pending=pending, halted=False, offers=node.offers | {pending})
 
     def _offer_counted(self, node: Node, handshake: int) -> Node:
         """The next offer of those that a boot has numbers for; after the last there is none."""
         if node.made == self.range and "offer numbers come again" not in self.bugs:
             return node
         node = node._replace(made=node.made % self.range + 1)
-        return node._replace(pending=session_code(node, handshake, self.bugs))
+        return node._replace(pending=session_code(node, handshake, self.bugs), halted=False)
 
     def _on_drive(self, node: Node, frame: Frame) -> Node:
         if frame.session == node.session and not node.closed:
@@ -176,10 +179,10 @@ class Rules:
         resumes = bool(session & 1) and run_of(session) == node.run
         owned = node.owned | {session & 63}
         node = node._replace(session=session, pending=0, closed=False, owned=owned)
-        node = node._replace(release=0, hold=0, top=0, lift=0, owns=resumes)
+        node = node._replace(release=0, hold=0, top=0, lift=2 * node.halted, owns=resumes)
         if not resumes:
-            node = node._replace(silent=False, stopped=False, latched=False)
-        return node
+            node = node._replace(silent=False, stopped=node.halted, latched=False)
+        return node._replace(halted=False)
 
     @staticmethod
     def _begin_run(node: Node) -> Node:

@@ -19,7 +19,7 @@ MODELS = (
     Setup("a second host finds an owner silent", nodes=1, steps=2, hosts=2, silences=True),
     Setup("HELLOs replayed until there are no more offers", nodes=1, steps=2, lives=2, range=4),
     Setup("HELLOs replayed in two boots", nodes=1, steps=1, lives=2, restarts=1, range=2),
-    Setup("two hosts' HELLOs replayed until there are no more offers", nodes=1, steps=1, hosts=2, range=5),
+    Setup("two hosts' HELLOs replayed until there are no more offers", nodes=1, steps=1, hosts=2, range=3),
 )
 
 MISTAKES = (
