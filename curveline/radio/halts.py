@@ -34,6 +34,10 @@ class Cause(Enum):
         "node {node} answers, but not to the key of this site",
         "load the site's key into it: `curveline keys node`; `curveline status --scan{display}` shows who answers",
     )
+    SPENT = (
+        "node {node} takes no more hosts: somebody has sent it more handshakes than it has numbers for",
+        "switch it off and on (the mock: `curveline status --radio mock:repower{display}`), then send again",
+    )
     CLONE = (
         "the answers of node {node} come cut short",
         "its radio chip may be a bad copy, or this computer's if all do so: see `curveline status "

@@ -13,14 +13,15 @@ from dataclasses import dataclass, field
 
 from curveline.plan import DriveTable
 from curveline.radio import BATCH, Answer, Radio, RadioGone
-from curveline.radio.codes import ATTEMPT_MASK, BODY_BYTES, EVERY_NODE, FRAME_BYTES, VERSION, Kind, Reject
+from curveline.radio.codes import ATTEMPT_MASK, BODY_BYTES, EVERY_NODE, FLAG_QUERY, FRAME_BYTES, VERSION, Kind, Reject
 from curveline.radio.envelope import head
+from curveline.radio.frames import Hello, Report, decode_report
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.keyfile import UNKNOWN_CHIP
 from curveline.radio.keys import FROM_HOST, OPEN_KEY, tag
 from curveline.radio.motion import axes_of, config_hash
 from curveline.radio.pages import Ask, Page, decode_page, encode_ask
-from curveline.radio.peer import LinkTally
+from curveline.radio.peer import LinkTally, Peer
 
 PROBES = 20
 FILTER_ROUNDS = 12
@@ -90,6 +91,8 @@ def explain(radio: Radio, drive: DriveTable, halt: Halt) -> Halt:
     """A halt because a node does not answer to its key, with the reason why it does not, if that can be found."""
     if halt.cause is not Cause.UNTRUSTED:
         return halt
+    if _answers_queries(radio, drive, halt.node):
+        return Halt(Cause.SPENT, halt.node, halt.step)
     found = Found(halt.node, drive.addresses[halt.node - 1])
     with suppress(RadioGone):
         _ask(radio, [found], PROBES)
@@ -134,6 +137,18 @@ def _ask(radio: Radio, group: Sequence[Found], probes: int) -> None:
         answers = radio.exchange([(each.address, frame) for each in group])
         for each, answer in zip(group, answers, strict=True):
             _note(each, answer, nonce)
+
+
+def _answers_queries(radio: Radio, drive: DriveTable, number: int) -> bool:
+    """Whether a node answers to its key, although it offers no session."""
+    peer = Peer(number, drive.addresses[number - 1], radio.site.node_key(number), secrets.randbits(64) & ~ATTEMPT_MASK)
+    nonce = peer.nonce
+    with suppress(RadioGone):
+        for _ in range(PROBES):
+            (answer,) = radio.exchange([(peer.address, peer.hello(Hello(number, nonce, 0, 0, 0, FLAG_QUERY)))])
+            if isinstance(decode_report(answer.payload or b"", peer.node_key, nonce), Report):
+                return True
+    return False
 
 
 def _older_version(radio: Radio, found: Found) -> int:

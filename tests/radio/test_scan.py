@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from curveline.radio.codes import OFFERS_END
 from curveline.radio.journal import Journal, new_run
 from curveline.radio.link import Halted, read_status, send_plan
 from curveline.radio.mock import MockRadio, open_radio
@@ -153,3 +154,15 @@ def test_a_node_with_the_firmware_of_the_release_before_is_told_to_be_flashed(tm
     with pytest.raises(Halted, match="node 1 speaks another version of the protocol: it has 1, this release needs 2"):
         send_plan(make_plan(), radio, Journal(new_run(tmp_path, "test")))
     radio.close()
+
+
+def test_a_node_that_has_run_out_of_offers_is_to_be_switched_off_and_on(tmp_path: Path) -> None:
+    radio = open_radio("", drive_table(), tmp_path)
+    radio.nodes[1].memory.offers = OFFERS_END - 1
+    with pytest.raises(Halted, match="node 2 takes no more hosts") as caught:
+        send_plan(make_plan(), radio, Journal(new_run(tmp_path, "test")))
+    assert "mock:repower" in caught.value.hint
+    radio.close()
+    mended = open_radio("repower", drive_table(), tmp_path)
+    assert send_plan(make_plan(), mended, Journal(new_run(tmp_path, "test"))).outcome == "done"
+    mended.close()
