@@ -44,8 +44,11 @@ def spans(numbers: Iterable[int]) -> str:
     return ", ".join("-".join(map(str, part)) for part in parts)
 
 
-def wrapped(text: str) -> list[str]:
-    """Lines of a sentence, those after the first indented; a command between marks is not broken."""
+def wrapped(text: str, indent: int = 0) -> list[str]:
+    """Lines of a sentence, indented, those after the first a little more; a command between marks is not broken."""
     kept = re.sub("`[^`]*`", lambda command: command[0].replace(" ", NO_BREAK), text)
-    lines = textwrap.wrap(kept, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+    left = " " * indent
+    lines = textwrap.wrap(
+        kept, WIDTH, initial_indent=left, subsequent_indent=f"{left}  ", break_on_hyphens=False, break_long_words=False
+    )
     return [line.replace(NO_BREAK, " ") for line in lines]

@@ -57,7 +57,8 @@ def _folder(name: str, runs: Path) -> Path:
 
 def _lines(entry: Entry) -> list[str]:
     from curveline.cli.runs.words import local_time
+    from curveline.cli.segments import wrapped
 
     step = f"step {entry.step}" if entry.step else ""
-    hint = [f"{'':31}hint: {entry.hint}"] if entry.hint else []
+    hint = wrapped(f"hint: {entry.hint}", 4) if entry.hint else []
     return [f"{local_time(entry.at):19}  {step:8}  {entry.what}", *hint]

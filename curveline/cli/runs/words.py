@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
+from curveline.cli.segments import wrapped
 from curveline.driving.runs import Ending, Run
 
 
@@ -28,7 +29,8 @@ def document(run: Run) -> dict[str, Any]:
 
 def lines(run: Run) -> list[str]:
     """A run as text: what it is, how it ended, and what to do."""
-    return [run.name, f"  {_what(run)}", f"  {run.ended}", *(f"  {line}" for line in _way_on(run))]
+    told = [line for sentence in (_what(run), run.ended, _advice(run)) for line in wrapped(sentence, 2)]
+    return [run.name, *told, *([f"  to go on: {run.command}"] if run.can_resume else [])]
 
 
 def local_time(moment: float | None) -> str:
@@ -42,10 +44,8 @@ def _what(run: Run) -> str:
     return ", ".join(part for part in (*parts, began) if part)
 
 
-def _way_on(run: Run) -> list[str]:
-    """What to do about a run that did not come to its end."""
-    if run.ending in (Ending.DONE, Ending.SENDING):
-        return []
-    first = f"first: {run.advice}" if run.can_resume and run.advice else ""
-    other = f"cannot go on: {run.advice}" if not run.can_resume and run.advice else ""
-    return [line for line in (first, f"to go on: {run.command}" if run.can_resume else "", other) if line]
+def _advice(run: Run) -> str:
+    """What to do about a run that did not come to its end, before it goes on or instead."""
+    if run.ending in (Ending.DONE, Ending.SENDING) or not run.advice:
+        return ""
+    return f"{'first' if run.can_resume else 'cannot go on'}: {run.advice}"
