@@ -91,8 +91,6 @@ def explain(radio: Radio, drive: DriveTable, halt: Halt) -> Halt:
     """A halt because a node does not answer to its key, with the reason why it does not, if that can be found."""
     if halt.cause is not Cause.UNTRUSTED:
         return halt
-    if _answers_queries(radio, drive, halt.node):
-        return Halt(Cause.SPENT, halt.node, halt.step)
     found = Found(halt.node, drive.addresses[halt.node - 1])
     with suppress(RadioGone):
         _ask(radio, [found], PROBES)
@@ -104,6 +102,8 @@ def explain(radio: Radio, drive: DriveTable, halt: Halt) -> Halt:
         return Halt(Cause.TWIN, halt.node, halt.step, f"chips {chips}")
     if found.pages and found.chip != known:
         return Halt(Cause.CHIP, halt.node, halt.step, f"chip {chips} instead of {known:08x}")
+    if found.pages and _answers_queries(radio, drive, halt.node):
+        return Halt(Cause.SPENT, halt.node, halt.step)
     return Halt(Cause.CLONE, halt.node, halt.step) if found.cut and not found.pages else halt
 
 
