@@ -16,7 +16,7 @@ from curveline import portable
 from curveline.errors import LinkError
 from curveline.plan import DriveTable
 from curveline.radio import InUse
-from curveline.radio.codes import REASONS, TARGET_LIMIT, BootCause, Counts, Fault
+from curveline.radio.codes import AXIS_COUNT, REASONS, TARGET_LIMIT, BootCause, Counts, Fault
 from curveline.radio.nodestate import Memory, Reasons
 
 FORMAT = 2
@@ -190,6 +190,8 @@ def _standing(content: Mapping[str, Any]) -> Standing:
     for name in known - {"target", "next_target", "unhomed", "fault_ms", "estop"}:
         if type(values[name]) is not int or not 0 <= values[name] < 2 ** BITS.get(name, 16):
             raise ValueError(f"{name} is not a whole number in its range")
+    if values["fault_axis"] > AXIS_COUNT:
+        raise ValueError("there is no such axis to be in fault")
     values["fault"], values["cause"] = Fault(values["fault"]), BootCause(values["cause"])
     return Standing(counts, Memory(**values))
 

@@ -164,6 +164,17 @@ def test_a_plan_is_made_sent_and_the_display_goes_home(there: Computer) -> None:
     assert there.run("send", "--resume", "last", "--radio", "mock", "--yes").code == 2
 
 
+def test_a_fault_is_cleared_a_node_homed_and_the_run_told_and_gone_on_with(there: Computer) -> None:
+    assert there.run("send", SHAPE, "--radio", "mock:fresh,stall=1@step2", "--yes").code == 3
+    assert there.run("node", "status", "1", "--radio", "mock").code == 3
+    assert there.run("node", "clear", "1", "--radio", "mock").code == 0
+    code, out, _ = there.run("runs")
+    assert (code, "to go on: curveline send --resume" in out) == (0, True)
+    assert there.run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0
+    assert there.run("runs", "show", "last", "--json").code == 0
+    assert there.run("node", "home", "1", "--radio", "mock:unhomed=1", "--yes").code == 0
+
+
 def test_keys_are_made_shown_and_adopted(there: Computer) -> None:
     code, out, err = there.run("keys", "new")
     assert code == 0, err

@@ -313,6 +313,7 @@ def test_a_damaged_memory_is_refused_with_the_way_out(tmp_path: Path, text: str)
         ('"estop": false', '"estop": 0'),
         ('"estop": false', '"estop": false, "extra": 1'),
         ('"cause": 1', '"cause": 99'),
+        ('"fault_axis": 0', '"fault_axis": 4'),
         ('"fault_ms": 0', '"fault_ms": 1'),
         ('"boot": 1', '"boot": -1'),
         ('"boot": 1', '"boot": 16777216'),
