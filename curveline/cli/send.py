@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from curveline.driving.interrupted import InterruptedRun
     from curveline.plan import DriveTable, Plan
     from curveline.radio import Radio
+    from curveline.radio.nodestatus import NodeStatus
 
 
 def send(
@@ -180,6 +181,7 @@ def _send(wanted: Plan | Goal | InterruptedRun, way: _Way) -> Ending | None:
     from curveline.cli.run import Place, conduct, go_on
     from curveline.cli.steps import summary
     from curveline.driving.interrupted import InterruptedRun
+    from curveline.driving.readiness import check_ready
     from curveline.plan import drive_table
     from curveline.radio import open_radio
     from curveline.radio.actions import Policy
@@ -191,6 +193,8 @@ def _send(wanted: Plan | Goal | InterruptedRun, way: _Way) -> Ending | None:
     if isinstance(wanted, InterruptedRun):
         with wanted.opened() as journal, closing(open_radio(way.spec, wanted.plan.drive, way.runs)) as radio:
             show.note(wanted.summary())
+            if not wanted.point.released:
+                _check_granted(wanted.plan, radio, _statuses(wanted.plan, radio), way)
             return go_on(wanted, radio, journal, control, place) if _agrees(way) else None
     drive = drive_table(wanted.display) if isinstance(wanted, Goal) else wanted.drive
     with closing(open_radio(way.spec, drive, way.runs)) as radio:
@@ -198,24 +202,25 @@ def _send(wanted: Plan | Goal | InterruptedRun, way: _Way) -> Ending | None:
             plan = _plan_from_here(wanted, radio, drive, way)
         else:
             plan = wanted
-            _check_ready(plan, radio, way)
+            check_ready(plan, statuses := _statuses(plan, radio))
+            _check_granted(plan, radio, statuses, way)
         check_targets(plan)
         show.note(f"{plan.name}: {summary(plan)}")
         return conduct(plan, radio, control, place) if _agrees(way) else None
 
 
-def _check_ready(plan: Plan, radio: Radio, way: _Way) -> None:
-    """LinkError if the nodes could not begin; say what is known of the states that a plan begins in.
-
-    Infeasible if the display shows others.
-    """
-    from curveline.cli.shown import check_granted
-    from curveline.driving.readiness import check_ready
+def _statuses(plan: Plan, radio: Radio) -> list[NodeStatus]:
+    """What the nodes of a plan say now."""
     from curveline.radio.halts import named_display
     from curveline.radio.link import read_status
 
-    statuses = read_status(radio, plan.drive, named_display(plan))
-    check_ready(plan, statuses)
+    return read_status(radio, plan.drive, named_display(plan))
+
+
+def _check_granted(plan: Plan, radio: Radio, statuses: list[NodeStatus], way: _Way) -> None:
+    """Say what is known of the states that a plan begins in; Infeasible if the display shows others."""
+    from curveline.cli.shown import check_granted
+
     if known := check_granted(plan, radio, statuses, way.runs):
         show.note(known)
 

@@ -14,7 +14,7 @@ from random import Random
 
 import pytest
 
-from curveline.plan import sealed, write_plan
+from curveline.plan import read_plan, sealed, write_plan
 from curveline.radio.journal import ReopenedJournal, read_journal
 from curveline.radio.link import Control, Request
 
@@ -294,4 +294,27 @@ def test_a_plan_from_elsewhere_leaves_the_run_before_it_as_it_was(
     code, _, err = run("send", plan_file, "--radio", "mock", "--yes")
     assert code == 3
     assert "does not stand where the plan starts" in err
+    assert run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0
+
+
+def test_a_run_that_moved_nothing_yet_is_held_against_what_the_display_shows(run: Run, tmp_path: Path) -> None:
+    """Killed between the record of its start and its first release; somebody then snapped the rod."""
+    assert run("send", SHAPES / "level-up-peak.toml", "--radio", "mock", "--yes").code == 0
+    assert run("send", SHAPES / "level-down-peak.toml", "--radio", "mock", "--yes").code == 0
+    journal = sorted((tmp_path / "runs").glob("*/journal"))[-1]
+    start = journal.read_bytes().split(b"\n")[0] + b"\n"
+    plan = read_plan(journal.parent / "plan.json")
+    assert plan.shows == ("peak",)
+    journal.write_bytes(start)
+    path = tmp_path / "runs" / "mock-single.json"
+    content = json.loads(path.read_text())
+    for node, target in zip(content["nodes"], plan.start, strict=True):
+        node |= {"counts": target.counts, "started": 0, "finished": 0, "staged": 0}
+    content |= {"rod": ["valley"], "rod_at": [target.counts for target in plan.start]}
+    path.write_text(json.dumps(content))
+    refused = run("send", "--resume", "last", "--radio", "mock", "--yes")
+    assert (refused.code, refused.out) == (1, "")
+    assert "segment 1 shows valley, but the plan takes peak for granted" in refused.err
+    content["rod"] = ["peak"]
+    path.write_text(json.dumps(content))
     assert run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0
