@@ -14,7 +14,7 @@ from curveline.plan import DriveTable
 from curveline.radio import Radio
 from curveline.radio.actions import Policy
 from curveline.radio.asking import fresh_nonce, insist
-from curveline.radio.codes import ALL_AXES, FLAG_CLEAR, FLAG_QUERY, HOLD_END, Reject, State, plain_name
+from curveline.radio.codes import ALL_AXES, ATTEMPT_MASK, FLAG_CLEAR, FLAG_QUERY, HOLD_END, Reject, State, plain_name
 from curveline.radio.frames import Hello, Ident, Report, Status, decode_ident, decode_report
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.link import Halted, ignore
@@ -44,7 +44,7 @@ def report_of(radio: Radio, drive: DriveTable, number: int) -> Report:
     question = Hello(number, peer.nonce, 0, 0, 0, FLAG_QUERY)
 
     def read(payload: bytes) -> Report | Reject:
-        return decode_report(payload, peer.node_key, peer.nonce & ~0xFF)
+        return decode_report(payload, peer.node_key, peer.nonce & ~ATTEMPT_MASK)
 
     report = insist(radio, peer, question, read)
     if report is None:
@@ -101,7 +101,7 @@ class _Claim:
         self._hello = Hello(peer.number, peer.nonce, 0, config, deadman_ms, flags)
 
         def read(payload: bytes) -> Ident | Reject:
-            return decode_ident(payload, peer.node_key, peer.nonce & ~0xFF)
+            return decode_ident(payload, peer.node_key, peer.nonce & ~ATTEMPT_MASK)
 
         end_us = self._radio.now_us() + 1000 * (deadman_ms + BUSY_MS)
         while (ident := insist(self._radio, peer, self._hello, read)) is None or ident.busy:
