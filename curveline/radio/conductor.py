@@ -111,7 +111,7 @@ class Conductor:
         """Stop every node until its power is cycled."""
         if self.phase not in ENDED and not self._estop:
             self._estop = True
-            self.fail(now_ms, Halt(Cause.ESTOP, step=self.step))
+            self.fail(now_ms, Halt(Cause.UNTAKEN if self.phase is Phase.DISCOVER else Cause.ESTOP, step=self.step))
             self._enter(Phase.HALTING, now_ms)  # again, if nodes were only being held
 
     def fail(self, now_ms: int, halt: Halt) -> None:

@@ -164,6 +164,10 @@ class Cause(Enum):
         "this run has been paused and resumed as often as one session allows",
         "send the shape again from where the display stands",
     )
+    UNTAKEN = (
+        "emergency stop was asked for before the nodes were taken over: none was sent, they may be another host's",
+        "`curveline stop{display}` stops a display whoever drives it",
+    )
     ESTOP = (
         "emergency stop was asked for{when}",
         "switch every node off and on (the mock: `curveline status --radio mock:repower{display}`), then send again",

@@ -690,11 +690,11 @@ def test_an_emergency_stop_before_any_node_is_claimed_touches_none() -> None:
     bench.turn()
     bench.conductor.estop(bench.now_ms)
     polls = bench.polls
-    halted(bench, Cause.ESTOP)
+    halted(bench, Cause.UNTAKEN)
     assert bench.polls == polls
     bench.conductor.estop(bench.now_ms)
     bench.conductor.fail(bench.now_ms, Halt(Cause.SILENT, 1))
-    assert bench.conductor.halt == Halt(Cause.ESTOP, step=1)
+    assert bench.conductor.halt == Halt(Cause.UNTAKEN, step=1)
 
 
 # Messages
