@@ -16,7 +16,7 @@ from curveline.plan import Plan
 from curveline.radio.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
 from curveline.radio.codes import HOLD_END, Counts, State
 from curveline.radio.frames import Hello, Ident, Status, Stop, encode_stop
-from curveline.radio.halts import Cause, Halt
+from curveline.radio.halts import UNREACHABLE, Cause, Halt
 from curveline.radio.keys import Site
 from curveline.radio.motion import axes_of, config_hash
 from curveline.radio.pacing import Pace
@@ -41,8 +41,6 @@ STOPPING = frozenset({Phase.PAUSING, Phase.HALTING})
 GOING = frozenset({Phase.STAGING, Phase.RELEASED})
 UNCLAIMED = frozenset({Phase.DISCOVER, Phase.PREFLIGHT})
 WATCHED = frozenset({Phase.STAGING, Phase.RELEASED, Phase.PAUSING, Phase.PAUSED})
-UNREACHABLE = frozenset({Cause.SILENT, Cause.DEAF, Cause.REBOOT, Cause.TAKEN})
-"""Causes after which the node at fault, or every node, will not answer under its session any more."""
 
 
 class Conductor:
@@ -209,8 +207,10 @@ class Conductor:
         elif ident.boot != peer.boot:
             detail = f"boot number {ident.boot} instead of {peer.boot}"
             self.fail(now_ms, Halt(Cause.REBOOT, peer.number, self.step, detail))
-        elif self.phase is Phase.PREFLIGHT and peer.status is None and ident.session != peer.session:
-            peer.accept(ident, self.run_tag)  # somebody's HELLO has replaced the offer
+        elif self.phase is Phase.PREFLIGHT and peer.is_replaced_by(ident):
+            if ident.stopped and not peer.was_stopped:
+                self.fail(now_ms, Halt(Cause.STOPPED, peer.number))
+            peer.accept(ident, self.run_tag)
 
     def _judge(self, now_ms: int, peer: Peer) -> None:
         """Halt on anything in a node's newest status that a running plan does not allow."""

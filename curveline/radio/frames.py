@@ -180,6 +180,7 @@ class Ident:
     state: State
     same_run: bool
     busy: bool
+    stopped: bool = False
 
     @property
     def boot(self) -> int:
@@ -317,10 +318,9 @@ def decode_report(payload: bytes, key: bytes, nonce: int) -> Report | Reject:
     axes = (homing & 15, homing >> 4 & 15, homing >> 8 & 15)
     if found is None or homing >> 14 or start >> 24 not in CAUSES or not REASONS.issuperset(axes):
         return Reject.FIELD
-    state, hold_low, fault, axis, position = found
     facts = (node, start % BOOT_END, BootCause(start >> 24), finished, started, staged)
-    told = (axes, fault_s, bool(homing >> 12 & 1), bool(homing >> 13))
-    return Report(*facts, state, hold_low, fault, axis, position, *told)
+    flags = (bool(homing >> bit & 1) for bit in (12, 13))
+    return Report(*facts, *found, axes, fault_s, *flags)
 
 
 def _condition(mode: int, trouble: int, units: Sequence[int]) -> tuple[State, int, Fault, int, Counts] | None:
@@ -356,7 +356,7 @@ def decode_hello(payload: bytes, key: bytes) -> Hello | Reject:
 
 def encode_ident(frame: Ident, key: bytes, nonce: int) -> bytes:
     """IDENT under the node key; the tag also covers the host's nonce, so that an old one is worth nothing."""
-    mode = frame.state << 4 | frame.busy << 1 | frame.same_run
+    mode = frame.state << 4 | frame.stopped << 2 | frame.busy << 1 | frame.same_run
     own = frame.nonce
     body = pack(
         _IDENT,
@@ -374,9 +374,9 @@ def decode_ident(payload: bytes, key: bytes, nonce: int) -> Ident | Reject:
         return reject
     _, node, session, offers, boot, noise, clock, config_hash, version, mode = _IDENT.unpack_from(payload)
     own = NodeNonce(boot, offers, noise)
-    if mode & 0b1100 or mode >> 4 not in STATES or boot >= BOOT_END or session != own.session:
+    if mode & 0b1000 or mode >> 4 not in STATES or boot >= BOOT_END or session != own.session:
         return Reject.FIELD
-    return Ident(node, own, clock, config_hash, version, State(mode >> 4), bool(mode & 1), bool(mode & 2))
+    return Ident(node, own, clock, config_hash, version, State(mode >> 4), *(bool(mode & bit) for bit in (1, 2, 4)))
 
 
 def encode_stop(frame: Stop, key: bytes) -> bytes:

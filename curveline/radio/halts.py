@@ -118,8 +118,8 @@ class Cause(Enum):
     )
     STALL = (
         "node {node} has stalled{when}: its {detail} motor does not follow",
-        "free what blocks it; going on with the run that it broke off (`curveline send --resume last{display}`) clears "
-        "the fault, and so does `curveline node clear {node}{display}`",
+        "free what blocks it; `curveline node clear {node}{display}` ends the fault, and so does going on with the run "
+        "that it broke off: `curveline send --resume last{display}`",
     )
     RUNAWAY = (
         "node {node} moved against its command{when} ({detail})",
@@ -128,8 +128,8 @@ class Cause(Enum):
     )
     DRIVER = (
         "node {node} reports a fault of its motor driver{when} ({detail})",
-        "check the motor's wiring and supply for a short circuit; going on with the run that it broke off (`curveline "
-        "send --resume last{display}`) clears the fault, and so does `curveline node clear {node}{display}`",
+        "check the motor's wiring and supply for a short circuit; `curveline node clear {node}{display}` ends the "
+        "fault, and so does going on with the run that it broke off: `curveline send --resume last{display}`",
     )
     HELD = (
         "node {node} heard nothing for longer than its dead-man time and holds{when}",
@@ -176,6 +176,10 @@ class Cause(Enum):
         "node {node} did not begin to home: {detail}",
         "see what it is doing: `curveline node status {node}{display}`; then try again",
     )
+
+
+UNREACHABLE = frozenset({Cause.SILENT, Cause.DEAF, Cause.REBOOT, Cause.TAKEN})
+"""Causes after which the node at fault, or every node, will not answer under its session any more."""
 
 
 @dataclass(frozen=True)

@@ -239,8 +239,8 @@ class Node(NodeBody):
             self.tally.refuse(now_ms, frame)
             return
         self._stopped = True
-        if self._session is not None:  # nor does the end of a hold that its host has begun already lift it
-            self._lift_above = max(self._lift_above, min(0xFF, self._session.hold_gen + (self._session.hold_gen & 1)))
+        if self._session is not None:  # nor does the end of a hold that its host has begun, or is about to, lift it
+            self._lift_above = max(self._lift_above, min(0xFF, self._session.hold_gen + 2 & ~1))
         if self._pending is not None:
             self._pending.stopped = True
         self._halt(now_ms)
@@ -278,6 +278,7 @@ class Node(NodeBody):
             state=self.state,
             same_run=self.memory.run_tag == hello.run_tag,
             busy=not self._owner_gone(now_ms),
+            stopped=self._stopped,
         )
         self.ack = encode_ident(ident, self.identity.node_key, hello.handshake)
 

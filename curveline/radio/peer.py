@@ -77,6 +77,8 @@ class Peer:
     strange: int = 0
     """Answers in a row that were no STATUS of this session; see STRANGE."""
     busy: bool = False
+    was_stopped: bool = False
+    """Whether a STOP held the node before its first offer: whoever sends after that, lifts it."""
     gone: bool = False
     """Lost for this session: nothing is expected of it any more."""
     tally: LinkTally = field(default_factory=LinkTally)
@@ -130,8 +132,14 @@ class Peer:
             return None
         return self._merge(status)
 
+    def is_replaced_by(self, ident: Ident) -> bool:
+        """Whether somebody's HELLO has replaced the offer before it was taken up, and this is a new one to take."""
+        is_newer = self.ident is not None and ident.nonce.offers > self.ident.nonce.offers
+        return self.status is None and is_newer and not ident.busy
+
     def accept(self, ident: Ident, run_tag: int) -> None:
         """Enter the session that the node offered."""
+        self.was_stopped = ident.stopped if self.ident is None else self.was_stopped
         self.ident = ident
         self.session = ident.session
         self.key = session_key(self.node_key, self.nonce & ~ATTEMPT_MASK, ident.nonce, run_tag)

@@ -161,8 +161,10 @@ class _Claim:
         (answer,) = self._radio.exchange([(peer.address, payload)])
         peer.tally.count(answer.payload, answer.retries)
         fact = peer.take(answer.payload or b"")
-        if isinstance(fact, Ident) and peer.status is None and fact.session != peer.session:
-            peer.accept(fact, 0)  # somebody's HELLO has replaced the offer
+        if isinstance(fact, Ident) and peer.is_replaced_by(fact):
+            if fact.stopped and not peer.was_stopped:
+                raise self._halted(Halt(Cause.STOPPED, peer.number))
+            peer.accept(fact, 0)
         if not isinstance(fact, Status):
             return None
         self._heard_us = self._radio.now_us()

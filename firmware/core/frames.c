@@ -166,7 +166,7 @@ void cl_encode_ident(uint8_t *payload, const cl_ident_frame *frame, const cl_key
     cl_put32(payload + 16, (uint32_t)frame->clock);
     cl_put16(payload + 20, frame->config_hash);
     payload[22] = CL_VERSION;
-    payload[23] = (uint8_t)(frame->state << 4 | frame->busy << 1 | frame->same_run);
+    payload[23] = (uint8_t)(frame->state << 4 | frame->stopped << 2 | frame->busy << 1 | frame->same_run);
     seal(payload, key, nonce);
 }
 

@@ -154,7 +154,7 @@ typedef struct {
     int64_t clock;
     uint16_t config_hash;
     uint8_t state;
-    bool same_run, busy;
+    bool same_run, busy, stopped;
 } cl_ident_frame;
 
 typedef struct {

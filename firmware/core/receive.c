@@ -63,6 +63,7 @@ static void identify(cl_node *node, int64_t now_ms, uint64_t handshake, uint64_t
         .state = cl_node_state(node),
         .same_run = node->memory.run_tag == run_tag,
         .busy = !owner_gone(node, now_ms),
+        .stopped = node->stopped,
     };
     cl_encode_ident(node->ack, &ident, &node->node_key, handshake);
     cl_node_load(node);
@@ -233,10 +234,10 @@ static void on_estop(cl_node *node, int64_t now_ms, const uint8_t *payload) {
     }
 }
 
-/* Nor does the end of a hold that its host has begun already lift a STOP. */
+/* Nor does the end of a hold that its host has begun, or is about to, lift a STOP. */
 static void hold_for_good(cl_node *node) {
-    uint8_t hold_gen = node->session.hold_gen;
-    uint8_t lift_above = hold_gen == UINT8_MAX ? UINT8_MAX : (uint8_t)(hold_gen + (hold_gen & 1));
+    unsigned above = (node->session.hold_gen + 2u) & ~1u;
+    uint8_t lift_above = above > UINT8_MAX ? UINT8_MAX : (uint8_t)above;
     node->stopped = true;
     if (node->session.exists && lift_above > node->lift_above) node->lift_above = lift_above;
     node->pending.stopped = node->pending.exists;

@@ -282,7 +282,7 @@ def test_a_send_that_is_refused_leaves_the_run_before_it_as_it_was(
     code, out, err = run("send", *again, "--radio", "mock", "--yes")
     assert (code, out) == (3, "")
     assert "node 1 has stalled" in err
-    assert "`curveline send --resume last`) clears the fault" in err
+    assert "that it broke off: `curveline send --resume last`" in err
     assert run("send", "--resume", "last", "--radio", "mock", "--yes").code == 0
 
 

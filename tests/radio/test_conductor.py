@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
@@ -10,8 +12,9 @@ from curveline.errors import InvalidInput
 from curveline.radio import codes, frames
 from curveline.radio.actions import Phase, Policy, Poll, Send, Write
 from curveline.radio.air import Heard, Weather
-from curveline.radio.codes import Fault, State
+from curveline.radio.codes import Fault, Kind, State
 from curveline.radio.conductor import Conductor
+from curveline.radio.envelope import kind_of
 from curveline.radio.frames import Drive, Hello, Stop
 from curveline.radio.halts import Cause, Halt, fault_halt
 from curveline.radio.keys import Site
@@ -788,3 +791,68 @@ def test_old_answers_replayed_do_not_pass_for_a_living_node() -> None:
     began_ms = bench.now_ms
     halted(bench, Cause.SILENT, 2)
     assert bench.now_ms - began_ms < 8000
+
+
+def look(bench: Bench, node: int) -> None:
+    """Somebody asks for a node's last run, as `was_last_run` does: the first half of a handshake."""
+    hello = Hello(node, bench.polls + 1 << 8, 5, 0, 0)
+    bench.nodes[node - 1].receive(bench.now_ms, frames.encode_hello(hello, bench.site.node_key(node)))
+
+
+def before_first_drive(bench: Bench, happens: Callable[[int], object]) -> None:
+    """Let something happen to each node right before its host takes up what it offered."""
+    waiting = {1, 2}
+
+    def hook(send: Send) -> None:
+        if kind_of(send.payload) is Kind.DRIVE and send.node in waiting:
+            waiting.remove(send.node)
+            happens(send.node)
+
+    bench.hooks.append(hook)
+
+
+def test_nor_does_an_offer_that_was_replaced_after_a_stop_undo_it() -> None:
+    bench = Bench(make_plan())
+
+    def stop_and_look(number: int) -> None:
+        bench.nodes[number - 1].receive(bench.now_ms, frames.encode_stop(Stop(0), bench.site.stop_key))
+        look(bench, number)
+
+    before_first_drive(bench, stop_and_look)
+    assert bench.run() is Phase.HALTED
+    assert bench.conductor.halt is not None
+    assert bench.conductor.halt.cause is Cause.STOPPED
+    assert bench.positions() == [start.counts for start in bench.plan.start]
+
+
+def test_a_send_after_a_stop_lifts_it_also_when_its_offer_is_replaced() -> None:
+    bench = Bench(make_plan())
+    for node in bench.nodes:
+        node.receive(0, frames.encode_stop(Stop(0), bench.site.stop_key))
+    before_first_drive(bench, partial(look, bench))
+    assert bench.run() is Phase.DONE
+
+
+def test_a_stop_between_the_wish_to_pause_and_the_pause_outlives_it() -> None:
+    bench = moving(5.0)
+    bench.conductor.hold(bench.now_ms)
+    for node in bench.nodes:
+        node.receive(bench.now_ms, frames.encode_stop(Stop(0), bench.site.stop_key))
+    bench.run_to(Phase.PAUSED)
+    bench.conductor.resume(bench.now_ms)
+    assert bench.run() is Phase.HALTED
+    assert bench.conductor.halt is not None
+    assert bench.conductor.halt.cause is Cause.STOPPED
+
+
+def test_a_node_that_another_host_took_meanwhile_is_not_taken_back() -> None:
+    bench = Bench(make_plan(seconds=5.0))
+    bench.run(lambda: bench.conductor.phase is Phase.PREFLIGHT)
+    late, bench.conductor = bench.conductor, Conductor(bench.plan, bench.site, 0x99FF00)
+    bench.run_to(Phase.STAGING, 1)
+    owner, bench.conductor = bench.conductor, late
+    for _ in range(200):
+        for bench.conductor in (late, owner):
+            bench.turn()
+    assert owner.halt is None
+    assert owner.phase in (Phase.STAGING, Phase.RELEASED)

@@ -220,7 +220,7 @@ def sealed(name: str, body: str) -> bytes:
         ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 43 0100 feff ff7f"),
         ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 23 0100 0080 ff7f"),
         ("ident", "24 04 2243 21430100 0a090000 0e0d0c0b 05040302 efbe 02 a3"),
-        ("ident", "24 04 2243 21430100 0a090000 0e0d0c0b 05040302 efbe 02 37"),
+        ("ident", "24 04 2243 21430100 0a090000 0e0d0c0b 05040302 efbe 02 3b"),
         ("ident", "24 04 2243 21430100 0a090001 0e0d0c0b 05040302 efbe 02 33"),
         ("ident", "24 04 2143 21430100 0a090000 0e0d0c0b 05040302 efbe 02 33"),
         ("stop", "26 fe 01" + "00" * 21),
@@ -249,7 +249,7 @@ statuses = st.builds(
 )
 hellos = st.builds(Hello, u8, u64, u64, u16, u8.map(lambda value: value * 50), u8, u8, u8)
 nonces = st.builds(NodeNonce, u24, u32.filter(bool), u32)
-idents = st.builds(Ident, u8, nonces, u32, u16, u8, st.sampled_from(State), bool_, bool_)
+idents = st.builds(Ident, u8, nonces, u32, u16, u8, st.sampled_from(State), bool_, bool_, bool_)
 reasons = st.sampled_from([*Fault, NOT_HOMED])
 reports = st.builds(
     Report,

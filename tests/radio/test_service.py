@@ -9,7 +9,7 @@ import pytest
 from curveline.errors import InvalidInput, LinkError
 from curveline.radio.codes import ALL_AXES, NOT_HOMED, BootCause, Fault, Kind, State
 from curveline.radio.envelope import kind_of
-from curveline.radio.frames import Hello, Ident, encode_hello
+from curveline.radio.frames import Hello, Ident, Stop, encode_hello, encode_stop
 from curveline.radio.halts import Cause
 from curveline.radio.journal import Journal, ReopenedJournal, new_run
 from curveline.radio.link import Halted, resume_plan, send_plan
@@ -209,4 +209,23 @@ def test_a_hello_that_replaces_the_offer_costs_a_handshake_and_no_more(tmp_path:
     radio.exchange = meddle
     assert home_axes(radio, DRIVE, 1).state is State.READY
     assert not recorded
+    radio.close()
+
+
+def test_a_stop_before_a_homing_that_must_ask_again_outlives_it(tmp_path: Path) -> None:
+    radio = opened(tmp_path, "unhomed=1")
+    node, exchange = radio.nodes[0], radio.exchange
+    hello = encode_hello(Hello(1, 1 << 8, 5, 0, 1000), node.identity.node_key)
+    strange = [hello, encode_stop(Stop(0), node.identity.site.stop_key)]
+
+    def meddle(sent):
+        while kind_of(sent[0][1]) is Kind.DRIVE and strange:
+            node.receive(radio.now_us() // 1000, strange.pop())
+        return exchange(sent)
+
+    radio.exchange = meddle
+    with pytest.raises(Halted) as caught:
+        home_axes(radio, DRIVE, 1)
+    assert caught.value.halt.cause is Cause.STOPPED
+    assert node.memory.homing == 0
     radio.close()

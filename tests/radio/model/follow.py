@@ -224,7 +224,7 @@ class Followed(Bench):
         if (ident := peer._take_ident(payload)) is not None:
             code = self._offers[index].get((ident.boot, ident.session), 0)
             same_run = ident.same_run and bool(code)
-            return Answer("ident", code, ident.boot, busy=ident.busy, same_run=same_run), False
+            return Answer("ident", code, ident.boot, busy=ident.busy, same_run=same_run, stopped=ident.stopped), False
         status = decode_status(payload, peer.key, peer.clock) if peer.key else None
         if not isinstance(status, Status) or status.session != peer.session or status.echo > peer.counter:
             return None, False

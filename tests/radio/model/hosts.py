@@ -30,6 +30,8 @@ class Peer(NamedTuple):
     verdict: str = ""
     heard: bool = False
     """Whether it has said anything in the session."""
+    was_stopped: bool = False
+    """Whether a STOP held it at its first offer."""
 
 
 class Book(NamedTuple):
@@ -113,12 +115,16 @@ class HostRules:
                 return self.halt(host, "restart")
             if answer.busy and not self.limits.takeover:
                 return host
-            return self._with_peer(host, index, peer._replace(session=answer.session, boot=answer.boot))
+            taken = peer._replace(session=answer.session, boot=answer.boot, was_stopped=answer.stopped)
+            return self._with_peer(host, index, taken)
         if host.phase not in (*WATCHED, PREFLIGHT):
             return host
         if answer.boot != peer.boot:
             return self.halt(host, "restart")
-        if host.phase == PREFLIGHT and not peer.heard:  # another offer has taken the place of the one before
+        replaced = answer.session > peer.session and not answer.busy
+        if host.phase == PREFLIGHT and not peer.heard and replaced:
+            if answer.stopped and not peer.was_stopped:
+                return self.halt(host, "stopped")
             return self._with_peer(host, index, peer._replace(session=answer.session))
         return host
 

@@ -45,6 +45,7 @@ class Answer(NamedTuple):
     at_start: bool = False
     busy: bool = False
     same_run: bool = False
+    stopped: bool = False
 
 
 class Node(NamedTuple):
@@ -132,7 +133,7 @@ class Rules:
         if frame.kind == "hello":
             return self._on_hello(node, frame.session)
         if frame.kind == "stop":
-            lift = max(node.lift, node.hold + (node.hold & 1) if node.session else 0)
+            lift = max(node.lift, node.hold + 2 & ~1 if node.session else 0)
             return self._brake(node._replace(stopped=True, lift=lift, halted=bool(node.pending)))
         return self._on_drive(node, frame)
 
@@ -334,4 +335,6 @@ class Rules:
         if not node.pending:
             return None
         same_run = node.run == run_of(node.pending)
-        return Answer("ident", node.pending, node.boot, busy=not self._owner_gone(node), same_run=same_run)
+        return Answer(
+            "ident", node.pending, node.boot, busy=not self._owner_gone(node), same_run=same_run, stopped=node.stopped
+        )
