@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
-from curveline.plan import AXES, MAX_COUNT, AxisDrive, drive_table
+from curveline.plan import AXES, MAX_COUNT, UNITS, AxisDrive, drive_table
 from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.states import find_states
 from curveline.scene import Display, Node
@@ -16,9 +16,6 @@ from curveline.units import mm, to_mm
 
 STATUS_COUNTS = 262_136
 """Largest position that a node's status can tell, in counts: see docs/radio-protocol.md, STATUS."""
-
-UNITS = ("mm", "deg", "mm")
-"""Of the axes, in their order."""
 
 LENGTHS = 17
 """Lengths of rod that are looked at; between two of them the limit is sought to `CLOSE`."""

@@ -45,6 +45,8 @@ DEFAULT_DISPLAY = "single"
 """The built-in display that commands take if none is named."""
 AXES = ("extrude", "bias", "translate")
 """The order of a node's axes wherever they stand in a row: counts, frames, tables."""
+UNITS = ("mm", "deg", "mm")
+"""Of `AXES`, as people read them."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from curveline.cli import nodes, show
+from curveline.cli import consent, nodes, show
 from curveline.cli.goal import Goal, home_of, plan_goal, read_goal
 from curveline.cli.nodes import RadioOption, RunsOption
 from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, InvalidInput, LinkError
@@ -81,8 +80,8 @@ def send(
         rehearse(wanted, radio, folder, touched=touched, as_json=json)
         return
     way = _Way(nodes.require_radio(radio), folder, asks=not yes, takeover=takeover, touched=touched)
-    if way.asks and not (sys.stdin.isatty() and sys.stderr.isatty()):
-        raise InvalidInput("sending moves the display, and there is no terminal to ask on", hint="add --yes to agree")
+    if way.asks:
+        consent.require_terminal("sending moves the display, and ", "add --yes to agree")
     ending = _send(wanted, way)
     if ending is None:
         raise typer.Exit(EXIT_NO)
@@ -129,7 +128,9 @@ def _wanted(asked: _Asked, runs: Path) -> Plan | Goal | InterruptedRun:
     """What is to be sent; InvalidInput unless it is one thing, and can be read."""
     if bool(asked.files or asked.home) is (asked.resume is not None):
         raise InvalidInput("name a plan, shapes, --home, or a run to --resume, and only one of them")
-    if asked.display is not None and (asked.files or not (asked.home or asked.resume == "last")):
+    from curveline.driving.runs import LAST
+
+    if asked.display is not None and (asked.files or not (asked.home or asked.resume == LAST)):
         hint = "a plan, a shape or a run names its own display"
         raise InvalidInput("--display is for --home alone and for --resume last", hint)
     if asked.resume is not None:
@@ -226,11 +227,8 @@ def _check_granted(plan: Plan, radio: Radio, statuses: list[NodeStatus], way: _W
 
 
 def _agrees(way: _Way) -> bool:
-    """Ask before anything moves; an interrupt is one here, too, and no mere no."""
-    try:
-        agreed = not way.asks or typer.confirm("Move the display?", err=True)
-    except typer.Abort:
-        raise KeyboardInterrupt from None
+    """Ask before anything moves."""
+    agreed = not way.asks or consent.agrees("Move the display?")
     if not agreed:
         show.note("nothing was sent")
     return agreed

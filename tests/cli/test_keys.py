@@ -155,6 +155,12 @@ def test_adopting_asks_first(run: Run, keys: Path, monkeypatch: pytest.MonkeyPat
     assert code == 1
     assert "C1C1C1C102" in out
     assert "nothing was recorded" in err
+
+    def interrupt(text: str, err: bool) -> bool:
+        raise typer.Abort
+
+    monkeypatch.setattr(typer, "confirm", interrupt)
+    assert run("keys", "adopt", "--radio", "mock:keys").code == 130
     assert keys.read_bytes() == content
 
 

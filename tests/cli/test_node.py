@@ -10,8 +10,10 @@ import sys
 import time
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer
 
 from curveline.driving.live import published
 from curveline.radio.journal import Journal, new_run
@@ -168,3 +170,30 @@ def test_while_this_computer_sends_the_node_is_the_senders(
     assert f"the radio is in use by process {os.getpid()}, which sends small to display single" in done.err
     assert "`curveline stop` pauses it" in done.err
     assert run("node", command[0], "1", *command[1:], "--radio", "mock").code == 0
+
+
+@pytest.mark.parametrize(("answer", "code"), [(False, 1), (typer.Abort, 130)])
+def test_homing_asks_first_and_a_no_moves_nothing(
+    run: Run, monkeypatch: pytest.MonkeyPatch, answer: Any, code: int
+) -> None:
+    asked = []
+
+    def confirm(question: str, err: bool) -> bool:
+        asked.append(question)
+        if isinstance(answer, type):
+            raise answer
+        return bool(answer)
+
+    run("status", "--radio", "mock:fresh,unhomed=1")
+    for name in ("stdin", "stderr"):
+        monkeypatch.setattr(getattr(sys, name), "isatty", lambda: True)
+    monkeypatch.setattr(typer, "confirm", confirm)
+    assert run("node", "home", "1", "--axis", "translate", "--axis", "extrude", "--radio", "mock").code == code
+    assert asked == ["Is the rod out of node 1's clamp? Move its extrude, translate?"]
+    assert "not homed" in run("node", "status", "1", "--radio", "mock").out
+
+
+def test_homing_without_a_terminal_wants_a_yes(run: Run) -> None:
+    refused = run("node", "home", "1", "--radio", "mock")
+    assert (refused.code, refused.out) == (2, "")
+    assert "add --yes to agree" in refused.err

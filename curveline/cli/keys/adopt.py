@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from contextlib import closing
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curveline.cli import nodes, show
+from curveline.cli import consent, nodes, show
 from curveline.cli.nodes import DisplayOption, RadioOption, RunsOption
 from curveline.errors import EXIT_NO, InvalidInput, LinkError
 
@@ -36,8 +35,8 @@ def adopt(
     spec = nodes.require_radio(radio)
     drive = drive_table(read_display(display))
     site = keyfile.read_site(keyfile.default_path())
-    if not yes and not (sys.stdin.isatty() and sys.stderr.isatty()):
-        raise InvalidInput("there is no terminal to ask on", hint="add --yes to record whoever answers")
+    if not yes:
+        consent.require_terminal("", "add --yes to record whoever answers")
     with keyfile.lenient(), closing(open_radio(spec, drive, nodes.runs_folder(runs))) as opened:
         if opened.site.master != site.master:
             raise InvalidInput(
@@ -46,7 +45,7 @@ def adopt(
         found = scan(opened, drive)
     _refuse_misfits(found, drive)
     show.result("\n".join(_table(found, site)))
-    if not yes and not typer.confirm(f"Record them in {site.path}?", err=True):
+    if not yes and not consent.agrees(f"Record them in {site.path}?"):
         show.note("nothing was recorded")
         raise typer.Exit(EXIT_NO)
     keyfile.adopt(site, {each.address: each.chip for each in found})

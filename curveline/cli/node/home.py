@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from contextlib import suppress
 from enum import Enum
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curveline.cli import show
+from curveline.cli import consent, show
 from curveline.cli.node.one import NumberArgument, OneNode, one_node, show_report
 from curveline.cli.nodes import DisplayOption, RadioOption, RunsOption
-from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_LINK, InvalidInput, LinkError
-from curveline.plan import AXES
+from curveline.errors import EXIT_DONE, EXIT_LINK, EXIT_NO, LinkError
 
 if TYPE_CHECKING:
     from curveline.radio.frames import Report, Status
@@ -43,32 +41,28 @@ def home(
     Take the rod out of the node's clamp first. An axis whose motor does not answer, or that meets an obstacle, says so,
     and the others are homed. What the node had done of its run is void then.
     """
-    wanted = [each.value for each in axis or ()] or list(AXES)
-    _agree(number, wanted, yes=yes)
+    from curveline.plan import AXES
+
+    wanted = {each.value for each in axis or Axis}
+    if not yes:
+        _ask(number, [name for name in AXES if name in wanted])
     with one_node(number, radio, display, runs) as node:
-        report = _home(node, sum(1 << AXES.index(name) for name in set(wanted)))
+        report = _home(node, sum(1 << AXES.index(name) for name in wanted))
         status = show_report(node, report, as_json=json)
     is_hurt = status.fault or any(name in wanted for name in status.unhomed)
     raise typer.Exit(EXIT_LINK if is_hurt else EXIT_DONE)
 
 
-def _agree(number: int, axes: list[str], *, yes: bool) -> None:
-    """Ask before anything moves; a no is an interrupt, since nothing has been done."""
-    if yes:
-        return
-    if not (sys.stdin and sys.stdin.isatty() and sys.stderr.isatty()):
-        raise InvalidInput("homing moves the node, and there is no terminal to ask on", hint="add --yes to agree")
-    try:
-        agreed = typer.confirm(f"Is the rod out of node {number}'s clamp? Move its {', '.join(axes)}?", err=True)
-    except typer.Abort:
-        raise KeyboardInterrupt from None
-    if not agreed:
+def _ask(number: int, axes: list[str]) -> None:
+    """Ask before anything moves, and leave if the answer is no."""
+    consent.require_terminal("homing moves the node, and ", "add --yes to agree")
+    if not consent.agrees(f"Is the rod out of node {number}'s clamp? Move its {', '.join(axes)}?"):
         show.note("nothing was moved")
-        raise typer.Exit(EXIT_INTERRUPTED)
+        raise typer.Exit(EXIT_NO)
 
 
 def _home(node: OneNode, axes: int) -> Report:
-    """Home, with a line whenever the node says something new."""
+    """Home, with a line once the node has begun, and another one about how it stands if that is cut short."""
     from curveline.radio.codes import State
     from curveline.radio.service import home_axes, report_of
 

@@ -11,7 +11,6 @@ import typer
 
 from curveline.cli import nodes, show
 from curveline.cli.segments import wrapped
-from curveline.plan import AXES
 
 if TYPE_CHECKING:
     from curveline.plan import DriveTable
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from curveline.radio.nodestatus import NodeStatus
 
 NumberArgument = Annotated[int, typer.Argument(metavar="N", help="Number of the node in the row, from 1.")]
-UNITS = ("mm", "deg", "mm")
 CAUSES = {
     "power-on": "the power came on",
     "pin": "somebody pressed reset, or a programmer did",
@@ -93,6 +91,8 @@ def show_report(node: OneNode, report: Report, *, as_json: bool) -> NodeStatus:
 
 
 def _facts(node: OneNode, report: Report) -> Iterator[str]:
+    from curveline.plan import AXES, UNITS
+
     status = node.status(report)
     yield f"node {node.number} of display {node.drive.display} over {node.spec}: {status.state}"
     cause = CAUSES.get(status.boot_cause, "why it started is not known")
