@@ -6,7 +6,6 @@
 #include <stdint.h>
 
 #define CL_BLAKE2S_BLOCK 64
-#define CL_BLAKE2S_MOST 32 /* longest key and longest digest [bytes] */
 
 typedef struct {
     const uint8_t *at;

@@ -33,7 +33,7 @@ void cl_node_forget_run(cl_node *node);
 
 void cl_node_forget_fault(cl_node *node);
 
-/* Halt for a fault, of which the first one is remembered. */
+/* Brake for a fault, of which the first one is remembered; a search for a zero goes on. */
 void cl_node_fail(cl_node *node, int64_t now_ms, uint8_t fault, uint8_t axis);
 
 #endif

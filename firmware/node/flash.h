@@ -7,7 +7,6 @@
 #define FLASH_SETTINGS 0xF400u
 #define FLASH_STORE_A 0xF800u
 #define FLASH_STORE_B 0xFC00u
-#define FLASH_SECTOR 1024u
 
 bool flash_erase(uint32_t address);
 bool flash_program(uint32_t address, uint32_t word);

@@ -54,7 +54,6 @@ enum { PORT_A, PORT_B, PORT_C, PORT_D, PORT_E };
 #define PORT_ISFR(port) REG32(0x400490A0u + 0x1000u * (uint32_t)(port))
 #define GPIO_PSOR(port) REG32(0xF8000004u + 0x40u * (uint32_t)(port))
 #define GPIO_PCOR(port) REG32(0xF8000008u + 0x40u * (uint32_t)(port))
-#define GPIO_PTOR(port) REG32(0xF800000Cu + 0x40u * (uint32_t)(port))
 #define GPIO_PDIR(port) REG32(0xF8000010u + 0x40u * (uint32_t)(port))
 #define GPIO_PDDR(port) REG32(0xF8000014u + 0x40u * (uint32_t)(port))
 
@@ -102,7 +101,6 @@ enum { PORT_A, PORT_B, PORT_C, PORT_D, PORT_E };
 #define SYST_RVR REG32(0xE000E014u)
 #define SYST_CVR REG32(0xE000E018u)
 #define NVIC_ISER REG32(0xE000E100u)
-#define NVIC_IPR(n) REG32(0xE000E400u + 4u * (uint32_t)(n))
 #define SCB_SHPR3 REG32(0xE000ED20u)
 #define IRQ_PORT_CD 31u
 
