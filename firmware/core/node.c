@@ -10,7 +10,9 @@ bool cl_node_has_owner(const cl_node *node) { return node->session.exists && !no
 
 bool cl_lost_position(uint8_t fault) { return fault == CL_FAULT_ENCODER || fault == CL_FAULT_BROWN_OUT; }
 
-static bool held(const cl_node *node) { return node->stopped || (node->session.exists && node->session.hold_gen & 1); }
+bool cl_node_held(const cl_node *node) {
+    return node->stopped || (node->session.exists && node->session.hold_gen & 1);
+}
 
 bool cl_homed(const cl_memory *memory) {
     return (memory->unhomed.of[0] | memory->unhomed.of[1] | memory->unhomed.of[2]) == 0;
@@ -50,7 +52,7 @@ uint8_t cl_node_state(const cl_node *node) {
     if (memory->fault != CL_FAULT_NONE) return cl_lost_position(memory->fault) ? CL_STATE_POSITION_LOST : CL_STATE_FAULT;
     if (!cl_homed(memory)) return CL_STATE_UNHOMED;
     if (node->moving) return CL_STATE_MOVING;
-    if (held(node)) return CL_STATE_HOLD;
+    if (cl_node_held(node)) return CL_STATE_HOLD;
     return node->silent ? CL_STATE_HOLD_LINK : CL_STATE_READY;
 }
 
@@ -127,7 +129,7 @@ void cl_node_reload(cl_node *node, int64_t now_ms) {
 bool cl_node_may_move(const cl_node *node) {
     const cl_memory *memory = &node->memory;
     bool able = cl_homed(memory) && !memory->homing && !memory->estop && memory->fault == CL_FAULT_NONE;
-    return able && cl_node_has_owner(node) && node->session.owns_run && !node->silent && !held(node);
+    return able && cl_node_has_owner(node) && node->session.owns_run && !node->silent && !cl_node_held(node);
 }
 
 void cl_node_go_on(cl_node *node, int64_t now_ms) {

@@ -25,6 +25,9 @@ void cl_node_go_on(cl_node *node, int64_t now_ms);
 
 void cl_node_brake(cl_node *node, int64_t now_ms);
 
+/* Somebody stopped the node, or its host holds it. */
+bool cl_node_held(const cl_node *node);
+
 /* Whatever turns comes to rest. */
 void cl_node_halt(cl_node *node, int64_t now_ms);
 

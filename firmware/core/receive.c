@@ -198,7 +198,7 @@ static void on_drive(cl_node *node, int64_t now_ms, const uint8_t *payload) {
 /* Whether a host may order it: never in a run of its own, nor while the node is to hold or does anything. */
 static bool may_home(const cl_node *node) {
     const cl_memory *memory = &node->memory;
-    bool is_held = node->silent || node->stopped || node->session.hold_gen & 1;
+    bool is_held = node->silent || cl_node_held(node);
     return !is_held && !node->session.owns_run && !node->moving && !memory->homing && !memory->estop;
 }
 

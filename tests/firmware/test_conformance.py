@@ -81,7 +81,7 @@ MISTAKES = (
     ),
     ("node.c", "if (at_ms < *next_ms) *next_ms", "*next_ms"),
     ("node.c", "memory->move_ms = cl_move_rest_ms(&node->move);", ""),
-    ("node.c", " && !node->silent && !held(node);", " && !held(node);"),
+    ("node.c", " && !node->silent && !cl_node_held(node);", " && !cl_node_held(node);"),
     ("node.c", " && node->session.owns_run && !node->silent", " && !node->silent"),
     ("node.c", "status.now.finished = status.now.started = 0", "status.now.finished = 0"),
     (
