@@ -19,10 +19,11 @@ from curveline.rod.arclength import Reach, trace
 from curveline.rod.continuation import start_along
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.fidelity import lateral, probe
+from curveline.rod.identity import named
 from curveline.rod.ladder import vertex_table
 from curveline.rod.problem import make_problem, mesh, released
 from curveline.rod.special_points import Fall, Kind, SpecialPoint, critical, falls
-from curveline.rod.states import find_states, named
+from curveline.rod.states import find_states
 from curveline.rod.way import Way
 from curveline.scene import Scene
 from curveline.simulation import DEFAULT_TOLERANCE

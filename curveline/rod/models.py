@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
-
 from curveline.rod.approach import soften
 from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, Outcome, refine
 from curveline.rod.fidelity import Bound, Judged, judge, probe, space_bound, spatial_left_out
+from curveline.rod.identity import named, same_curve
 from curveline.rod.space import SpatialSegment
 from curveline.rod.spatial_ladder import refine_in_space
-from curveline.rod.states import find_states, named
-from curveline.rod.sweep import SAME
+from curveline.rod.states import find_states
 from curveline.units import millimetres
 
 AUTO = "auto"
@@ -126,7 +124,7 @@ def _stretched(
             stretched = refine(rod, start.edges, start.angles, start.multipliers, tolerance)
         if stretched.outcome in GONE:
             why.append(f"{state.name} is gone when the rod may stretch: {stretched.outcome.value}")
-        elif any(_same(stretched, other) for other in states):
+        elif any(same_curve(stretched, other) for other in states):
             why.append(f"{state.name} is gone when the rod may stretch: it falls into a state that is listed already")
         else:
             states.append(stretched.but(iterations=state.iterations + stretched.iterations))
@@ -146,7 +144,7 @@ def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: floa
             why.append(f"{start.name} was not found in space: {state.outcome.value}")
             state = start.but(outcome=state.outcome, stable=False)
         state = state.but(leaves_plane=leaves)
-        if any(_same(state, each.state) for each in states):
+        if any(same_curve(state, each.state) for each in states):
             why.append(f"{start.name} falls, in space, into a state that is listed already")
             continue
         if state.leaves_plane and state.stable:
@@ -180,14 +178,6 @@ def _renamed(judged: Sequence[Judged]) -> list[Judged]:
             each = each._replace(state=each.state.but(name=f"{BUCKLED}-{buckled}"))
         out.append(each)
     return out
-
-
-def _same(one: Equilibrium, other: Equilibrium) -> bool:
-    """True if two states are one curve."""
-    if one.winding != other.winding:
-        return False
-    gap = np.hypot(np.linalg.norm(one.curve(33) - other.curve(33), axis=1), one.depth(33) - other.depth(33))
-    return bool(np.max(gap) < 0.01 * SAME * one.rod.length + one.error + other.error)
 
 
 def _flagged(segment: SpatialSegment, judged: Judged) -> Judged:

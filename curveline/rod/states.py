@@ -13,10 +13,11 @@ import numpy as np
 
 from curveline.rod.approach import THIN, approach, easier, graded_mesh, laid_out, layer, loop_edges
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.identity import named, same_curve
 from curveline.rod.planar import newton
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, refine_angles, released
 from curveline.rod.search import divided, may_be_stable, relax_from, search_edges
-from curveline.rod.sweep import CERTIFY, SAME, Found, keep, look_closer, nothing_found
+from curveline.rod.sweep import CERTIFY, Found, keep, look_closer, nothing_found
 
 FOLD_EDGES = 384
 """Edges to look at the neighbourhood of a fold: it moves with the square of the edge, 0.1 % at about 100 edges."""
@@ -29,16 +30,10 @@ STEEP = 1.45
 LONG = 2.0
 """Length over chord from which on they are tried, too."""
 
-PEAK = "peak"
-VALLEY = "valley"
-
 FALL_EDGES = 12_000
 """Most edges with which a rod leaves a saddle: coarser ones may hold it for stable."""
 NUDGE = 0.01
 """Disturbance [rad], neither symmetric nor antisymmetric, with which the rod leaves a saddle."""
-
-CLEARLY = 0.01
-"""Difference of mean heights over the length that no error in these explains: they are sums over 48 edges or more."""
 
 Met = list[tuple[Array, Found]]
 """Edges and the equilibria met on them."""
@@ -194,26 +189,5 @@ def _is_stable(met: Met) -> bool:
 
 def _add(states: list[Equilibrium], state: Equilibrium) -> None:
     """Append a stable state unless it is there already; the coarse and the fine search may both have met it."""
-    if state.outcome not in (Outcome.LOST, Outcome.UNSTABLE) and not any(_same(state, other) for other in states):
+    if state.outcome not in (Outcome.LOST, Outcome.UNSTABLE) and not any(same_curve(state, other) for other in states):
         states.append(state)
-
-
-def _same(state: Equilibrium, other: Equilibrium) -> bool:
-    """True if two states of one rod are one curve; most differ so much in their mean heights that these tell."""
-    near = 0.01 * SAME * state.rod.length + state.error + other.error
-    if other.winding != state.winding or abs(other.mean_height - state.mean_height) > near + CLEARLY * state.rod.length:
-        return False
-    return bool(np.max(np.abs(other.curve(33) - state.curve(33))) < near)
-
-
-def named(states: list[Equilibrium]) -> list[Equilibrium]:
-    """The states with their names: of two that can be shown the higher is the peak; a single one goes by its side."""
-    states = sorted(states, key=lambda state: (not state.simple, -state.mean_height))
-    shown = [state for state in states if state.simple]
-    names = [PEAK, *(f"middle-{i}" for i in range(1, len(shown) - 1)), VALLEY]
-    if len(shown) < 2:
-        names = [PEAK if state.mean_height > 0.0 else VALLEY for state in shown]
-    for state in states[len(shown) :]:
-        kind = "loop" if state.winding else "crossing" if state.crosses_itself else "wrapped"
-        names.append(f"{kind}-{1 + sum(name.startswith(kind) for name in names)}")
-    return [state.but(name=name) for state, name in zip(states, names, strict=True)]

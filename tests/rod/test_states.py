@@ -10,9 +10,10 @@ import pytest
 
 from curveline.rod.continuation import coarse_start, follow
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.identity import named
 from curveline.rod.planar import Effort, descend, newton
 from curveline.rod.problem import Array, Problem, make_problem, mesh, released, sharpest_turn
-from curveline.rod.states import find_states, named
+from curveline.rod.states import find_states
 from curveline.rod.way import straight
 
 from .rods import distance, random_rods, simple
@@ -173,6 +174,11 @@ def faked(height: float, *, winding: int = 0, crosses: bool = False, wraps: bool
         ([faked(-0.1), faked(0.1)], ["peak", "valley"]),
         ([faked(-0.2), faked(-0.1)], ["peak", "valley"]),
         ([faked(0.0), faked(-0.1), faked(0.1)], ["peak", "middle-1", "valley"]),
+        ([faked(0.0)], ["middle-1"]),
+        ([faked(1e-9)], ["middle-1"]),
+        ([faked(-1e-9)], ["middle-1"]),
+        ([faked(0.1), faked(0.1), faked(-0.1)], ["middle-1", "middle-2", "valley"]),
+        ([faked(0.1 + 1e-9), faked(-0.1), faked(0.1)], ["middle-1", "middle-2", "valley"]),
         ([faked(0.3, winding=1), faked(0.1)], ["peak", "loop-1"]),
         ([faked(0.3, crosses=True), faked(0.2, crosses=True)], ["crossing-1", "crossing-2"]),
         ([faked(0.3, wraps=True), faked(-0.2)], ["valley", "wrapped-1"]),
