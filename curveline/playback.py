@@ -12,21 +12,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from curveline.plan import DriveTable, drive_table
-from curveline.rod.continuation import coarse_start
-from curveline.rod.course import BUCKLED, FELL, Event, State, is_slack, ride
-from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.states import find_states
+from curveline.rod.aside import Aside
+from curveline.rod.course import FELL, LEFT, PULLED, RETURNED, Event, State, is_slack, ride
+from curveline.rod.showable import showable_states
+from curveline.rod.space import SpatialSegment
+from curveline.rod.tracking import identify, tracked
 from curveline.scene import STRAIGHT, Display, Node
-from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
+from curveline.simulation import DEFAULT_TOLERANCE, flat_segment
 from curveline.units import deg, mm
 
 Counts = tuple[int, int, int]
 Motion = Sequence[tuple[float, tuple[Counts, ...]]]
 
 LOST = "lost"
+BUCKLED = "buckled"
+"""What the state of a rod is called that is none, and one that lies out of the plane."""
 
-SAME_ANGLES = 0.1
-"""Edges of the same state, on a coarse rod and on a fine one, differ by less than this [rad], also near a fold."""
+SNAPS = (FELL, LEFT, RETURNED)
+"""What happens to a rod when it snaps."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +60,9 @@ def replay(display: Display, motion: Motion, before: Sequence[str] = ()) -> Play
     starts, ends, snaps = [], [], []
     for segment in range(display.node_count - 1):
         course = list(_course(motion, segment))
-        rods = [clamped_rod(display, *segment_at(display, drive, pair)) for _, pair in course]
+        rods = [flat_segment(display, *segment_at(display, drive, pair)) for _, pair in course]
         start = known_state(rods[0], before[segment] if segment < len(before) else "")
-        state, events = ride(np.array([rod.pose for rod in rods]), rods[0].bearing, start)
+        state, events = ride(np.array([each.rod.pose for each in rods]), rods[0], start)
         first = events[0].state if start is None and events and events[0].place == 0 else start
         starts.append(name_of(rods[0], first))
         ends.append(name_of(rods[-1], state))
@@ -78,24 +81,23 @@ def _course(motion: Motion, segment: int) -> Iterator[tuple[float, tuple[Counts,
         before = pair
 
 
-def known_state(rod: ClampedRod, name: str) -> State | None:
-    """The state of `rod` that is called `name`; None if there is none."""
-    if name in ("", STRAIGHT, LOST):
+def known_state(segment: SpatialSegment, name: str) -> State | None:
+    """The state of the rod of a flat segment that is called `name`; None if the display can show none."""
+    if name in ("", STRAIGHT, LOST, BUCKLED):
         return None
-    states = find_states(rod, DEFAULT_TOLERANCE)
-    return next((coarse_start(state) for state in states if state.name == name), None)
+    state = showable_states(segment.rod, segment.section, DEFAULT_TOLERANCE).called(name)
+    return None if state is None else tracked(state)
 
 
-def name_of(rod: ClampedRod, held: State | None) -> str:
-    """The name of the state in which `rod` is held; "lost" if no stable state of it is that one."""
+def name_of(segment: SpatialSegment, held: State | None) -> str:
+    """The name of the state in which the rod of a flat segment is held; "lost" if no stable state of it is that one."""
     if held is None:
-        return LOST if is_slack(rod) else STRAIGHT
-    nearest, name = SAME_ANGLES, LOST
-    for state in find_states(rod, DEFAULT_TOLERANCE):
-        distance = float(np.max(np.abs(coarse_start(state, held[0].size)[0] - held[0])))
-        if distance < nearest:
-            nearest, name = distance, state.name
-    return name
+        return LOST if is_slack(segment.rod) else STRAIGHT
+    if isinstance(held, Aside):
+        return BUCKLED
+    shown = showable_states(segment.rod, segment.section, DEFAULT_TOLERANCE)
+    state = identify(segment.rod, held, shown.states)
+    return LOST if state is None else state.name
 
 
 def segment_at(display: Display, drive: DriveTable, counts: Sequence[Counts]) -> tuple[tuple[Node, Node], float]:
@@ -105,11 +107,11 @@ def segment_at(display: Display, drive: DriveTable, counts: Sequence[Counts]) ->
     return (left, right), display.span + mm(feed.value(counts[0][0]) - feed.value(counts[1][0]))
 
 
-def _snaps(name: str, rods: Sequence[ClampedRod], events: Sequence[Event]) -> Iterator[tuple[int, tuple[str, str]]]:
+def _snaps(name: str, rods: Sequence[SpatialSegment], events: Sequence[Event]) -> Iterator[tuple[int, tuple[str, str]]]:
     """Where in the motion the rod left a state, from what and to what; at first it is called `name`."""
     for kind, place, state in events:
         before = name
-        if kind in (BUCKLED, FELL):
+        if kind != PULLED:
             name = name_of(rods[place], state)
-        if kind == FELL:
+        if kind in SNAPS and name != before:
             yield place, (before, name)

@@ -69,6 +69,11 @@ def clamped_rod(
     )
 
 
+def flat_segment(display: Display, nodes: tuple[Node, Node], length: float) -> SpatialSegment:
+    """The rod between two nodes that point into the plane, without loads, in space."""
+    return SpatialSegment(clamped_rod(display, nodes, length), section_of(display), weight=display.weight)
+
+
 def _planar_rod(scene: Scene, index: int) -> ClampedRod:
     """What of the segment after node `index` lies in the plane."""
     loads = sorted((load.at, *load.force) for load in scene.loads if load.segment == index)

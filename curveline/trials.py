@@ -21,13 +21,14 @@ import numpy as np
 
 from curveline.errors import InvalidInput
 from curveline.plan import NodeTarget, Plan, drive_table
-from curveline.playback import LOST, known_state, name_of
+from curveline.playback import BUCKLED, LOST, known_state, name_of
 from curveline.rod import _jit
 from curveline.rod.course import FELL, has_spare, ride
 from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.problem import Array, Bearing
+from curveline.rod.space import SpatialSegment
 from curveline.scene import STRAIGHT, Display, Node
-from curveline.simulation import clamped_rod
+from curveline.simulation import flat_segment
 from curveline.units import deg, mm
 from curveline.workers import WorkerDied, Workers
 
@@ -108,6 +109,7 @@ class Reason:
     def __str__(self) -> str:
         fates = {
             TAUT: "is pulled taut between nodes that are out of line",
+            BUCKLED: "leaves the plane",
             LOST: "falls into no state that was found",
             STRAIGHT: "ends straight",
         }
@@ -254,15 +256,16 @@ def _uneven(targets: Array, draws: Array) -> Array:
 def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
     """How the rod of a segment ends whose nodes' axes take `values (m, nodes, 3)`."""
     poses = _poses(setup.display, values[:, segment : segment + 2])
-    first, last = (_rod_of(setup.display, values[place, segment : segment + 2]) for place in (0, -1))
+    first, last = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in (0, -1))
     if np.any(~has_spare(poses, first.bearing) & (_detour(poses, first.bearing) > DETOUR)):
         return TAUT
-    state, events = ride(poses, first.bearing, known_state(first, setup.plan.granted[segment]), bow)
+    state, events = ride(poses, first, known_state(first, setup.plan.granted[segment]), bow)
     # A rod that is all but straight has nowhere to fall to: it buckles again with more rod to spare.
     gone = [event.place for event in events if event.kind == FELL and event.state is None]
-    if any(not _is_nearly_straight(_rod_of(setup.display, values[place, segment : segment + 2])) for place in gone):
+    places = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in gone)
+    if not all(_is_nearly_straight(place.rod) for place in places):
         return LOST
-    if setup.plan.wanted[segment] == STRAIGHT and _is_nearly_straight(last):
+    if setup.plan.wanted[segment] == STRAIGHT and _is_nearly_straight(last.rod):
         return STRAIGHT
     return name_of(last, state)
 
@@ -274,10 +277,10 @@ def _poses(display: Display, values: Array) -> Array:
     return np.column_stack([span, right_height - left_height, left_angle, right_angle, span + left_feed - right_feed])
 
 
-def _rod_of(display: Display, values: Array) -> ClampedRod:
+def _segment_of(display: Display, values: Array) -> SpatialSegment:
     """The rod between two nodes whose axes have `values (2, 3)`."""
     left, right = (Node(float(height), float(angle)) for _, angle, height in values)
-    return clamped_rod(display, (left, right), display.span + float(values[0, 0] - values[1, 0]))
+    return flat_segment(display, (left, right), display.span + float(values[0, 0] - values[1, 0]))
 
 
 def _is_nearly_straight(rod: ClampedRod) -> bool:

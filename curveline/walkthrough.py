@@ -14,14 +14,17 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.plan import NodeTarget, Plan
-from curveline.playback import Counts, Snap, known_state, name_of, segment_at
+from curveline.playback import SNAPS, Counts, Snap, known_state, name_of, segment_at
 from curveline.radio.motion import axes_of, plan_move
-from curveline.rod.course import FELL, State, is_slack, ride
-from curveline.rod.equilibrium import ClampedRod, refine
+from curveline.rod.aside import Aside, seen
+from curveline.rod.course import State, is_slack, ride
+from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.problem import Array
-from curveline.rod.states import find_states
+from curveline.rod.showable import showable_states
+from curveline.rod.space import SpatialSegment
+from curveline.rod.tracking import refined
 from curveline.scene import STRAIGHT, Display, Node
-from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
+from curveline.simulation import DEFAULT_TOLERANCE, flat_segment
 from curveline.units import ms, to_ms
 
 POINTS = 81
@@ -85,14 +88,14 @@ def play(plan: Plan, display: Display, interval: float, heard: Callable[[int], N
     """
     begin = _segments(plan, display, _counts(plan.start))
     riders = [
-        _Rider(number, known_state(each.rod, name))
+        _Rider(number, known_state(each.segment, name))
         for number, (each, name) in enumerate(zip(begin, plan.granted, strict=True), start=1)
     ]
     moments: list[Moment] = []
     for instant in _instants(plan, interval):
         segments = _segments(plan, display, instant.counts)
         for rider, each in zip(riders, segments, strict=True):
-            rider.go(instant, each.rod)
+            rider.go(instant, each.segment)
         moments.append(
             Moment(
                 seconds=instant.seconds,
@@ -117,26 +120,27 @@ class _Rider:
         self.name = ""
         self.snaps: list[Snap] = []
         self._number = number
-        self._rods: list[ClampedRod] = []
+        self._segments: list[SpatialSegment] = []
         self._state = start
 
-    def go(self, instant: _Instant, rod: ClampedRod) -> None:
+    def go(self, instant: _Instant, segment: SpatialSegment) -> None:
         """Come to where the nodes are at an instant."""
-        self._rods = [*self._rods[-1:], rod]
-        self._state, events = ride(np.array([each.pose for each in self._rods]), rod.bearing, self._state)
+        self._segments = [*self._segments[-1:], segment]
+        self._state, events = ride(np.array([each.rod.pose for each in self._segments]), segment, self._state)
         before = self.name
         if events or instant.ends_step:
-            self.name = name_of(rod, self._state)
-        if any(event.kind == FELL for event in events):
+            self.name = name_of(segment, self._state)
+        if any(event.kind in SNAPS for event in events) and before != self.name:
             self.snaps.append(Snap(instant.seconds, self._number, before, self.name))
 
     def curve(self) -> Array:
         """The rod seen from its left pivot (points, 2) [m]; no points while it is lost."""
-        rod = self._rods[-1]
+        segment = self._segments[-1]
+        rod = segment.rod
+        if isinstance(self._state, Aside):
+            return seen(segment, self._state, POINTS)
         if self._state is not None:
-            angles, forces = self._state
-            edges = np.full(angles.size, 1.0 / angles.size)
-            return refine(rod, edges, angles.copy(), forces.copy(), SHOWN).curve(POINTS)
+            return refined(rod, self._state, SHOWN).curve(POINTS)
         return np.empty((0, 2)) if is_slack(rod) else _chord(rod)
 
 
@@ -178,7 +182,7 @@ class _Stretch(NamedTuple):
     """One segment of a display at some counts: its nodes, the rod between them, where its left pivot is [m]."""
 
     nodes: tuple[Node, Node]
-    rod: ClampedRod
+    segment: SpatialSegment
     origin: Array
 
 
@@ -188,7 +192,7 @@ def _segments(plan: Plan, display: Display, counts: tuple[Counts, ...]) -> list[
     for index in range(len(counts) - 1):
         nodes, length = segment_at(display, plan.drive, counts[index : index + 2])
         origin = np.array([index * display.span, nodes[0].height])
-        stretches.append(_Stretch(nodes, clamped_rod(display, nodes, length), origin))
+        stretches.append(_Stretch(nodes, flat_segment(display, nodes, length), origin))
     return stretches
 
 
@@ -198,13 +202,12 @@ def _nodes(segments: Sequence[_Stretch]) -> tuple[Node, ...]:
 
 def _possible(stretch: _Stretch, names: str) -> Mapping[str, Array]:
     """The curves of the states called `names` (alternatives joined by `|`; empty for all) that a segment may show."""
-    rod = stretch.rod
+    rod, section = stretch.segment.rod, stretch.segment.section
     if not is_slack(rod):
         return {STRAIGHT: stretch.origin + _chord(rod)}
-    found = [state for state in find_states(rod, DEFAULT_TOLERANCE) if state.simple]
     return {
         state.name: stretch.origin + state.curve(POINTS)
-        for state in found
+        for state in showable_states(rod, section, DEFAULT_TOLERANCE).states
         if not names or state.name in names.split(BAR)
     }
 

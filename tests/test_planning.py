@@ -161,13 +161,19 @@ def with_drive(**changes: float) -> Scene:
     return replace(scene(BASE), display=replace(display, drive=replace(display.drive, **changes)))
 
 
+def loaded(newton: float) -> Scene:
+    return replace(scene(BASE), loads=(Load(0, 0.5, (0.0, -newton)),))
+
+
 REFUSED: list[tuple[str, Callable[[], Scene], str]] = [
     ("no such state", lambda: posed(0, 60, -60, 560, "valley"), r"no stable valley at .*it has: peak"),
     ("too tight a bend", lambda: with_rod(max_strain=0.005), r"bend to a radius of \d+ mm, its strain allows 240 mm"),
-    ("a thicker rod", lambda: with_rod(thickness=0.01, youngs_modulus=3e7), r"bend to a radius of \d+ mm"),
+    ("a thicker rod", lambda: with_rod(thickness=0.01, width=0.03, youngs_modulus=1e7), r"bend to a radius of \d+ mm"),
     ("weak extrude motor", lambda: with_drive(max_force=2.0), r"extruding takes [\d.]+ N, the motor gives 2.0 N"),
     ("weak bias motor", lambda: with_drive(max_moment=0.1), r"biasing takes \d+ N mm, the motor gives 100 N mm"),
-    ("loads", lambda: replace(scene(BASE), loads=(Load(0, 0.5, (0.0, -9.0)),)), r"does not withstand the loads"),
+    ("a square rod", lambda: with_rod(thickness=0.003, width=0.003), r"the peak at .* would leave the plane"),
+    ("loads", lambda: loaded(9.0), r"snaps at 5\d % of its loads; it must withstand 125 %"),
+    ("loads near the snap", lambda: loaded(4.5), r"snaps at 11\d % of its loads; it must withstand 125 %"),
 ]
 
 
@@ -187,9 +193,15 @@ def test_a_limit_that_leaves_no_room_for_a_funnel_is_said() -> None:
         make_plan(replace(scene(BASE), display=replace(display, limits=limits)))
 
 
-def test_loads_that_a_shape_withstands_change_nothing_of_its_plan() -> None:
-    loaded = replace(scene(BASE), loads=(Load(0, 0.5, (0.0, -1.0)), Load(0, 0.3, (0.2, -0.5))))
-    assert make_plan(loaded) == plan(BASE)
+def test_loads_that_a_shape_withstands_change_no_move_and_count_in_its_last_step() -> None:
+    laden = replace(scene(BASE), loads=(Load(0, 0.5, (0.0, -1.0)), Load(0, 0.3, (0.2, -0.5))))
+    made, bare = make_plan(laden), plan(BASE)
+    assert [step.targets for step in made.steps] == [step.targets for step in bare.steps]
+    assert made.steps[:-1] == bare.steps[:-1]
+    assert made.steps[-1].max_force_N > bare.steps[-1].max_force_N
+    assert made.steps[-1].max_strain > bare.steps[-1].max_strain
+    assert made.steps[-1].margin < bare.steps[-1].margin
+    assert made.steps[-1].margin_of.endswith(" under the loads")
 
 
 def test_where_the_recipe_fails_another_way_is_found() -> None:

@@ -13,7 +13,8 @@ from curveline.errors import InvalidInput
 from curveline.plan import AXES, NodeTarget, Plan, Step, drive_table
 from curveline.playback import replay
 from curveline.rod.course import FELL, Event, State, buckle
-from curveline.rod.problem import Array, Bearing, Pose
+from curveline.rod.problem import Array, Pose
+from curveline.rod.space import SpatialSegment
 from curveline.scene import Display
 from curveline.shapefile import read_display
 from curveline.trials import (
@@ -262,8 +263,10 @@ def test_a_plan_is_played_on_its_own_display() -> None:
 
 @pytest.mark.parametrize(("fed", "ending"), [(60.0, LOST), (0.5, "valley")])
 def test_only_a_rod_with_somewhere_to_fall_is_lost(monkeypatch: pytest.MonkeyPatch, fed: float, ending: str) -> None:
-    def falling(poses: Array, bearing: Bearing, start: State | None, bow: float) -> tuple[State | None, list[Event]]:
-        return buckle(Pose(*poses[-1]), bearing), [Event(FELL, PIECES, None)]
+    def falling(
+        poses: Array, segment: SpatialSegment, start: State | None, bow: float
+    ) -> tuple[State | None, list[Event]]:
+        return buckle(Pose(*poses[-1]), segment.bearing), [Event(FELL, PIECES, None)]
 
     monkeypatch.setattr("curveline.trials.ride", falling)
     slack = ((fed, 0.0, 0.0), (-fed, 0.0, 0.0))

@@ -19,13 +19,14 @@ from collections.abc import Callable, Sequence
 from curveline.errors import Infeasible, InvalidInput
 from curveline.plan import Plan, drive_table
 from curveline.planning.advice import nearest
-from curveline.planning.goals import check_goal, check_home
+from curveline.planning.goals import check_goal, check_home, laden
 from curveline.planning.journey import goal_of, travel_home, travel_to
 from curveline.planning.layout import home, layout_of, pose_of
 from curveline.planning.moves import Stage, Travel
 from curveline.planning.proof import Prover, Refused
 from curveline.planning.targets import Counts, layout_at, targets_of
 from curveline.planning.writing import Trip, plan_of
+from curveline.rod.tracking import tracked
 from curveline.scene import STRAIGHT, Display, Scene
 
 OTHERWISE = "change length or angles, or plan a shape between this one and the last"
@@ -110,8 +111,8 @@ def _through(prover: Prover, travel: Travel, scenes: Sequence[Scene]) -> Travel:
 
 def _into(prover: Prover, travel: Travel, scene: Scene) -> Travel:
     """Go on to one shape; Refused where that is not possible."""
-    check_goal(prover, scene)
-    return travel_to(prover, travel, goal_of(scene))
+    burden = check_goal(prover, scene)
+    return laden(travel_to(prover, travel, goal_of(scene)), burden)
 
 
 def _begin(prover: Prover, start: Start, shows: Sequence[str]) -> Travel:
@@ -121,9 +122,8 @@ def _begin(prover: Prover, start: Start, shows: Sequence[str]) -> Travel:
     holds = []
     for segment in layout.segments:
         known = shows[segment] if segment < len(shows) else ""
-        states = prover.states(pose_of(display, layout, segment)) if known else []
-        found = next((state for state in states if state.name == known), None)
-        holds.append(prover.hold_of(found) if found is not None else None)
+        found = prover.showable(pose_of(display, layout, segment)).called(known) if known else None
+        holds.append(tracked(found) if found is not None else None)
     return Travel((), Stage(layout, tuple(holds)))
 
 

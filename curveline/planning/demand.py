@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.problem import Array
 from curveline.scene import Display
 from curveline.units import to_mm, to_nmm
@@ -47,6 +48,25 @@ def demand_of(samples: Array) -> Demand:
     return Demand(samples[:, 3:].min(axis=0), samples[:, 3:].max(axis=0), float(samples[:, 2].max()))
 
 
+def demand_of_state(state: Equilibrium) -> Demand:
+    """What a state, in the plane or out of it, asks of motors that act in it: see `continuation.node_loads`.
+
+    Straightening the rod as it enters a bearing pushes it out, however it bends and twists: by half of the product of
+    moments and curvatures, which the stiffness in the plane bounds for a rod that is stiffer otherwise.
+    """
+    rod = state.rod
+    asked = []
+    for side, angle in enumerate((rod.start, rod.end)):
+        sign = 1.0 - 2.0 * side
+        (x, y), moment = state.clamp_force[side], state.clamp_moment[side]
+        held = state.space.moments[side] if state.space is not None else np.array([0.0, 0.0, moment])
+        push = 0.5 * float(np.sum(np.square(held))) / rod.stiffness
+        across = y * math.cos(angle) - x * math.sin(angle)
+        asked += [x * math.cos(angle) + y * math.sin(angle) - sign * push, y, moment + sign * 0.5 * rod.clamp * across]
+    asks = np.array(asked)
+    return Demand(asks, asks, state.max_curvature)
+
+
 @dataclass(frozen=True)
 class Load:
     """The most that a step asks of any node, and of the rod."""
@@ -54,6 +74,10 @@ class Load:
     force: float = 0.0  # [N]
     moment: float = 0.0  # [N m]
     curvature: float = 0.0  # [1/m]
+
+    def joined(self, other: Load) -> Load:
+        """The more of either."""
+        return Load(max(self.force, other.force), max(self.moment, other.moment), max(self.curvature, other.curvature))
 
     def share(self, display: Display) -> float:
         """The largest share of what rod or motors can give."""

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 from curveline.plan import MAX_STEP_SECONDS
 from curveline.planning.demand import Load, load_of, overload
 from curveline.planning.layout import Layout, between, box_of, pose_of, tails_of
-from curveline.planning.proof import Hold, Passed, Prover, Refused
+from curveline.planning.proof import Passed, Prover, Refused
 from curveline.planning.targets import seconds_between, targets_of
 from curveline.radio.motion import axes_of, outside
+from curveline.rod.tracking import TrackedState
 from curveline.scene import Display
 from curveline.units import to_deg, to_mm
 
@@ -27,7 +28,7 @@ class Stage:
     """
 
     layout: Layout
-    holds: tuple[Hold | None, ...]
+    holds: tuple[TrackedState | None, ...]
     keeps: bool = True
 
 

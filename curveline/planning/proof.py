@@ -9,27 +9,26 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-
-import numpy as np
+from functools import reduce
 
 from curveline.errors import Infeasible
 from curveline.plan import drive_table
-from curveline.planning.demand import Demand, demand_of
+from curveline.planning.demand import Demand, demand_of, demand_of_state
 from curveline.planning.layout import Box, describe
-from curveline.rod.continuation import coarse_start, follow
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.problem import Array, Bearing, Pose
-from curveline.rod.states import find_states
+from curveline.rod.approach import layer
+from curveline.rod.continuation import FOLLOW_EDGES, STIFFEST, coarse_start, follow, stiffness_of
+from curveline.rod.equilibrium import SPATIAL, ClampedRod, Equilibrium
+from curveline.rod.models import Ask, model_states
+from curveline.rod.problem import Pose
+from curveline.rod.showable import Showable, showable_states
+from curveline.rod.tracking import TrackedState, identify, on_edges, refined, tracked, why_not_shown
 from curveline.rod.way import between, straight
 from curveline.scene import PEAK, STRAIGHT, VALLEY, Display, Node
-from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
+from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod, flat_segment, section_of
 from curveline.units import deg, mm
 
-STIFFEST = 4.0 * math.pi**2
-"""Lowest eigenvalue of a straight clamped rod without load, in EI/L^2: the unit of stability margins."""
 LEAST_STABILITY = 0.05
-"""A followed state must keep this fraction of `STIFFEST`."""
+"""A followed state must keep this fraction of `STIFFEST`, in the plane and out of it."""
 LEAST_PAST_FOLD = 0.15
 """The bias into a funnel must exceed the one at which the other state ceases to exist by this fraction."""
 
@@ -43,10 +42,17 @@ pull T, bending back to the chord takes up sqrt(EI/T)/4 times the angle squared 
 built-in displays, at the 8 N of their motors, all of `FIRST_EXCESS`."""
 SAME_STATE = 0.02
 """Edges of one state, followed on two ways, differ by less than this [rad]."""
+EDGES = (FOLLOW_EDGES, 4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
+"""A state is followed on the fewest that are short enough for it, and on the next if it is lost on these."""
+PER_LAYER = 1.0
+"""Edges in the thickness of a layer in which a taut or heavy rod bends."""
+COARSE_CURVE = mm(1.0)
+"""Bound on the error of curves out of the plane, of which only forces and strain matter."""
 LOOKS = 8
 """Parts of a step at whose ends every state is weighed."""
 
 STABILITY = "stability"
+OUT_OF_PLANE = "stability out of the plane"
 
 
 class Refused(Infeasible):
@@ -63,29 +69,26 @@ class Refused(Infeasible):
 
 
 @dataclass(frozen=True)
-class Hold:
-    """The state that the rod of a segment is in, as `angles (n,)` and `forces (2,)` of a coarse rod."""
-
-    angles: Array
-    forces: Array
-
-    @cached_property
-    def key(self) -> tuple[float, ...]:
-        """Tells states at the same pose apart."""
-        return tuple(np.round(self.angles[:: max(1, self.angles.size // 6)], 5))
-
-
-@dataclass(frozen=True)
 class Passed:
     """What came of a segment in a step: its state (None if any of `names`), lowest eigenvalue, margin and of what."""
 
-    hold: Hold | None
+    hold: TrackedState | None
     names: str
     lowest: float
     margin: float
     margin_of: str
     demand: Demand
     corners: int
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A state after a straight way, its lowest eigenvalues in the plane and out of it on it [EI/L^2], what it asks."""
+
+    end: TrackedState
+    inside: float
+    outside: float
+    demand: Demand
 
 
 class Prover:
@@ -98,50 +101,95 @@ class Prover:
         self.display = display
         self.tell = tell
         self.drive = drive_table(display)
-        self.bearing: Bearing = self.rod(Pose(display.span, 0.0, 0.0, 0.0, display.span)).bearing
-        self._states: dict[Pose, list[Equilibrium]] = {}
-        self._ways: dict[tuple[Pose, Pose, tuple[float, ...]], tuple[Hold, float, Demand]] = {}
+        self.bearing = flat_segment(display, *_nodes(Pose(display.span, 0.0, 0.0, 0.0, display.span))).bearing
+        self._showable: dict[Pose, Showable] = {}
+        self._elsewhere: dict[Pose, tuple[Equilibrium, ...]] = {}
+        self._ways: dict[tuple[Pose, Pose, tuple[float, ...]], Followed] = {}
         self._weighed: dict[Pose, Demand] = {}
         self._allowed: dict[tuple[Pose, Pose, Box], Passed] = {}
         self._funnels: dict[tuple[Pose, str], float] = {}
 
     def rod(self, pose: Pose) -> ClampedRod:
         """The rod between two nodes."""
-        return clamped_rod(self.display, (Node(0.0, pose.start), Node(pose.y, pose.end)), pose.length)
+        return clamped_rod(self.display, *_nodes(pose))
 
-    def states(self, pose: Pose) -> list[Equilibrium]:
-        """The states that the display can show at a pose; none for a straight rod."""
-        if pose not in self._states:
+    def showable(self, pose: Pose) -> Showable:
+        """The states that the display can show at a pose, and those that would leave the plane; none if straight."""
+        if pose not in self._showable:
             rod = self.rod(pose)
-            found = [] if is_straight(rod) else find_states(rod, DEFAULT_TOLERANCE)
-            self._states[pose] = [state for state in found if state.simple]
-        return self._states[pose]
+            self._showable[pose] = (
+                Showable() if is_straight(rod) else showable_states(rod, section_of(self.display), DEFAULT_TOLERANCE)
+            )
+        return self._showable[pose]
 
-    def hold_of(self, state: Equilibrium) -> Hold:
-        """A state that was found, as one that can be followed."""
-        return Hold(*coarse_start(state))
+    def states(self, pose: Pose) -> tuple[Equilibrium, ...]:
+        """The states that the display can show at a pose; none for a straight rod."""
+        return self.showable(pose).states
 
-    def name_of(self, pose: Pose, hold: Hold) -> str:
-        """What the state `hold` is called at `pose`; Refused if it was not found there."""
-        for state in self.states(pose):
-            if np.max(np.abs(coarse_start(state)[0] - hold.angles)) < SAME_STATE:
-                return state.name
-        raise Refused(f"the rod would end in a state that was not found at {describe(pose)}", is_hopeless=True)
+    def elsewhere(self, pose: Pose) -> tuple[Equilibrium, ...]:
+        """The states out of the plane in which the rod may be at a pose, if it leaves the plane there."""
+        if not self.showable(pose).leaving:
+            return ()
+        if pose not in self._elsewhere:
+            segment = flat_segment(self.display, *_nodes(pose))
+            found = model_states(segment, Ask(COARSE_CURVE, (0,), SPATIAL)).states
+            self._elsewhere[pose] = tuple(state for state in found if state.leaves_plane and state.stable)
+        return self._elsewhere[pose]
 
-    def keep(self, before: Pose, after: Pose, box: Box, hold: Hold) -> Passed:
-        """Follow a known state through a step; Refused where it would be lost or comes too near to it."""
-        end, lowest, demand = self._follow(before, after, hold, is_hopeless=True)
-        holds = {before: hold, after: end}
+    def name_of(self, pose: Pose, hold: TrackedState) -> str:
+        """What the state `hold` is called at `pose`; Refused if the display cannot show it there."""
+        rod = self.rod(pose)
+        if (state := identify(rod, hold, self.states(pose))) is not None:
+            return state.name
+        if identify(rod, hold, self.showable(pose).leaving) is not None:
+            why = "that leaves the plane"
+        else:
+            why = why_not_shown(refined(rod, hold, DEFAULT_TOLERANCE)) or "that was not found"
+        raise Refused(f"the rod would end in a state {why} at {describe(pose)}", is_hopeless=True)
+
+    def keep(self, before: Pose, after: Pose, box: Box, hold: TrackedState) -> Passed:
+        """Follow a known state through a step; Refused where it would be lost or comes too near to it.
+
+        A coarse rod has its folds earlier than the real one: what it cannot keep is tried on finer edges.
+        """
+        refusals = []
+        for n in self._edges(before, after):
+            try:
+                return self._keep(before, after, box, self._on_edges(before, hold, n))
+            except Refused as refusal:
+                refusals.append(refusal)
+        raise refusals[-1]
+
+    def _edges(self, before: Pose, after: Pose) -> tuple[int, int]:
+        """How many edges to follow a state on, and how many where these lose it."""
+        thinnest = min(layer(self.rod(pose).scaled()) for pose in (before, after))
+        first = next((n for n in EDGES[:-1] if n * thinnest > PER_LAYER), EDGES[-2])
+        return first, EDGES[EDGES.index(first) + 1]
+
+    def _on_edges(self, pose: Pose, hold: TrackedState, n: int) -> TrackedState:
+        held = on_edges(self.rod(pose), hold, n)
+        if held is None:
+            raise Refused(f"the state is about to lose its stability at {describe(pose)}", is_hopeless=True)
+        return held
+
+    def _keep(self, before: Pose, after: Pose, box: Box, hold: TrackedState) -> Passed:
+        """Follow a known state through a step on the edges that it is held on."""
+        direct = self._follow(before, after, hold, is_hopeless=True)
+        holds = {before: hold, after: direct.end}
+        followed = [direct]
         for here, there in box.edges(before, after):
-            reached, least, asked = self._follow(here, there, holds[here])
-            if np.max(np.abs(holds.setdefault(there, reached).angles - reached.angles)) > SAME_STATE:
+            way = self._follow(here, there, holds[here])
+            if holds.setdefault(there, way.end).gap(way.end) > SAME_STATE:
                 raise Refused(f"uneven progress by way of {describe(here)} would end in another state")
-            lowest, demand = min(lowest, least), demand.joined(asked)
+            followed.append(way)
         corners = set(box.corners()) - {before, after}
-        name = self.name_of(after, end)
-        return Passed(end, name, lowest, lowest / STIFFEST, STABILITY, demand, len(corners))
+        demand = reduce(Demand.joined, (way.demand for way in followed))
+        inside, outside = (min(getattr(way, side) for way in followed) for side in ("inside", "outside"))
+        lowest, margin_of = (inside, STABILITY) if inside <= outside else (outside, OUT_OF_PLANE)
+        name = self.name_of(after, direct.end)
+        return Passed(direct.end, name, lowest, lowest / STIFFEST, margin_of, demand, len(corners))
 
-    def can_keep(self, before: Pose, after: Pose, box: Box, hold: Hold) -> bool:
+    def can_keep(self, before: Pose, after: Pose, box: Box, hold: TrackedState) -> bool:
         """True if a known state would survive a step."""
         try:
             self.keep(before, after, box, hold)
@@ -150,15 +198,16 @@ class Prover:
         return True
 
     def allow(self, before: Pose, after: Pose, box: Box) -> Passed:
-        """Let the rod be in any state through a step; Refused where it would be taut."""
+        """Let the rod be in any state through a step, out of the plane, too; Refused where it would be taut."""
         key = before, after, box
         if key not in self._allowed:
             shares = [look / LOOKS for look in range(LOOKS + 1)] if before != after else [1.0]
+            looks = [between(before, after, share) for share in shares]
             corners = set(box.corners())
-            demand = Demand()
-            for pose in (*(between(before, after, share) for share in shares), *corners):
-                demand = demand.joined(self.weigh(pose))
-            states = self.states(after)
+            demand = reduce(Demand.joined, (self.weigh(pose) for pose in (*looks, *corners)))
+            aside = [state for pose in looks for state in self.elsewhere(pose)]
+            demand = reduce(Demand.joined, map(demand_of_state, aside), demand)
+            states = (*self.states(after), *self.elsewhere(after))
             lowest = min((state.lowest_eigenvalue for state in states), default=STIFFEST)
             names = "|".join(state.name for state in states) or STRAIGHT
             margin_of = f"{STABILITY}; any state will do"
@@ -173,11 +222,14 @@ class Prover:
                 f"the other state ceases to exist only {100 * margin:.0f} % before the end of the bias",
                 is_hopeless=True,
             )
+        if aside := self.elsewhere(after):
+            names = " and ".join(state.name for state in aside)
+            raise Refused(f"at {describe(after)} the rod may be out of the plane: {names}", is_hopeless=True)
         passed = self.allow(before, after, box)
         state = self.states(after)[0]
         lowest = state.lowest_eigenvalue
         margin_of = f"bias past the fold of the {VALLEY if wanted == PEAK else PEAK}"
-        return Passed(self.hold_of(state), wanted, lowest, margin, margin_of, passed.demand, passed.corners)
+        return Passed(tracked(state), wanted, lowest, margin, margin_of, passed.demand, passed.corners)
 
     def past_fold(self, pose: Pose, wanted: str) -> float:
         """By how much, as a fraction, the bias at `pose` exceeds the one that leaves only the `wanted` state.
@@ -194,22 +246,22 @@ class Prover:
             self._funnels[pose, wanted] = 1.0 / gone - 1.0 if gone > 0.0 else 1.0
         return self._funnels[pose, wanted]
 
-    def _follow(
-        self, before: Pose, after: Pose, hold: Hold, *, is_hopeless: bool = False
-    ) -> tuple[Hold, float, Demand]:
-        """Where a state is after a straight way, its lowest eigenvalue on it, and what it asks."""
+    def _follow(self, before: Pose, after: Pose, hold: TrackedState, *, is_hopeless: bool = False) -> Followed:
+        """A state on a straight way; Refused where it would be lost or comes too near to it."""
         key = before, after, hold.key
         if key not in self._ways:
-            branch = follow(straight(before, after), self.bearing, hold.angles, hold.forces)
+            way = straight(before, after)
+            branch = follow(way, self.bearing, hold.angles, hold.forces)
             if branch.reached < 1.0:
                 where = describe(between(before, after, branch.reached))
-                raise Refused(f"the state loses its stability at {where}", is_hopeless=is_hopeless)
-            lowest = float(branch.samples[:, 1].min())
-            self._ways[key] = Hold(branch.phi, branch.multipliers), lowest, demand_of(branch.samples)
+                what = "leaves the plane" if branch.leaves_plane else "loses its stability"
+                raise Refused(f"the state {what} at {where}", is_hopeless=is_hopeless)
+            inside, outside = stiffness_of(way, self.bearing, branch)
+            end = TrackedState(branch.phi, branch.multipliers)
+            self._ways[key] = Followed(end, inside, outside, demand_of(branch.samples))
         found = self._ways[key]
-        if found[1] < LEAST_STABILITY * STIFFEST:
-            margin = found[1] / STIFFEST
-            raise Refused(f"the state comes within {margin:.3f} of losing stability", is_hopeless=is_hopeless)
+        if reason := too_near(found.inside, found.outside):
+            raise Refused(f"the state comes within {reason}", is_hopeless=is_hopeless)
         return found
 
     def weigh(self, pose: Pose) -> Demand:
@@ -219,12 +271,22 @@ class Prover:
             is_pulled = is_straight(rod) and out_of_line(rod) > OUT_OF_LINE
             if is_pulled or rod.free_length < math.hypot(*rod.free_chord) - TAUT:
                 raise Refused(f"in uneven progress the rod would be pulled taut at {describe(pose)}")
-            demand = Demand()
-            way = straight(pose, pose)
-            for state in self.states(pose):
-                demand = demand.joined(demand_of(follow(way, self.bearing, *coarse_start(state)).samples))
-            self._weighed[pose] = demand
+            found = self.showable(pose)
+            self._weighed[pose] = reduce(Demand.joined, map(demand_of_state, (*found.states, *found.leaving)), Demand())
         return self._weighed[pose]
+
+
+def too_near(inside: float, outside: float) -> str:
+    """Of what a state with these lowest eigenvalues [EI/L^2] is too near to, and how near; empty if it is not."""
+    for lowest, what in ((inside, "losing stability"), (outside, "leaving the plane")):
+        if lowest < LEAST_STABILITY * STIFFEST:
+            return f"{max(lowest, 0.0) / STIFFEST:.3f} of {what}, and must stay {LEAST_STABILITY:g} away from it"
+    return ""
+
+
+def _nodes(pose: Pose) -> tuple[tuple[Node, Node], float]:
+    """The nodes that make a pose, and the rod between them."""
+    return (Node(0.0, pose.start), Node(pose.y, pose.end)), pose.length
 
 
 def is_straight(rod: ClampedRod) -> bool:

@@ -2,7 +2,8 @@
 
 Natural continuation: the fraction of the way grows and Newton takes the state along. `follow` records every pose,
 `travel` only arrives, for those who ask a thousand times; both end where the state ceases to be stable, at a fold or
-a bifurcation, and `land` lets the rod fall from there.
+a bifurcation, in the plane or, where the bearing says how stiff the rod is sideways, out of it; `land` lets the rod
+fall in the plane from there.
 
     way = straight(begin.pose, end.pose)                    # or loading(pose, at, before, after), or Way(...)
     branch = follow(way, begin.bearing, *start_along(way, state))
@@ -20,9 +21,10 @@ import numpy as np
 from curveline.rod._jit import njit
 from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.ladder import vertex_table
+from curveline.rod.lateral import lateral_eigenvalue_below, lateral_modes_below, lateral_variation
 from curveline.rod.modes import lowest_eigenvalue
 from curveline.rod.planar import Effort, descend, newton
-from curveline.rod.problem import Array, cut, largest_change, mesh, sharpest_turn
+from curveline.rod.problem import Array, cut, largest_change, mesh, refine_angles, sharpest_turn
 from curveline.rod.states import SEARCH_EDGES
 from curveline.rod.way import Way, counts_along, is_still, loads_at, pose_at, problem_at, rod_at
 
@@ -32,10 +34,18 @@ SMALLEST_STEP = 1e-7
 LARGEST_MOVE = 0.25
 """An edge that turns by more than this [rad] in one step belongs to another branch."""
 
+STIFFEST = 4.0 * math.pi**2
+"""Lowest eigenvalue of a straight clamped rod without load, in EI/L^2: the unit of stability margins."""
 SHALLOW = math.pi**2
 """An eigenvalue below this [EI/L^2], a quarter of a straight clamped rod's, that fell by more than half in one step may
 have been lower on the way: look closer."""
 CLOSEST_LOOK = LARGEST_STEP / 64.0
+GLANCE = 1e-3
+"""Relative precision of the lowest eigenvalue at every pose of a way; where it is lowest it is found to `PRECISE`."""
+PRECISE = 1e-5
+DOUBT = 4.0
+"""What a coarse rod may miss of its lowest eigenvalue in the plane [EI/L^2]; one out of it that is higher by more
+does not limit a margin, and is not sought."""
 
 TRAVEL_MOVE = 0.05
 """The most that an edge turns [rad] in a step of `travel`, which takes the whole way at once where it can."""
@@ -48,18 +58,32 @@ TRACK = Effort(turn=0.2, close=1e-7, iterations=12)
 LAND = Effort(turn=0.3, close=1e-7, iterations=400)
 
 
+class Dip(NamedTuple):
+    """Where on a way an eigenvalue of a state is lowest: the fraction, the eigenvalue [EI/L^2], the state there."""
+
+    fraction: float
+    eigenvalue: float
+    phi: Array
+    multipliers: Array
+
+
 class Branch(NamedTuple):
     """A followed state, the fraction of the way it `reached`, and its angles and multipliers there.
 
     `samples (m, 9)` hold per pose: fraction of the way, lowest eigenvalue, largest curvature away from the natural one
     [1/m], then what the left node must do to the rod, with its sign: along the tangent, towards the right node [N],
-    upwards [N], moment about its pivot, counter-clockwise [N m]; then the same three for the right node.
+    upwards [N], moment about its pivot, counter-clockwise [N m]; then the same three for the right node. `inside` is
+    where the lowest eigenvalue in the plane is lowest, `outside` the one out of it, sought where it could be the lower
+    one. A branch that ends early `leaves_plane` or loses its stability in it.
     """
 
     samples: Array
     reached: float
     phi: Array
     multipliers: Array
+    inside: Dip
+    outside: Dip
+    leaves_plane: bool
 
 
 @njit
@@ -111,6 +135,35 @@ def try_step(free, phi, multipliers, most):
 
 
 @njit
+def sideways(bearing, free_length):
+    """Stiffness out of the plane and of twist over that in it, and the natural curvature times the length: (3,)."""
+    ratio = 1.0 / bearing.stiffness
+    return np.array([bearing.lateral * ratio, bearing.twisting * ratio, bearing.natural * free_length])
+
+
+@njit
+def is_held_in_plane(bearing):
+    """True for a rod of which nobody said how stiff it is out of the plane."""
+    return bearing.lateral == 0.0 and bearing.twisting == 0.0
+
+
+@njit
+def stiffness_outside(way, bearing, fraction, state, most):
+    """Lowest eigenvalue out of the plane [EI/L^2] of a `state`, problem, angles and multipliers, or `most` if less."""
+    free, phi, multipliers = state
+    if is_held_in_plane(bearing):
+        return most
+    stiff = sideways(bearing, pose_at(way, fraction).length - bearing.clamp)
+    return lateral_eigenvalue_below(free, phi, multipliers, stiff, most)
+
+
+@njit
+def _is_shallow(now, before):
+    """True if an eigenvalue fell so far and so fast that it may have been lower between."""
+    return now < SHALLOW and now < 0.5 * before
+
+
+@njit
 def follow(way, bearing, phi, multipliers):
     """Follow the stable state `phi (n,)`, `multipliers (2,)` from the begin of a `Way` to its end, or until it is lost.
 
@@ -123,14 +176,22 @@ def follow(way, bearing, phi, multipliers):
     count = 0
     reached = 0.0
     step = 0.0
+    leaves = False
+    least = STIFFEST
+    inside = Dip(0.0, STIFFEST, phi, multipliers)
+    outside = Dip(0.0, STIFFEST, phi, multipliers)
     while count < samples.shape[0] and counts.sum() == phi.size:
         fraction = min(1.0, reached + step)
         free = problem_at(way, bearing, fraction, counts)
         found, trial, force = try_step(free, phi, multipliers, LARGEST_MOVE)
-        lowest = lowest_eigenvalue(free, trial, force, 1e-4) if found else 0.0
+        lowest = lowest_eigenvalue(free, trial, force, GLANCE) if found else 0.0
+        least = min(outside.eigenvalue, min(lowest, inside.eigenvalue) + DOUBT)
+        aside = stiffness_outside(way, bearing, fraction, (free, trial, force), least) if found else 0.0
+        leaves = found and aside <= 0.0
         if found and count > 0 and step > CLOSEST_LOOK:
-            found = lowest > SHALLOW or lowest > 0.5 * samples[count - 1, 1]
-        if found:
+            found = not _is_shallow(lowest, samples[count - 1, 1])
+            found = found and not (aside < least and _is_shallow(aside, least))
+        if found and not leaves:
             phi = trial
             multipliers = force
             reached = fraction
@@ -138,6 +199,10 @@ def follow(way, bearing, phi, multipliers):
             samples[count, 1] = lowest
             samples[count, 2:] = node_loads(way, fraction, bearing, free, phi, multipliers)
             count += 1
+            if lowest < inside.eigenvalue or count == 1:
+                inside = Dip(fraction, lowest, phi, multipliers)
+            if aside < outside.eigenvalue:
+                outside = Dip(fraction, aside, phi, multipliers)
             if is_still(way):
                 reached = 1.0
             if reached == 1.0:
@@ -147,7 +212,38 @@ def follow(way, bearing, phi, multipliers):
             step *= 0.5
             if step < SMALLEST_STEP:
                 break
-    return Branch(samples[:count], reached, phi, multipliers)
+    return Branch(samples[:count], reached, phi, multipliers, inside, outside, leaves)
+
+
+@njit
+def _finer(way, bearing, dip):
+    """The rod on edges cut in two where a followed state is least stable, and the state there; False if it is lost."""
+    counts = counts_along(way, bearing, dip.phi.size)
+    phi = refine_angles(problem_at(way, bearing, dip.fraction, counts), dip.phi, 2)
+    free = problem_at(way, bearing, dip.fraction, 2 * counts)
+    found, phi, multipliers = try_step(free, phi, dip.multipliers, LARGEST_MOVE)
+    return found, (free, phi, multipliers)
+
+
+@njit
+def stiffness_of(way, bearing, branch):
+    """Lowest eigenvalues in the plane and out of it [EI/L^2] along a followed branch, of the continuous rod.
+
+    Extrapolated from its edges and edges cut in two (Richardson); -inf where the state is lost on these.
+    """
+    dip = branch.inside
+    found, state = _finer(way, bearing, dip)
+    inside = -np.inf
+    if found:
+        inside = lowest_eigenvalue(state[0], state[1], state[2], PRECISE)
+        here = problem_at(way, bearing, dip.fraction, counts_along(way, bearing, dip.phi.size))
+        inside += (inside - lowest_eigenvalue(here, dip.phi, dip.multipliers, PRECISE)) / 3.0
+    outside = branch.outside.eigenvalue
+    if outside < STIFFEST:
+        found, state = _finer(way, bearing, branch.outside)
+        finer = stiffness_outside(way, bearing, branch.outside.fraction, state, STIFFEST) if found else -np.inf
+        outside = finer + (finer - outside) / 3.0 if finer < STIFFEST else finer
+    return inside, outside
 
 
 @njit
@@ -155,23 +251,37 @@ def travel(way, bearing, phi, multipliers):
     """As `follow`, but without records: the fraction reached, angles (n,) and multipliers (2,) there.
 
     Steps are as long as the rod moves little in them, so that a short way is one step; a loss of stability is located
-    to `TRAVEL_STEP`. Stability is that of the inertia which Newton finds, at no cost, at the end of each step alone.
+    to `TRAVEL_STEP`. Stability is that of the inertia, at the end of each step alone: in the plane Newton finds it at
+    no cost. The last of what it returns is True if the rod would leave its plane there.
     """
     counts = counts_along(way, bearing, phi.size)
     reached = 0.0
     step = 1.0
+    leaves = False
     while reached < 1.0 and step >= TRAVEL_STEP and counts.sum() == phi.size:
         fraction = min(1.0, reached + step)
         free = problem_at(way, bearing, fraction, counts)
         found, trial, force = try_step(free, phi, multipliers, TRAVEL_MOVE)
-        if found:
+        leaves = found and not stays_in_plane(way, bearing, fraction, (free, trial, force))
+        if found and not leaves:
             phi = trial
             multipliers = force
             reached = fraction
             step *= 1.5
         else:
             step *= 0.5
-    return reached, phi, multipliers
+    return reached, phi, multipliers, leaves
+
+
+@njit
+def stays_in_plane(way, bearing, fraction, state):
+    """True if a `state`, problem, angles and multipliers, is stable out of its plane, too."""
+    free, phi, multipliers = state
+    if is_held_in_plane(bearing):
+        return True
+    stiff = sideways(bearing, pose_at(way, fraction).length - bearing.clamp)
+    blocks, lift = lateral_variation(free, phi, multipliers, stiff)
+    return lateral_modes_below(free, blocks, lift, 0.0) == 0
 
 
 @njit

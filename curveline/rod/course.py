@@ -1,7 +1,10 @@
 """A rod while its nodes move from pose to pose: it buckles where it gets slack, follows its state, falls, goes taut.
 
-state, events = ride(poses, bearing, start=None)
+state, events = ride(poses, segment, start=None)
 events                                              # [Event(FELL, 17, state)], what happened at which pose
+
+In the plane a state is that of a coarse rod, on finer edges where these alone keep it. A rod that leaves its plane goes
+on in space, see `aside`, until it is back.
 """
 
 from __future__ import annotations
@@ -13,21 +16,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curveline.rod._jit import njit
-from curveline.rod.continuation import FOLLOW_EDGES, land, sway, travel
+from curveline.rod.aside import Aside, back_in_plane, go_aside, pushed_off
+from curveline.rod.continuation import FOLLOW_EDGES, land, stays_in_plane, sway, travel
 from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.problem import Array, Bearing, Pose
+from curveline.rod.problem import Array, Bearing, Pose, make_problem, mesh, released
+from curveline.rod.space import SpatialSegment
+from curveline.rod.tracking import TrackedState, on_edges
 from curveline.rod.way import straight
 
 SLACKEST_STRAIGHT = 2e-4
 """Below this excess of length over chord, as a fraction, the rod counts as straight: play and stretch take it up."""
+FINE_EDGES = 4 * FOLLOW_EDGES
+"""Edges of a state that coarser ones lose: their folds come earlier than those of the rod."""
 
 BUCKLED = "buckled"
 FELL = "fell"
 PULLED = "pulled"
-"""What happens to a rod: it leaves the straight, or the state it was in, or there is no rod to spare any more."""
+LEFT = "left"
+RETURNED = "returned"
+"""What happens to a rod: it leaves the straight, or the state it was in, or there is no rod to spare any more; it
+leaves the plane, or comes back to it."""
 
-State = tuple[Array, Array]
-"""Angles (n,) of the edges and multipliers (2,)."""
+State = TrackedState | Aside
 
 
 class Event(NamedTuple):
@@ -38,43 +48,114 @@ class Event(NamedTuple):
     state: State | None
 
 
-def ride(poses: Array, bearing: Bearing, start: State | None, bow: float = 0.0) -> tuple[State | None, list[Event]]:
+def ride(
+    poses: Array, segment: SpatialSegment, start: State | None, bow: float = 0.0
+) -> tuple[State | None, list[Event]]:
     """The state at the last of `poses (m, 5)`, each as a `Pose`, and what happened on the way.
 
-    The nodes go straight from each pose to the next. Without a state to `start` from the rod is straight, or takes one
-    at the first pose. `bow` [m] is how far the middle of the rod itself stands out to the left of its chord when it
-    first gets slack: see `buckle`.
+    The nodes go straight from each pose to the next, with the rod of a flat `segment` between them. Without a state to
+    `start` from the rod is straight, or takes one at the first pose. `bow` [m] is how far the middle of the rod itself
+    stands out to the left of its chord when it first gets slack: see `buckle`.
     """
-    spare = has_spare(poses, bearing)
-    last = len(poses) - 1
-    events: list[Event] = []
-    state, index = start, 0
-    while True:
-        if state is None:
-            index, state = _buckled(poses, bearing, (index, spare), bow)
-            if state is None:
-                return None, events
-            events.append(Event(BUCKLED, index, state))
-        if index == last:
-            return state, events
-        taut = np.flatnonzero(~spare[index + 1 :])
-        end = index + int(taut[0]) if taut.size else last
-        done, angles, forces = pass_through(poses[index : end + 1], bearing, *state)
-        index += done + 1
-        state = (angles, forces)
-        if index <= end:
-            state = _landed(Pose(*poses[index]), bearing, angles, forces)
-            events.append(Event(FELL, index, state))
-        elif end < last:
-            state = None
-            events.append(Event(PULLED, index, None))
+    rider = _Rider(poses, segment, start)
+    while rider.place < rider.last or (rider.state is None and not rider.is_done):
+        if rider.state is None:
+            rider.wait(bow)
+        elif isinstance(rider.state, Aside):
+            rider.go_aside(rider.state)
         else:
-            return state, events
+            rider.follow(rider.state)
+    return rider.state, rider.events
+
+
+class _Rider:
+    """A rod on its way through `poses`: at which it is, in which state, what happened.
+
+    It `is_done` if it has no state at the last pose, and gets none.
+    """
+
+    def __init__(self, poses: Array, segment: SpatialSegment, start: State | None) -> None:
+        self.poses = poses
+        self.segment = segment
+        self.bearing = segment.bearing
+        self.state = start
+        self.events: list[Event] = []
+        self.place = 0
+        self.last = len(poses) - 1
+        self.is_done = False
+        self._spare = has_spare(poses, self.bearing)
+
+    def wait(self, bow: float) -> None:
+        """Go on straight until the rod buckles, or to the end."""
+        for place in range(self.place, self.last + 1):
+            if self._spare[place] and (state := buckle(self._pose(place), self.bearing, bow)) is not None:
+                self._turn_to(BUCKLED, place, state)
+                return
+        self.place, self.is_done = self.last, True
+
+    def follow(self, held: TrackedState) -> None:
+        """Follow a state in the plane until it is lost, the rod is taut, or to the end."""
+        end = self._slack_until()
+        done, held, leaves = _passed(self.poses[self.place : end + 1], self.segment, held)
+        self.place += done
+        self.state = held
+        if self.place < end:
+            self.place += 1
+            if leaves:
+                self._leave(held)
+            else:
+                self._turn_to(FELL, self.place, _landed(self._pose(self.place), self.bearing, held))
+        elif end < self.last:
+            self._be_pulled(end)
+
+    def go_aside(self, aside: Aside) -> None:
+        """Go on out of the plane until the rod comes back to it or is taut, or to the end."""
+        end = self._slack_until()
+        self.place, state = go_aside(self.poses[: end + 1], self.segment, aside, self.place)
+        self.state = state
         if state is None:
-            # The pose itself has been tried, or has no rod to spare.
-            if index == last:
-                return None, events
-            index += 1
+            self.events.append(Event(FELL, self.place, None))
+        elif (held := back_in_plane(self._at(self.place), state)) is not None:
+            self.state = held
+            self.events.append(Event(RETURNED, self.place, held))
+        elif self.place == end < self.last:
+            self._be_pulled(end)
+
+    def _turn_to(self, kind: str, place: int, state: TrackedState | None) -> None:
+        """Be in a state of the plane, or of none, since something happened; it may be one in which no rod stays."""
+        self.place, self.state = place, state
+        self.events.append(Event(kind, place, state))
+        if state is None:
+            self._step_on()
+        elif not _stays(self._at(place), self.bearing, state):
+            self._leave(state)
+
+    def _leave(self, held: TrackedState) -> None:
+        """Leave the plane from a state that is none in space."""
+        self.state = pushed_off(self._at(self.place), held)
+        self.events.append(Event(LEFT, self.place, self.state))
+        if self.state is None:
+            self._step_on()
+
+    def _be_pulled(self, end: int) -> None:
+        self.place, self.state = end + 1, None
+        self.events.append(Event(PULLED, self.place, None))
+
+    def _step_on(self) -> None:
+        """Without a state at a pose: the pose itself has been tried."""
+        self.is_done = self.place == self.last
+        self.place = min(self.place + 1, self.last)
+
+    def _slack_until(self) -> int:
+        """The last pose before the rod is taut."""
+        taut = np.flatnonzero(~self._spare[self.place + 1 :])
+        return self.place + int(taut[0]) if taut.size else self.last
+
+    def _pose(self, place: int) -> Pose:
+        return Pose(*self.poses[place].tolist())
+
+    def _at(self, place: int) -> SpatialSegment:
+        return self.segment.moved_to(self._pose(place))
 
 
 def has_spare(poses: Array, bearing: Bearing) -> NDArray[np.bool_]:
@@ -91,7 +172,7 @@ def is_slack(rod: ClampedRod) -> bool:
     return bool(has_spare(np.array([rod.pose]), rod.bearing)[0])
 
 
-def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> State | None:
+def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> TrackedState | None:
     """The state into which a straight rod settles once it has rod to spare at `pose`; None if none is reached.
 
     It buckles in its first mode, to the side to which it leans: of a rod with a small bow of its own under its weight
@@ -107,38 +188,56 @@ def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> State | None:
     side = 1.0 if bow > bearing.weight * free**4 / (384.0 * bearing.stiffness) else -1.0
     places = (np.arange(FOLLOW_EDGES) + 0.5) / FOLLOW_EDGES
     bend = 2.0 * math.sqrt(free / chord - 1.0) * np.sin(2.0 * math.pi * places)
-    return _landed(pose, bearing, math.atan2(pose.y, pose.x) + side * bend, np.zeros(2))
+    guess = TrackedState(math.atan2(pose.y, pose.x) + side * bend, np.zeros(2))
+    return _landed(pose, bearing, guess)
 
 
-def _buckled(
-    poses: Array, bearing: Bearing, since: tuple[int, NDArray[np.bool_]], bow: float
-) -> tuple[int, State | None]:
-    """The first pose since an index at which the rod has a state again, and that state; None if it gets none."""
-    first, spare = since
-    for index in range(first, len(poses)):
-        if spare[index] and (state := buckle(Pose(*poses[index]), bearing, bow)) is not None:
-            return index, state
-    return len(poses) - 1, None
+def _landed(pose: Pose, bearing: Bearing, held: TrackedState) -> TrackedState | None:
+    """Where the rod falls in its plane from a state that is gone at `pose`; None if nowhere."""
+    way = straight(pose, pose)
+    landed, angles, forces = land(way, 0.0, bearing, held.angles, held.forces, sway(held.angles.size))
+    return TrackedState(angles, forces) if landed else None
 
 
-def _landed(pose: Pose, bearing: Bearing, angles: Array, forces: Array) -> State | None:
-    """Where the rod falls from `angles (n,)` at `pose`; None if nowhere."""
-    landed, angles, forces = land(straight(pose, pose), 0.0, bearing, angles, forces, sway(angles.size))
-    return (angles, forces) if landed else None
+def _stays(segment: SpatialSegment, bearing: Bearing, held: TrackedState) -> bool:
+    """True if the rod stays in its plane in a state of it."""
+    scaled, pose = segment.rod.scaled(), segment.rod.pose
+    free = released(make_problem(scaled, mesh(scaled.at, held.angles.size)))
+    return bool(stays_in_plane(straight(pose, pose), bearing, 0.0, (free, held.angles, held.forces)))
+
+
+def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[int, TrackedState, bool]:
+    """How many of the ways between `poses` a state passes, on finer edges where it takes them, and where it is then.
+
+    The last is True if the rod leaves its plane on the next way.
+    """
+    bearing = segment.bearing
+    done, angles, forces, leaves = pass_through(poses, bearing, held.angles, held.forces)
+    here = TrackedState(angles, forces)
+    if done == len(poses) - 1 or held.angles.size >= FINE_EDGES:
+        return done, here, leaves
+    # On a way that was begun, the state belongs to a place in the midst of it; the rod is asked at the pose before.
+    _, angles, forces, _ = pass_through(poses[: done + 1], bearing, held.angles, held.forces)
+    fine = on_edges(segment.moved_to(Pose(*poses[done].tolist())).rod, TrackedState(angles, forces), FINE_EDGES)
+    if fine is None:
+        return done, here, leaves
+    further, angles, forces, leaves = pass_through(poses[done:], bearing, fine.angles, fine.forces)
+    return done + further, TrackedState(angles, forces), leaves
 
 
 @njit
 def pass_through(poses, bearing, phi, multipliers):
     """Follow the stable state `phi (n,)`, `multipliers (2,)` through `poses (m, 5)` from the first on.
 
-    Returns how many of the ways between them it passed to the end, all or those before it was lost, and the state.
+    Returns how many of the ways between them it passed to the end, all or those before it was lost, the state, and
+    whether it was lost because the rod left its plane.
     """
     for k in range(1, poses.shape[0]):
         begin, end = poses[k - 1], poses[k]
         way = straight(
             Pose(begin[0], begin[1], begin[2], begin[3], begin[4]), Pose(end[0], end[1], end[2], end[3], end[4])
         )
-        reached, phi, multipliers = travel(way, bearing, phi, multipliers)
+        reached, phi, multipliers, leaves = travel(way, bearing, phi, multipliers)
         if reached < 1.0:
-            return k - 1, phi, multipliers
-    return poses.shape[0] - 1, phi, multipliers
+            return k - 1, phi, multipliers, leaves
+    return poses.shape[0] - 1, phi, multipliers, False

@@ -119,19 +119,32 @@ def lateral_eigenvalue(problem, phi, multipliers, lateral, precision):
     Measured by the L2 norm of both turns, as `relax.lowest_mode`; by bisection on the inertia (Sylvester).
     """
     blocks, lift = lateral_variation(problem, phi, multipliers, lateral)
-    low, high, width = 0.0, 0.0, 10.0
-    if lateral_modes_below(problem, blocks, lift, 0.0) > 0:
-        low = -width
-        while lateral_modes_below(problem, blocks, lift, low) > 0:
-            high = low
-            width *= 2.0
-            low -= width
-    else:
-        high = width
-        while lateral_modes_below(problem, blocks, lift, high) == 0 and high < 1e15:
-            low = high
-            width *= 2.0
-            high += width
+    low, high, width = 0.0, 10.0, 20.0
+    while lateral_modes_below(problem, blocks, lift, high) == 0 and high < 1e15:
+        low = high
+        high += width
+        width *= 2.0
+    return _eigenvalue_below(problem, (blocks, lift), low, high, precision)
+
+
+@njit
+def lateral_eigenvalue_below(problem, phi, multipliers, lateral, most):
+    """As `lateral_eigenvalue`, to `PRECISION`, or `most` if that is less: then it costs one sweep."""
+    blocks, lift = lateral_variation(problem, phi, multipliers, lateral)
+    if lateral_modes_below(problem, blocks, lift, most) == 0:
+        return most
+    return _eigenvalue_below(problem, (blocks, lift), 0.0, most, PRECISION)
+
+
+@njit
+def _eigenvalue_below(problem, variation, low, high, precision):
+    """The smallest eigenvalue, which lies below `high` and, unless negative, above `low`."""
+    blocks, lift = variation
+    width = 10.0
+    while lateral_modes_below(problem, blocks, lift, min(low, high)) > 0:
+        high = min(low, high)
+        low = high - width
+        width *= 2.0
     while high - low > precision * max(abs(high), abs(low), 1e-3):
         middle = 0.5 * (low + high)
         if lateral_modes_below(problem, blocks, lift, middle) > 0:

@@ -58,13 +58,18 @@ class Pose(NamedTuple):
 
 
 class Bearing(NamedTuple):
-    """What stays the same along a path: the rod held by a node, EI, weight (downwards), natural curvature, EI / EA."""
+    """What stays the same along a path: the rod held by a node, EI, weight (downwards), natural curvature, EI / EA.
+
+    `lateral` and `twisting` tell whether the rod stays in its plane; both 0 for one that is held in it.
+    """
 
     clamp: float  # [m]
     stiffness: float  # [N m^2]
     weight: float  # [N/m]
     natural: float = 0.0  # [1/m]
     compliance: float = 0.0  # [m^2], EI / EA; 0 for an inextensible rod
+    lateral: float = 0.0  # [N m^2], EI out of the plane
+    twisting: float = 0.0  # [N m^2], GJ
 
 
 class Problem(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 from curveline.rod._jit import njit
 from curveline.rod.approach import fitting_mesh
 from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.problem import Array
+from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.relax import Ending, Relaxed, descend, is_stable, lowest_mode, newton
 from curveline.rod.rotations import exponential, multiply
 from curveline.rod.section import Section
@@ -50,6 +50,17 @@ class SpatialSegment:
         """True if nothing points out of the plane."""
         sideways = (*self.yaw, self.roll[1] - self.roll[0], self.roll[0], self.weight[2], self.lateral_curvature)
         return not any(sideways) and not any(load[3] for load in self.loads)
+
+    @property
+    def bearing(self) -> Bearing:
+        """What stays the same when the nodes move, in the plane and out of it."""
+        lateral, twisting = self.section.lateral_stiffness, self.section.twisting_stiffness
+        return self.rod.bearing._replace(lateral=lateral, twisting=twisting)
+
+    def moved_to(self, pose: Pose) -> SpatialSegment:
+        """The same segment with its nodes elsewhere in the plane."""
+        x, y, start, end, length = pose
+        return replace(self, rod=replace(self.rod, chord=(x, y), start=start, end=end, length=length))
 
     def part(self, share: float) -> SpatialSegment:
         """The same segment with a `share` of all that points out of the plane."""

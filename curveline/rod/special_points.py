@@ -287,7 +287,7 @@ def _extrapolated(levels: Iterable[_Level], tolerance: float) -> tuple[list[_Lev
 
 def _levels(way: Way, bearing: Bearing, begin: float, phi: Array, multipliers: Array) -> Iterator[_Level]:
     """The special point on levels of halved edges, each sought from the fraction `begin` on; ends where one fails."""
-    reached, phi, multipliers = travel(part_of(way, 0.0, begin), bearing, phi, multipliers)
+    reached, phi, multipliers, _ = travel(part_of(way, 0.0, begin), bearing, phi, multipliers)
     counts = counts_along(way, bearing, phi.size)
     begin *= reached
     for _ in range(LEVELS):
@@ -303,7 +303,7 @@ def _levels(way: Way, bearing: Bearing, begin: float, phi: Array, multipliers: A
 
 def _without(way: Way, bearing: Bearing, kind: Kind, phi: Array, multipliers: Array) -> SpecialPoint:
     """No special point: the state as far as it can be followed."""
-    reached, phi, multipliers = travel(way, bearing, phi, multipliers)
+    reached, phi, multipliers, _ = travel(way, bearing, phi, multipliers)
     edges = cut(rod_at(way, bearing, reached).at, counts_along(way, bearing, phi.size))
     return SpecialPoint(kind, 1.0, 0.0, float(reached), edges, phi, multipliers, np.zeros(phi.size))
 

@@ -15,6 +15,7 @@ from curveline.planning.layout import Box, Layout, layout_of, pose_of
 from curveline.planning.proof import Prover
 from curveline.rod.equilibrium import refine
 from curveline.rod.problem import mesh
+from curveline.rod.tracking import tracked
 from curveline.scene import Scene
 from rows import row
 
@@ -33,7 +34,7 @@ def demands_of(scene: Scene) -> tuple[Demand, ...]:
     for index, segment in enumerate(scene.segments):
         pose = pose_of(scene.display, layout, index)
         state = next(state for state in prover.states(pose) if state.name == segment.state)
-        demands.append(prover.keep(pose, pose, Box(pose, pose), prover.hold_of(state)).demand)
+        demands.append(prover.keep(pose, pose, Box(pose, pose), tracked(state)).demand)
     return tuple(demands)
 
 

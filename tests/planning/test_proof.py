@@ -16,6 +16,7 @@ from curveline.rod.course import pass_through
 from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.problem import Pose
 from curveline.rod.states import find_states
+from curveline.rod.tracking import tracked
 from curveline.rod.way import between, straight
 from curveline.scene import Node
 from curveline.shapefile import read_display
@@ -70,7 +71,7 @@ def check(chance: np.random.Generator, move: tuple[Pose, Pose, Equilibrium], pas
     inner = Pose(*inside.tolist())
     angles, forces = coarse_start(state)
     way = uneven_way(chance, before, inner)
-    done, angles, forces = pass_through(way, prover().bearing, angles, forces)
+    done, angles, forces, _ = pass_through(way, prover().bearing, angles, forces)
     assert done == len(way) - 1
     met = state_at(inner, angles)
     assert np.max(np.abs(coarse_start(met)[0] - angles)) < SAME
@@ -78,7 +79,7 @@ def check(chance: np.random.Generator, move: tuple[Pose, Pose, Equilibrium], pas
     assert margin > max(passed.margin, LEAST_STABILITY) - SHORTFALL
     assert met.max_curvature < 1.05 * passed.demand.curvature + 0.1
     way = uneven_way(chance, inner, after)
-    done, angles, forces = pass_through(way, prover().bearing, angles, forces)
+    done, angles, forces, _ = pass_through(way, prover().bearing, angles, forces)
     assert done == len(way) - 1
     assert np.max(np.abs(angles - passed.hold.angles)) < SAME
 
@@ -92,7 +93,7 @@ def test_what_passed_is_never_contradicted_by_any_mixture() -> None:
             continue
         before, after, state = move
         try:
-            found = prover().keep(before, after, box_between(before, after), prover().hold_of(state))
+            found = prover().keep(before, after, box_between(before, after), tracked(state))
         except Refused:
             refused += 1
             continue
@@ -125,10 +126,13 @@ def test_a_box_whose_corners_all_pass_can_be_too_narrow_between_them() -> None:
     turned = follow(straight(NARROW, tilted), prover().bearing, *coarse_start(valley))
     assert turned.reached == 1.0
     assert (
-        follow(straight(tilted, NARROWED._replace(length=NARROW.length)), prover().bearing, *turned[2:]).reached < 1.0
+        follow(
+            straight(tilted, NARROWED._replace(length=NARROW.length)), prover().bearing, turned.phi, turned.multipliers
+        ).reached
+        < 1.0
     )
     with pytest.raises(Refused, match="the state loses its stability at") as caught:
-        prover().keep(NARROW, NARROWED, box, prover().hold_of(valley))
+        prover().keep(NARROW, NARROWED, box, tracked(valley))
     assert not caught.value.is_hopeless
 
 
@@ -154,7 +158,7 @@ def played(stage: Stage, after: Layout, order: np.ndarray) -> np.ndarray | None:
     assert hold is not None
     layouts = [stage.layout, *axis_by_axis(stage.layout, after, order)]
     poses = np.array([pose_of(SINGLE, each, 0) for each in layouts])
-    done, angles, _ = pass_through(poses, prover().bearing, hold.angles, hold.forces)
+    done, angles, *_ = pass_through(poses, prover().bearing, hold.angles, hold.forces)
     return np.asarray(angles) if done == len(poses) - 1 else None
 
 
@@ -166,7 +170,7 @@ def one_that_only_keeps_in_step() -> tuple[Stage, Layout]:
         if move is None:
             continue
         before, after, state = move
-        hold = prover().hold_of(state)
+        hold = tracked(state)
         try:
             prover().keep(before, after, Box(before, before), hold)
         except Refused:
@@ -221,7 +225,7 @@ def test_ways_that_end_in_different_states_are_refused_though_all_are_stable() -
     before, after = Pose(SPAN, 0.0, 0.926, 0.737, 0.552), Pose(SPAN, 0.069, -0.012, -0.123, 0.649)
     (state,) = prover().states(before)
     with pytest.raises(Refused, match=r"uneven progress by way of .* would end in another state") as caught:
-        prover().keep(before, after, box_between(before, after), prover().hold_of(state))
+        prover().keep(before, after, box_between(before, after), tracked(state))
     assert not caught.value.is_hopeless
 
 
@@ -229,13 +233,13 @@ def test_a_way_that_ends_just_before_a_fold_is_refused_with_its_margin() -> None
     level = Pose(SPAN, 0.0, 0.0, 0.0, 0.56)
     peak = prover().states(level)[0]
     tilted = level._replace(start=-0.9, end=0.5)
-    gone = follow(straight(level, tilted), prover().bearing, *coarse_start(peak)).reached
+    gone = follow(straight(level, tilted), prover().bearing, *coarse_start(peak, 768)).reached
     assert 0.0 < gone < 1.0
     for share, is_kept in ((0.8, True), (0.9995, False)):
         there = between(level, tilted, share * gone)
         if is_kept:
-            margin = prover().keep(level, there, Box(level, level), prover().hold_of(peak)).margin
+            margin = prover().keep(level, there, Box(level, level), tracked(peak)).margin
             assert margin > LEAST_STABILITY
             continue
         with pytest.raises(Refused, match=r"the state comes within 0\.0[0-4]\d of losing stability"):
-            prover().keep(level, there, Box(level, level), prover().hold_of(peak))
+            prover().keep(level, there, Box(level, level), tracked(peak))

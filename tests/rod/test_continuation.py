@@ -115,7 +115,7 @@ def test_to_travel_is_to_follow_without_looking(seed: int) -> None:
     for state in find_states(begin, 1e-5):
         if state.simple:
             branch = followed(begin, end, coarse_start(state))
-            reached, phi, multipliers = travel(straight(begin.pose, end.pose), begin.bearing, *coarse_start(state))
+            reached, phi, multipliers, _ = travel(straight(begin.pose, end.pose), begin.bearing, *coarse_start(state))
             assert reached == pytest.approx(branch.reached, abs=3e-6)
             if reached == 1.0:
                 np.testing.assert_allclose(phi, branch.phi, atol=1e-9)

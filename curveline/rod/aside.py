@@ -1,0 +1,114 @@
+"""A rod out of its plane while its nodes move: pushed off a plane in which it is unstable, until it is back in it.
+
+It goes downhill at every pose, so that it falls on where a state in space is lost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from curveline.rod.continuation import FOLLOW_EDGES, LARGEST_MOVE, stays_in_plane, try_step
+from curveline.rod.problem import Array, Pose, make_problem, mesh, released
+from curveline.rod.relax import Ending, descend, lowest_mode
+from curveline.rod.rotations import matrix_of
+from curveline.rod.space import NUDGE, SpatialSegment, frames_of
+from curveline.rod.spatial import Shape, SpatialRod, moved, positions
+from curveline.rod.tracking import TrackedState
+from curveline.rod.way import straight
+
+EDGES = 24
+LONGEST_STRIDE = 16
+"""Poses, of those of a smooth motion, that are passed at once at most."""
+LARGEST_TURN = 0.3
+"""An edge that turns by more than this [rad] from pose to pose may have been taken past a state."""
+FLAT = 1e-4
+"""Distance from the plane, as a part of the length, up to which a rod is in it."""
+
+
+@dataclass(frozen=True)
+class Aside:
+    """A state out of the plane: the `shape` of `EDGES` equal edges in units of the free length."""
+
+    shape: Shape
+
+
+def pushed_off(segment: SpatialSegment, held: TrackedState) -> Aside | None:
+    """Where the rod of a flat `segment` goes from a state of the plane, pushed off towards the viewer; None if lost."""
+    edges = np.full(EDGES, 1.0 / EDGES)
+    angles = held.angles.reshape(EDGES, -1).mean(axis=1)
+    rod = segment.spatial_rod(edges)
+    shape = Shape(np.zeros(EDGES), frames_of(angles, np.zeros(EDGES), np.zeros(EDGES)))
+    _, mode = lowest_mode(rod, shape)
+    _, turn = moved(rod, shape, mode, 1.0)
+    way = -1.0 if float(np.sum(mode[2::4])) < 0.0 else 1.0
+    return _settled(rod, moved(rod, shape, mode, way * NUDGE / turn)[0])
+
+
+def go_aside(poses: Array, segment: SpatialSegment, aside: Aside, place: int) -> tuple[int, Aside | None]:
+    """Take a rod out of the plane on through `poses (m, 5)` from a place until it is flat again, lost, or to the end.
+
+    Returns the pose it came to and its state there.
+    """
+    last, stride = len(poses) - 1, 1
+    while place < last:
+        there = min(place + stride, last)
+        rod = segment.moved_to(Pose(*poses[there].tolist())).spatial_rod(np.full(EDGES, 1.0 / EDGES))
+        state = _settled(rod, aside.shape)
+        if stride > 1 and (state is None or _turned(state.shape, aside.shape) > LARGEST_TURN):
+            stride //= 2
+            continue
+        if state is None:
+            return there, None
+        place, aside = there, state
+        if _depth(rod, state.shape) < FLAT:
+            break
+        stride = min(2 * stride, LONGEST_STRIDE)
+    return place, aside
+
+
+def back_in_plane(segment: SpatialSegment, aside: Aside) -> TrackedState | None:
+    """The state of the plane that a rod is in; None if it is out of it, or would leave it."""
+    rod = segment.spatial_rod(np.full(EDGES, 1.0 / EDGES))
+    if _depth(rod, aside.shape) > FLAT:
+        return None
+    matrix, tangents = np.empty((3, 3)), np.empty((EDGES, 3))
+    for j in range(EDGES):
+        matrix_of(aside.shape.frames[j], matrix)
+        tangents[j] = matrix[:, 2]
+    angles = np.unwrap(np.arctan2(tangents[:, 1], tangents[:, 0]))
+    places, coarse = ((np.arange(n) + 0.5) / n for n in (FOLLOW_EDGES, EDGES))
+    scaled, pose = segment.rod.scaled(), segment.rod.pose
+    free = released(make_problem(scaled, mesh(scaled.at, FOLLOW_EDGES)))
+    found, angles, forces = try_step(free, np.interp(places, coarse, angles), np.zeros(2), LARGEST_MOVE)
+    if not found or not stays_in_plane(straight(pose, pose), segment.bearing, 0.0, (free, angles, forces)):
+        return None
+    return TrackedState(angles, forces)
+
+
+def seen(segment: SpatialSegment, aside: Aside, points: int) -> Array:
+    """The curve as it looks from the front, (points, 2) [m], equally spaced from pivot to pivot, seen from the left."""
+    rod, n = segment.rod, EDGES
+    free = positions(segment.spatial_rod(np.full(n, 1.0 / n)), aside.shape)[:, :2] * rod.free_length
+    places = np.concatenate([[0.0], 0.5 * rod.clamp + np.linspace(0.0, rod.free_length, n + 1), [rod.length]])
+    curve = np.vstack([[0.0, 0.0], np.array(rod.free_start) + free, rod.chord])
+    at = np.linspace(0.0, rod.length, points)
+    return np.column_stack([np.interp(at, places, side) for side in curve.T])
+
+
+def _settled(rod: SpatialRod, shape: Shape) -> Aside | None:
+    """Downhill from a shape; None if that leads nowhere."""
+    relaxed = descend(rod, shape)
+    return Aside(relaxed.shape) if relaxed.ending is Ending.SETTLED else None
+
+
+def _turned(after: Shape, before: Shape) -> float:
+    """Largest angle by which an edge's frame turned [rad]."""
+    alike = np.abs(np.sum(after.frames * before.frames, axis=1))
+    return float(2.0 * np.max(np.arccos(np.minimum(alike, 1.0))))
+
+
+def _depth(rod: SpatialRod, shape: Shape) -> float:
+    """Largest distance from the plane, in units of the length."""
+    return float(np.max(np.abs(positions(rod, shape)[:, 2])))
