@@ -314,6 +314,7 @@ def provenance(scene: Scene, settings: Document, argv: Sequence[str]) -> Documen
         "versions": {"curveline": curveline.__version__, "python": platform.python_version(), **_versions()},
         "shape": {"path": scene.path, "sha256": scene.digest},
         "display": {"name": scene.display.name, "sha256": scene.display.digest},
+        "rod": {"stiffness_from": scene.display.rod.stiffness_key, **scene.display.rod.as_given},
         "settings": settings,
         "argv": list(argv),
     }

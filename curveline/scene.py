@@ -8,17 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
-from curveline.units import STANDARD_GRAVITY
+from curveline.sections import CrossSection
+from curveline.units import STANDARD_GRAVITY, to_gpa, to_nmm2
 
 PEAK = "peak"
 VALLEY = "valley"
 STRAIGHT = "straight"
 """What the state of a segment is called: the last one if it has no rod to spare."""
-
-POISSON = 0.35
-"""Poisson's ratio of acetal: an estimate, since makers state 0.35 and measurements give up to 0.44."""
 
 Vector = tuple[float, float, float]
 DOWN: Vector = (0.0, -1.0, 0.0)
@@ -27,40 +24,57 @@ DOWN: Vector = (0.0, -1.0, 0.0)
 
 @dataclass(frozen=True)
 class Rod:
-    """The flexible rod; a rectangle in bending (`thickness` is the effective one, see the display files)."""
+    """The flexible rod.
+
+    `section` is an effective one where a rod is no plain strip: see the display files. Where the bending stiffness
+    itself was measured (`is_stiffness_measured`), `youngs_modulus` is the one that gives it with this section.
+    """
 
     youngs_modulus: float  # [Pa]
-    width: float  # [m]
-    thickness: float  # [m]
+    section: CrossSection
     mass_per_length: float  # [kg/m]
     max_strain: float
     natural_curvature: float  # [1/m]
     total_length: float  # [m]
     shear_modulus: float  # [Pa]
     lateral_curvature: float = 0.0  # [1/m] of the free rod out of the plane, positive where it turns towards the viewer
+    is_stiffness_measured: bool = False
+
+    @property
+    def width(self) -> float:
+        """Size across the display's plane [m]."""
+        return self.section.width
+
+    @property
+    def thickness(self) -> float:
+        """Size in the display's plane [m]."""
+        return self.section.thickness
 
     @property
     def bending_stiffness(self) -> float:
         """EI [N m^2] for bending in the display's plane."""
-        return self.youngs_modulus * self.width * self.thickness**3 / 12.0
+        return self.youngs_modulus * self.section.second_moment
 
     @property
     def lateral_bending_stiffness(self) -> float:
         """EI [N m^2] for bending out of the display's plane."""
-        return self.youngs_modulus * self.thickness * self.width**3 / 12.0
+        return self.youngs_modulus * self.section.lateral_second_moment
 
     @property
     def stretching_stiffness(self) -> float:
         """EA [N]."""
-        return self.youngs_modulus * self.width * self.thickness
+        return self.youngs_modulus * self.section.area
 
-    @cached_property
+    @property
     def twisting_stiffness(self) -> float:
-        """GJ [N m^2] of the rectangle (Timoshenko and Goodier 1970, section 109: Saint-Venant's series)."""
-        low, high = sorted((self.thickness, self.width))
-        # The term after the last is below 1e-9 of the whole.
-        series = math.fsum(math.tanh(k * math.pi * high / (2.0 * low)) / k**5 for k in range(1, 60, 2))
-        return self.shear_modulus * high * low**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * low / high * series)
+        """GJ [N m^2]."""
+        return self.shear_modulus * self.section.torsion_constant
+
+    @property
+    def polar_gyration(self) -> float:
+        """Radius of gyration [m] of the section about the rod's axis."""
+        section = self.section
+        return math.sqrt((section.second_moment + section.lateral_second_moment) / section.area)
 
     @property
     def weight_per_length(self) -> float:
@@ -71,6 +85,25 @@ class Rod:
     def max_curvature(self) -> float:
         """Largest bending curvature [1/m] away from the natural one that keeps the strain below `max_strain`."""
         return 2.0 * self.max_strain / self.thickness
+
+    @property
+    def stiffness_key(self) -> str:
+        """The key of a display file that its stiffness came from."""
+        return "bending_stiffness_Nmm2" if self.is_stiffness_measured else "youngs_modulus_GPa"
+
+    @property
+    def as_given(self) -> dict[str, float]:
+        """Cross-section and stiffness by the keys and in the units of a display file, those that follow, too."""
+        return {
+            **self.section.sizes_mm,
+            "youngs_modulus_GPa": to_gpa(self.youngs_modulus),
+            "bending_stiffness_Nmm2": to_nmm2(self.bending_stiffness),
+            "shear_modulus_GPa": to_gpa(self.shear_modulus),
+        }
+
+    def surface_strain(self, curvature: float) -> float:
+        """Strain of the surface where the rod bends in the plane by `curvature` [1/m] away from its natural one."""
+        return 0.5 * self.thickness * curvature
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,8 @@ from curveline.plan import ADDRESS, MAX_CHANNEL, MAX_NODES
 MAX_LOADS = 1000
 PAIR = 2
 TRIPLE = 3
+LEAST_GPA, MOST_GPA = 1e-6, 1e4
+"""Moduli that a material may have."""
 
 Length = Annotated[float, Field(ge=1e-6, le=1e9)]
 Height = Annotated[float, Field(ge=-1e9, le=1e9)]
@@ -92,15 +94,25 @@ class ShapeTable(Table):
 class RodTable(Table):
     """`[rod]` of a display file."""
 
-    youngs_modulus_GPa: float = Field(ge=1e-6, le=1e4, description="stiffness of the rod's material")
-    width_mm: Length = Field(description="width of the rod, out of the display's plane")
-    thickness_mm: Length = Field(description="effective thickness of the rod in bending")
+    youngs_modulus_GPa: float | None = Field(
+        default=None, ge=LEAST_GPA, le=MOST_GPA, description="stiffness of the rod's material"
+    )
+    bending_stiffness_Nmm2: float | None = Field(
+        default=None, ge=1e-12, le=1e30, description="stiffness of the rod as measured by bending it in the plane"
+    )
+    width_mm: Length | None = Field(default=None, description="width of the rod, out of the display's plane")
+    thickness_mm: Length | None = Field(default=None, description="effective thickness of the rod in bending")
+    diameter_mm: Length | None = Field(default=None, description="diameter of a round rod, or of a tube outside")
+    inner_diameter_mm: float | None = Field(default=None, ge=0.0, le=1e9, description="diameter of a tube inside")
     mass_g_per_m: float = Field(ge=0.0, le=1e6, description="mass of the rod per length")
     max_strain: float = Field(gt=0.0, le=1.0, description="largest strain that a plan may ask for")
     natural_curvature_per_m: float = Field(default=0.0, ge=-1e6, le=1e6, description="curvature of the free rod")
     total_length_mm: Length = Field(description="length of the whole rod")
     shear_modulus_GPa: float | None = Field(
-        default=None, ge=1e-6, le=1e4, description="stiffness of the rod's material in shear, which resists twist"
+        default=None,
+        ge=LEAST_GPA,
+        le=MOST_GPA,
+        description="stiffness of the rod's material in shear, which resists twist",
     )
     lateral_curvature_per_m: float = Field(
         default=0.0, ge=-1e6, le=1e6, description="curvature of the free rod out of the display's plane"

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from curveline.rod_rules import check_rod
 from curveline.scene import Display, Range, Vector
 from curveline.toml_document import Document, counted, shown, unit_of
 from curveline.toml_location import KeyPath
@@ -25,6 +26,7 @@ def check_display(document: Document) -> None:
     _check_gravity(document)
     _check_clamp(document)
     _check_addresses(document)
+    check_rod(document)
 
 
 def check_shape(document: Document, display: Display | None) -> None:

@@ -13,9 +13,9 @@ from importlib.resources.abc import Traversable
 
 from curveline.errors import Diagnostic, InvalidInput
 from curveline.files import AnyPath, decode_text, read_file, refuse_file
+from curveline.rod_rules import rod_of
 from curveline.scene import (
     DOWN,
-    POISSON,
     Axis,
     Display,
     Drive,
@@ -24,16 +24,15 @@ from curveline.scene import (
     Node,
     RadioSettings,
     Range,
-    Rod,
     Scene,
     Segment,
     Vector,
 )
-from curveline.shape_models import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, RodTable, ShapeTable
+from curveline.shape_models import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, ShapeTable
 from curveline.shape_rules import check_display, check_shape
 from curveline.toml_document import Document, nearest, shown
 from curveline.toml_location import KeyPath
-from curveline.units import deg, g_per_m, gpa, mm, nmm
+from curveline.units import deg, mm, nmm
 
 QUANTITIES: Mapping[str, tuple[str, ...]] = {
     "nodes": ("height_mm", "angle_deg", "yaw_deg", "roll_deg"),
@@ -162,7 +161,7 @@ def _display(data: bytes, path: str) -> Display:
         clamp=mm(model.clamp_mm),
         gravity=model.gravity is not False,
         down=_down(model.gravity),
-        rod=_rod(model.rod),
+        rod=rod_of(model.rod),
         limits=_limits(model.limits),
         drive=_drive(model.drive),
         radio=RadioSettings(
@@ -213,27 +212,6 @@ def _down(gravity: bool | list[float]) -> Vector:
         return DOWN
     x, y, z = (component / math.hypot(*gravity) for component in gravity)
     return x, y, z
-
-
-def _rod(table: RodTable) -> Rod:
-    return Rod(
-        youngs_modulus=gpa(table.youngs_modulus_GPa),
-        width=mm(table.width_mm),
-        thickness=mm(table.thickness_mm),
-        mass_per_length=g_per_m(table.mass_g_per_m),
-        max_strain=table.max_strain,
-        natural_curvature=table.natural_curvature_per_m,
-        total_length=mm(table.total_length_mm),
-        shear_modulus=_shear_modulus(table),
-        lateral_curvature=table.lateral_curvature_per_m,
-    )
-
-
-def _shear_modulus(table: RodTable) -> float:
-    """The one given, or what follows from Young's modulus."""
-    if table.shear_modulus_GPa is not None:
-        return gpa(table.shear_modulus_GPa)
-    return gpa(table.youngs_modulus_GPa) / (2.0 * (1.0 + POISSON))
 
 
 def _limits(table: LimitsTable) -> Limits:

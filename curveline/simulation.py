@@ -105,7 +105,7 @@ def section_of(display: Display) -> Section:
     return Section(
         rod.stretching_stiffness,
         rod.thickness,
-        rod.width,
+        rod.polar_gyration,
         rod.weight_per_length,
         rod.lateral_bending_stiffness,
         rod.twisting_stiffness,

@@ -10,7 +10,7 @@ from curveline.capability import Held, buckling_force, longest_budget, reaches, 
 from curveline.plan import MAX_STEP_SECONDS
 from curveline.scene import DOWN, Display
 from curveline.shapefile import builtin_displays, read_display
-from curveline.units import mm, to_deg, to_mm
+from curveline.units import gpa, mm, to_deg, to_gpa, to_mm
 
 SPANS = (mm(100.0), mm(3000.0))
 """Spans outside of these are more likely a wrong unit than a display."""
@@ -22,6 +22,10 @@ COARSE = 0.1
 """Size of an encoder count, in mm or degrees, from which on it is seen in a curve."""
 LAST_FREE_CHANNEL = 83
 """The band that is free for all ends at 2483.5 MHz; a channel is a MHz above 2400."""
+MODULI = (gpa(1e-3), gpa(1300.0))
+"""From the softest rubber to diamond: what lies outside is more likely a wrong unit."""
+FLATTENED = 0.05
+"""Share of its bending stiffness that a tube may lose by flattening without a word."""
 REFERENCE = "single"
 """The built-in display whose estimates a file of one's own is copied from."""
 
@@ -120,6 +124,13 @@ def _rod(display: Display, held: Held) -> Iterator[Suspicion]:
         )
         hint = "lower limits.angle_deg, or take a thinner rod"
         yield Suspicion("stiff-rod", "rod.max_strain", f"{message} {to_mm(arc):.0f} mm", hint)
+    if not MODULI[0] <= rod.youngs_modulus <= MODULI[1]:
+        message = f"the rod's material has a modulus of {to_gpa(rod.youngs_modulus):.2g} GPa"
+        yield Suspicion("odd-stiffness", f"rod.{rod.stiffness_key}", message, "see the units of stiffness and sizes")
+    if (softer := rod.section.softening(rod.max_curvature)) > FLATTENED:
+        message = f"bent as far as max_strain allows, the tube flattens and is {100.0 * softer:.0f} % softer"
+        hint = "that is not modelled: take a thicker wall, or lower max_strain"
+        yield Suspicion("thin-tube", "rod.inner_diameter_mm", message, hint)
     if abs(rod.natural_curvature) > rod.max_curvature:
         message = "the free rod is curved so much that going straight would strain it beyond max_strain"
         yield Suspicion("curved-rod", "rod.natural_curvature_per_m", message, "is it in 1/m?")
@@ -188,7 +199,7 @@ def _copied(display: Display) -> Iterator[Suspicion]:
         hint = "give yours a name of its own: plans and mock displays go by it"
         yield Suspicion("builtin-name", "name", message, hint)
     mine, theirs = _measurable(display), _measurable(read_display(REFERENCE))
-    same = [key for key, value in mine.items() if math.isclose(value, theirs[key], rel_tol=1e-9)]
+    same = [key for key, value in mine.items() if key in theirs and math.isclose(value, theirs[key], rel_tol=1e-9)]
     if same:
         message = f"as in the built-in file, where {'they are estimates' if len(same) > 1 else 'it is an estimate'}"
         yield Suspicion("not-measured", ", ".join(same), message, "measure yours, and write down what you measured")
@@ -198,8 +209,8 @@ def _measurable(display: Display) -> dict[str, float]:
     """What is to be measured on a display, by its key; to compare, whatever the unit."""
     rod, drive = display.rod, display.drive
     return {
-        "rod.youngs_modulus_GPa": rod.youngs_modulus,
-        "rod.thickness_mm": rod.thickness,
+        f"rod.{rod.stiffness_key}": rod.as_given[rod.stiffness_key],
+        **{f"rod.{key}": size for key, size in rod.section.sizes_mm.items() if key != "width_mm"},
         "rod.mass_g_per_m": rod.mass_per_length,
         "drive.max_force_N": drive.max_force,
         "drive.max_moment_Nmm": drive.max_moment,

@@ -35,6 +35,7 @@ _UNITS = {
     "deg_per_s": "deg/s",
     "g_per_m": "g/m",
     "per_m": "per m",
+    "Nmm2": "N mm^2",
     "Nmm": "N mm",
     "mm": "mm",
     "deg": "deg",
@@ -143,6 +144,15 @@ class Document:
         found = (*self.diagnostics(), *elsewhere)
         rest = f", {len(found)} of them shown" if len(found) < count else ""
         return InvalidInput(f"{self.path}: {counted(count, 'problem')}{rest}", diagnostics=found)
+
+    def has(self, *path: str) -> bool:
+        """True if there is anything at `path`, faulty or not."""
+        value: Any = self.data
+        for part in path:
+            if not isinstance(value, dict) or part not in value:
+                return False
+            value = value[part]
+        return True
 
     def get(self, *path: str | int) -> Any:
         """The raw value at `path`; None if it is absent or was found faulty."""

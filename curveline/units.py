@@ -37,6 +37,11 @@ def gpa(value: float) -> float:
     return value * 1e9
 
 
+def to_gpa(value: float) -> float:
+    """Modulus in Pa to GPa."""
+    return value * 1e-9
+
+
 def g_per_m(value: float) -> float:
     """Mass per length in g/m to kg/m."""
     return value * 1e-3
@@ -45,6 +50,16 @@ def g_per_m(value: float) -> float:
 def nmm(value: float) -> float:
     """Moment in N mm to N m."""
     return value * 1e-3
+
+
+def nmm2(value: float) -> float:
+    """Bending stiffness in N mm^2 to N m^2."""
+    return value * 1e-6
+
+
+def to_nmm2(value: float) -> float:
+    """Bending stiffness in N m^2 to N mm^2."""
+    return value * 1e6
 
 
 def to_nmm(value: float) -> float:

@@ -20,7 +20,7 @@ from curveline.rod.space import SpatialSegment
 from curveline.rod.spatial import SpatialRod, positions
 from rod.motions import arch, flat_shape
 
-SECTION = Section(58800.0, 0.0024, 0.01, 0.47, 0.49, 0.035)
+SECTION = Section(58800.0, 0.0024, 0.00297, 0.47, 0.49, 0.035)
 ROD = ClampedRod((0.5, 0.0), 0.9, -0.9, 0.6, 0.02, 0.028, 0.47)
 SEGMENT = SpatialSegment(ROD, SECTION, weight=(0.0, -0.47, 0.0))
 

@@ -14,6 +14,7 @@ from curveline.rod.equilibrium import Equilibrium, Outcome
 from curveline.rod.relax import is_stable
 from curveline.rod.space import lift
 from curveline.scene import Load, Node, Scene
+from curveline.sections import Rectangle
 from curveline.simulation import SegmentStates, simulate, spatial_segment
 from curveline.units import deg, mm
 
@@ -30,7 +31,7 @@ def with_length(scene: Scene, length_mm: float) -> Scene:
     return replace(scene, segments=(replace(scene.segments[0], length=mm(length_mm)),))
 
 
-NARROW = with_length(with_rod(PLAIN, width=mm(2.0)), 850.0)
+NARROW = with_length(with_rod(PLAIN, section=Rectangle(mm(2.0), mm(2.4))), 850.0)
 """A rod that is narrower than thick, and long: both planar states are unstable out of the plane."""
 PUSHED = replace(PLAIN, loads=(Load(0, 0.4, (0.0, -0.2), 0.3),))
 
@@ -136,8 +137,8 @@ def test_no_state_is_called_stable_that_is_not_stable_in_space() -> None:
     called = refused = 0
     for _ in range(12):
         nodes = tuple(Node(0.0, float(angle)) for angle in np.radians(rng.uniform(-40.0, 40.0, 2)))
-        width = mm(float(2.4 * 10.0 ** rng.uniform(-0.3, 0.4)))
-        scene = with_length(replace(with_rod(PLAIN, width=width), nodes=nodes), float(rng.uniform(560.0, 900.0)))
+        strip = Rectangle(mm(float(2.4 * 10.0 ** rng.uniform(-0.3, 0.4))), mm(2.4))
+        scene = with_length(replace(with_rod(PLAIN, section=strip), nodes=nodes), float(rng.uniform(560.0, 900.0)))
         segment = spatial_segment(scene, 0)
         for model in ("planar", "extensible"):
             for state in only(scene, model=model, windings=(0, 1)).states:
@@ -150,7 +151,7 @@ def test_no_state_is_called_stable_that_is_not_stable_in_space() -> None:
 def test_what_stretch_takes_away_is_said() -> None:
     """A rod as thick as this would rather be shortened by its thrust than arch against its clamps."""
     upwards = replace(PLAIN, nodes=(Node(0.0, deg(2.0)), Node(0.0, deg(-2.0))))
-    scene = with_length(with_rod(upwards, thickness=mm(30.0), width=mm(300.0)), 501.0)
+    scene = with_length(with_rod(upwards, section=Rectangle(mm(300.0), mm(30.0))), 501.0)
     hard, soft = only(scene, model="planar"), only(scene)
     assert [state.name for state in hard.states] == ["peak", "valley"]
     assert hard.left_out["stretch"].bound > 0.02

@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -14,6 +15,7 @@ from curveline.plan import AXES, NodeTarget, Plan, from_json, to_json
 from curveline.planning import make_plan
 from curveline.rod.states import find_states
 from curveline.scene import Display, Load, Node, Scene, Segment
+from curveline.sections import Rectangle
 from curveline.simulation import clamped_rod
 from curveline.units import deg, mm, to_deg, to_mm
 from playing import SHAPES, counts_of, next_plan, plan, scene
@@ -151,7 +153,7 @@ def posed(height: float, start: float, end: float, length: float, state: str) ->
     return replace(scene(BASE), nodes=nodes, segments=(Segment(mm(length), state),))
 
 
-def with_rod(**changes: float) -> Scene:
+def with_rod(**changes: Any) -> Scene:
     display = scene(BASE).display
     return replace(scene(BASE), display=replace(display, rod=replace(display.rod, **changes)))
 
@@ -165,13 +167,15 @@ def loaded(newton: float) -> Scene:
     return replace(scene(BASE), loads=(Load(0, 0.5, (0.0, -newton)),))
 
 
+BAND, SQUARE = Rectangle(0.03, 0.01), Rectangle(0.003, 0.003)
+
 REFUSED: list[tuple[str, Callable[[], Scene], str]] = [
     ("no such state", lambda: posed(0, 60, -60, 560, "valley"), r"no stable valley at .*it has: peak"),
     ("too tight a bend", lambda: with_rod(max_strain=0.005), r"bend to a radius of \d+ mm, its strain allows 240 mm"),
-    ("a thicker rod", lambda: with_rod(thickness=0.01, width=0.03, youngs_modulus=1e7), r"bend to a radius of \d+ mm"),
+    ("a thicker rod", lambda: with_rod(section=BAND, youngs_modulus=1e7), r"bend to a radius of \d+ mm"),
     ("weak extrude motor", lambda: with_drive(max_force=2.0), r"extruding takes [\d.]+ N, the motor gives 2.0 N"),
     ("weak bias motor", lambda: with_drive(max_moment=0.1), r"biasing takes \d+ N mm, the motor gives 100 N mm"),
-    ("a square rod", lambda: with_rod(thickness=0.003, width=0.003), r"the peak at .* would leave the plane"),
+    ("a square rod", lambda: with_rod(section=SQUARE), r"the peak at .* would leave the plane"),
     ("loads", lambda: loaded(9.0), r"snaps at 5\d % of its loads; it must withstand 125 %"),
     ("loads near the snap", lambda: loaded(4.5), r"snaps at 11\d % of its loads; it must withstand 125 %"),
 ]

@@ -20,6 +20,7 @@ from curveline import plan
 from curveline.errors import Diagnostic, InvalidInput
 from curveline.files import EXCERPT
 from curveline.scene import Load, Node, Scene, Segment
+from curveline.sections import Rectangle
 from curveline.shape_models import RadioTable
 from curveline.shapefile import MAX_BYTES, builtin_displays, read_display, read_shape
 from curveline.toml_document import MAX_DIAGNOSTICS
@@ -115,11 +116,12 @@ def test_what_points_out_of_the_plane_in_si(write: Callable[[bytes], Path], tmp_
 def test_stiffness_in_twist_follows_from_the_rectangle_and_youngs_modulus_unless_given(tmp_path: Path) -> None:
     rod = read_display("single").rod
     assert rod.shear_modulus == pytest.approx(2.45e9 / 2.7)
-    square = replace(rod, thickness=1.0, width=1.0, shear_modulus=1.0)
+    square = replace(rod, section=Rectangle(1.0, 1.0), shear_modulus=1.0)
     assert square.twisting_stiffness == pytest.approx(0.1405770, abs=1e-7)
-    strip = replace(rod, thickness=0.001, width=1.0, shear_modulus=3.0)
+    strip = replace(rod, section=Rectangle(width=1.0, thickness=0.001), shear_modulus=3.0)
     assert strip.twisting_stiffness == pytest.approx(1e-9 * (1.0 - 0.63025 * 0.001), rel=1e-6)
-    assert replace(strip, thickness=1.0, width=0.001).twisting_stiffness == strip.twisting_stiffness
+    upright = Rectangle(width=0.001, thickness=1.0)
+    assert replace(strip, section=upright).twisting_stiffness == strip.twisting_stiffness
     given = "mass_g_per_m = 48.0\nshear_modulus_GPa = 0.5\nlateral_curvature_per_m = -0.25\n#"
     (tmp_path / "d.toml").write_bytes(replaced(DISPLAY, "mass_g_per_m = 48.0", given))
     own = read_display("d.toml", relative_to=tmp_path).rod

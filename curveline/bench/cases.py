@@ -16,6 +16,7 @@ from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium
 from curveline.rod.problem import Array
 from curveline.rod.states import find_states
 from curveline.scene import PEAK, VALLEY, Display, Node, Rod, Scene, Segment
+from curveline.sections import Rectangle
 from curveline.shapefile import read_display, read_shape
 from curveline.simulation import clamped_rod
 from curveline.units import deg, g_per_m, gpa, mm
@@ -88,7 +89,8 @@ def random(count: int = RANDOM_SCENES) -> CaseSet:
 
 def acetal_strip(display: Display) -> Display:
     """`display` with point clamps, without gravity, with a strip of POM: 10 x 3 mm, 2.6 GPa, EI = 0.0585 N m^2."""
-    rod = replace(display.rod, youngs_modulus=gpa(2.6), width=mm(10), thickness=mm(3), mass_per_length=g_per_m(42.3))
+    section = Rectangle(width=mm(10), thickness=mm(3))
+    rod = replace(display.rod, youngs_modulus=gpa(2.6), section=section, mass_per_length=g_per_m(42.3))
     return replace(display, clamp=0.0, gravity=False, rod=rod)
 
 

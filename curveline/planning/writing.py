@@ -69,7 +69,7 @@ def _step(prover: Prover, number: int, before: Layout, move: Move) -> Step:
         lowest_eigenvalue=move.lowest_eigenvalue,
         margin=move.margin,
         margin_of=move.margin_of,
-        max_strain=load.curvature * display.rod.thickness / 2.0,
+        max_strain=display.rod.surface_strain(load.curvature),
         max_force_N=load.force,
         max_moment_Nmm=to_nmm(load.moment),
         corners=move.corners,

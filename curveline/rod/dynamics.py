@@ -123,10 +123,8 @@ def time_unit(segment: SpatialSegment) -> float:
 
 
 def medium_of(segment: SpatialSegment) -> Medium:
-    """The rotary inertia of a segment's rectangular section, with the usual damping."""
-    return Medium(
-        gyration=math.hypot(segment.section.width, segment.section.thickness) / segment.rod.free_length / 12**0.5
-    )
+    """The rotary inertia of a segment's section, with the usual damping."""
+    return Medium(gyration=segment.section.gyration / segment.rod.free_length)
 
 
 def at_rest(rod: SpatialRod, shape: Shape) -> Motion:

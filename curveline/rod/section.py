@@ -10,8 +10,8 @@ class Section:
     """What matters of a rod beside its bending in the plane, in SI; `weight` is its own, whether modelled or not."""
 
     stretching_stiffness: float  # EA [N]
-    thickness: float  # [m]
-    width: float  # [m]
+    thickness: float  # [m] in the display's plane
+    gyration: float  # [m], polar: about the rod's axis
     weight: float  # [N/m]
     lateral_stiffness: float  # EI out of the plane [N m^2]
     twisting_stiffness: float  # GJ [N m^2]

@@ -101,7 +101,7 @@ def test_every_problem_of_a_file_is_listed_at_once(run: Run, write: Write) -> No
     code, out, err = run("display", "check", path)
     assert (code, out) == (2, "")
     assert err.count("error[") == 4
-    assert all(f"{path}:{line}:" in err for line in (6, 42))
+    assert all(f"{path}:{line}:" in err for line in (6, 44))
 
 
 @pytest.mark.parametrize("name", ["single", "quad"])
@@ -140,6 +140,23 @@ def test_numbers_of_the_document(run: Run) -> None:
     assert all(axis["fits_target"] and axis["fits_status"] for axis in found["axes"])
     assert found["level_lengths_mm"] == pytest.approx([500.25, 900.0])
     assert found["radio"]["addresses"][-1] == "C1C1C1C105"
+
+
+def test_a_tube_of_measured_stiffness_is_told_by_section_and_modulus(run: Run, write: Write) -> None:
+    tube = ("width_mm = 10.0 ", "diameter_mm = 6.0 "), ("thickness_mm = 2.4 ", "inner_diameter_mm = 4.5 ")
+    path = write(*tube, ("youngs_modulus_GPa = 2.45 ", "bending_stiffness_Nmm2 = 26000 "))
+    second_moment = math.pi / 64.0 * (0.006**4 - 0.0045**4)
+    rod = checked(run, path)["rod"]
+    assert (rod["section"], rod["stiffness_from"]) == ("round", "bending_stiffness_Nmm2")
+    assert (rod["diameter_mm"], rod["inner_diameter_mm"]) == (pytest.approx(6.0), pytest.approx(4.5))
+    assert rod["youngs_modulus_GPa"] == pytest.approx(0.026e-9 / second_moment)
+    assert rod["bending_stiffness_Nmm2"] == pytest.approx(26000.0)
+    assert rod["bending_stiffness_Nm2"] == rod["lateral_bending_stiffness_Nm2"] == pytest.approx(0.026)
+    assert rod["twisting_stiffness_Nm2"] == pytest.approx(2.0 * 0.026 / 2.7)
+    assert rod["smallest_radius_mm"] == pytest.approx(3.0 / 0.03)
+    text = " ".join(run("display", "check", path).out.split())
+    assert "tube of 6 mm, 4.5 mm inside; E 0.598 GPa, G 0.221 GPa, from the bending stiffness as measured" in text
+    assert checked(run, "single")["rod"]["stiffness_from"] == "youngs_modulus_GPa"
 
 
 def test_a_measured_display_of_ones_own_has_no_warnings(run: Run, write: Write) -> None:

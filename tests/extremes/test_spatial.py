@@ -27,8 +27,8 @@ GJ = 0.8
 HANG = 2.0
 
 STIFFNESS = 0.028224
-ROUND = Section(1e5, 2.4e-3, 2.4e-3, 0.0, lateral_stiffness=STIFFNESS, twisting_stiffness=GJ * STIFFNESS)
-STRIP = Section(58_800.0, 2.4e-3, 1e-2, 0.0, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
+ROUND = Section(1e5, 2.4e-3, 0.98e-3, 0.0, lateral_stiffness=STIFFNESS, twisting_stiffness=GJ * STIFFNESS)
+STRIP = Section(58_800.0, 2.4e-3, 2.97e-3, 0.0, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
 
 
 def twisted(turns: np.ndarray, angles: np.ndarray, chord: float) -> tuple[SpatialRod, Shape]:

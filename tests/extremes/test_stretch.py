@@ -23,7 +23,7 @@ STRETCHING = 1e6
 def test_a_taut_rod_stretches_until_its_ends_fit(angles_deg: tuple[float, float], excess: float) -> None:
     start, end = (math.radians(angle) for angle in angles_deg)
     rod = ClampedRod((1.0, 0.0), start, end, 1.0 + excess, 0.0, 1.0, 0.0)
-    section = Section(STRETCHING, 4e-3, 16e-3, 0.0, lateral_stiffness=16.0, twisting_stiffness=1.2)
+    section = Section(STRETCHING, 4e-3, 4.76e-3, 0.0, lateral_stiffness=16.0, twisting_stiffness=1.2)
     found = model_states(SpatialSegment(rod, section), Ask(1e-6, (0,), EXTENSIBLE))
     (state,) = (each for each in found.states if each.simple)
     assert (state.model, state.outcome, state.stable) == (EXTENSIBLE, Outcome.CONVERGED, True)

@@ -25,7 +25,7 @@ from curveline.rod.states import find_states
 from .rods import STIFFNESS, WEIGHT, random_rods
 
 EXACT = 1e-8
-STRIP = Section(58_800.0, 2.4e-3, 1e-2, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0355)
+STRIP = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0355)
 
 
 class Held(NamedTuple):

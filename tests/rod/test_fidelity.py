@@ -14,7 +14,7 @@ from curveline.rod.states import find_states
 
 from .rods import STIFFNESS, WEIGHT
 
-SECTION = Section(58_800.0, 2.4e-3, 1e-2, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0355)
+SECTION = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0355)
 ROD = ClampedRod((0.5, 0.05), 0.3, -0.2, 0.62, 0.02, STIFFNESS, WEIGHT)
 
 

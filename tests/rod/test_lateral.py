@@ -19,7 +19,7 @@ from .rods import STIFFNESS, WEIGHT
 
 def section(bend: float, twist: float, stretching: float = 1e7) -> Section:
     """A section whose stiffnesses, sideways and in twist, are those multiples of a stiffness of 1 in the plane."""
-    return Section(stretching, 1e-3, 1e-3, 0.0, lateral_stiffness=bend, twisting_stiffness=twist)
+    return Section(stretching, 1e-3, 4.1e-4, 0.0, lateral_stiffness=bend, twisting_stiffness=twist)
 
 
 def arch(chord: float, natural: float = 0.0) -> Equilibrium:
@@ -83,7 +83,7 @@ def test_natural_curvature_counts_although_it_does_not_move_the_planar_rod() -> 
 def test_the_built_in_rod_stays_in_its_plane_and_a_narrow_one_does_not() -> None:
     rod = ClampedRod((0.5, 0.0), 0.3, -0.3, 0.62, 0.02, STIFFNESS, WEIGHT)
     state = find_states(rod, 1e-4)[0]
-    strip = Section(58_800.0, 2.4e-3, 1e-2, WEIGHT, 0.49, 0.0355)
+    strip = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, 0.49, 0.0355)
     assert sideways(state, strip).eigenvalue > 20.0
     assert not sideways(state, replace(strip, lateral_stiffness=0.0028, twisting_stiffness=0.0028)).stays
     assert np.isfinite(sideways(state, strip).uncertainty)

@@ -17,7 +17,7 @@ from curveline.rod.states import find_states
 
 from .rods import STIFFNESS, WEIGHT, random_rods
 
-SECTION = Section(58_800.0, 2.4e-3, 1e-2, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
+SECTION = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
 ROD = ClampedRod((0.5, 0.03), 0.4, -0.6, 0.64, 0.02, STIFFNESS, WEIGHT)
 FLAT = SpatialSegment(ROD, SECTION, weight=(0.0, -WEIGHT, 0.0))
 ASIDE = {
@@ -197,7 +197,7 @@ def test_a_round_rod_leaves_the_plane_where_a_wide_one_stays() -> None:
     bent = replace(ROD, chord=(0.25, 0.0), start=0.0, end=0.0, weight=0.0)
     wide, round_ = (
         flat(bent),
-        replace(flat(bent), section=Section(58_800.0, 4e-3, 4e-3, 0.0, STIFFNESS, 0.7 * STIFFNESS)),
+        replace(flat(bent), section=Section(58_800.0, 4e-3, 1.63e-3, 0.0, STIFFNESS, 0.7 * STIFFNESS)),
     )
     state = planar(bent)
     assert stays_in_plane(wide, state)

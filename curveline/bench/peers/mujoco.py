@@ -8,6 +8,7 @@ It knows no stretch, so it is held against the inextensible rod.
 
 from __future__ import annotations
 
+import math
 import time
 from importlib import import_module
 from typing import Any
@@ -18,6 +19,7 @@ from curveline.bench.cases import Case
 from curveline.bench.methods import Method, Solved
 from curveline.bench.peers.straddling import STILL, Start, straddling
 from curveline.rod.equilibrium import PLANAR, SPATIAL
+from curveline.sections import CrossSection
 
 EDGES = (25.0, 50.0, 100.0)
 STEP = 3.75
@@ -60,6 +62,7 @@ def solve(case: Case, n: float) -> Solved | None:
 def _model(mujoco: Any, case: Case, start: Start) -> tuple[Any, Any, Any]:
     """Model and state at the start, and the velocity indices (k, 3) of the free vertices."""
     section, last = case.section, len(start.angles)
+    thickness, width = _box(section.section)
     text = MODEL.format(
         step=STEP / (last - 1) ** 2,
         gravity=-case.rod.weight / section.mass_per_length,
@@ -69,8 +72,8 @@ def _model(mujoco: Any, case: Case, start: Start) -> tuple[Any, Any, Any]:
         young=section.youngs_modulus,
         damping=DAMPING,
         # The first half-size is the one across the bending in the plane.
-        minor=0.5 * section.thickness,
-        major=0.5 * section.width,
+        minor=0.5 * thickness,
+        major=0.5 * width,
         pins=f"0 1 {last - 1} {last}",
     )
     model = mujoco.MjModel.from_xml_string(text)
@@ -84,6 +87,13 @@ def _model(mujoco: Any, case: Case, start: Start) -> tuple[Any, Any, Any]:
         data.qpos[at : at + 3] = np.array([*start.vertices[i], 0.0]) - model.body_pos[body]
     mujoco.mj_forward(model, data)
     return model, data, model.jnt_dofadr[joints][:, None] + np.arange(3)
+
+
+def _box(section: CrossSection) -> tuple[float, float]:
+    """Thickness and width [m] of the rectangle that bends as the section does, in both directions."""
+    flatness = math.sqrt(section.lateral_second_moment / section.second_moment)
+    thickness = (12.0 * section.second_moment / flatness) ** 0.25
+    return thickness, flatness * thickness
 
 
 METHODS = (Method("MuJoCo", SPATIAL, EDGES, "edges", solve, package="mujoco", few=True, truth=PLANAR),)

@@ -1,8 +1,8 @@
 """PyElastica: an explicit Cosserat rod, run with damping until it is at rest.
 
-Tuned: edges that straddle the clamps; stiffnesses of the rectangular section put into its matrices, since constructors
-know round ones only; the inertia against turning raised until the longitudinal waves alone limit the time step, which
-a static answer does not notice and which saves nine steps in ten; damping near the one that comes to rest first.
+Tuned: edges that straddle the clamps; stiffnesses of the section put into its matrices, since constructors know solid
+round ones only; the inertia against turning raised until the longitudinal waves alone limit the time step, which a
+static answer does not notice and which saves nine steps in ten; damping near the one that comes to rest first.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _rod(elastica: Any, section: Rod, start: Start) -> Any:
     normals = np.tile([[0.0], [0.0], [1.0]], edges)
     directors = np.stack([normals, np.cross(tangents, normals, axis=0), tangents])
     positions = np.vstack([start.vertices.T, np.zeros(edges + 1)])
-    area = section.width * section.thickness
+    area = section.section.area
     rod = elastica.CosseratRod.straight_rod(
         edges,
         positions[:, 0],

@@ -82,12 +82,15 @@ class _Checked(NamedTuple):
             "warnings": [each._asdict() for each in self.odd],
         }
 
-    def _rod(self) -> dict[str, float]:
+    def _rod(self) -> dict[str, Any]:
         """The rod as plain data."""
         from curveline.capability import buckling_force
 
         rod = self.display.rod
         return {
+            "section": type(rod.section).__name__.lower(),
+            "stiffness_from": rod.stiffness_key,
+            **rod.as_given,
             "total_length_mm": to_mm(rod.total_length),
             "bending_stiffness_Nm2": rod.bending_stiffness,
             "lateral_bending_stiffness_Nm2": rod.lateral_bending_stiffness,
@@ -121,6 +124,9 @@ class _Checked(NamedTuple):
 
     def _rod_lines(self) -> Iterator[str]:
         rod = self._rod()
+        modulus = f"E {rod['youngs_modulus_GPa']:.3g} GPa, G {rod['shear_modulus_GPa']:.3g} GPa"
+        source = ", from the bending stiffness as measured" if self.display.rod.is_stiffness_measured else ""
+        yield from _wrapped(f"{self.display.rod.section}; {modulus}{source}")
         stiffness = (
             f"bending {rod['bending_stiffness_Nm2']:.3g} N m2, twisting {rod['twisting_stiffness_Nm2']:.3g} N m2"
         )
