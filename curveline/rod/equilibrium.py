@@ -12,6 +12,7 @@ import numpy as np
 
 from curveline.rod._jit import njit
 from curveline.rod.crossings import clearance, crosses_itself, crosses_tails
+from curveline.rod.hermite import integral
 from curveline.rod.ladder import EIGENVALUE, climb, interpolate
 from curveline.rod.problem import Array, Bearing, Pose, ScaledRod, scale_rod
 from curveline.rod.space_curve import SpaceCurve
@@ -265,25 +266,21 @@ def _energy(rod: ClampedRod, scalars: list[float]) -> float:
     return energy
 
 
-def mean_height_over(rod: ClampedRod, table: Array, edges: Array) -> float:
-    """Mean distance of the free rod from the chord between the pivots, positive to its left [m]."""
-    span = max(math.hypot(*rod.chord), 1e-300)
-    return float(area_under(table, edges, rod.chord)) / span / rod.free_length
-
-
 @njit
-def area_under(table, edges, chord):
+def _area_under(table, edges, chord):
     """Integral over the arc length of the distance from the line along `chord`, times the chord's length [m^3].
 
-    `table (m+1, 6)` holds the vertices between which the `edges (m,)` lie; by the trapezoidal rule.
+    `table (m+1, 6)` holds the vertices between which the `edges (m,)` lie.
     """
-    total = 0.0
-    before = chord[0] * table[0, 1] - chord[1] * table[0, 0]
-    for j in range(edges.size):
-        after = chord[0] * table[j + 1, 1] - chord[1] * table[j + 1, 0]
-        total += 0.5 * (before + after) * edges[j]
-        before = after
-    return total
+    rows = np.empty((table.shape[0], 3))
+    for j in range(table.shape[0]):
+        x, y, angle, curvature, strain, gain = table[j]
+        cosine, sine = np.cos(angle), np.sin(angle)
+        along, across = chord[0] * cosine + chord[1] * sine, chord[0] * sine - chord[1] * cosine
+        rows[j, 0] = chord[0] * y - chord[1] * x
+        rows[j, 1] = (1.0 + strain) * across
+        rows[j, 2] = gain * across + (1.0 + strain) * curvature * along
+    return integral(rows, edges)
 
 
 @njit
@@ -292,7 +289,7 @@ def _in_metres(table, edges, frame, start, chord):
 
     `frame` holds the free length and that of a tail [m], and the natural curvature [1/m]; `start` is where the free rod
     begins, `edges (m,)` lie between its vertices [m]. Returns whether it crosses itself and whether its tails, its
-    clearance [m], the `area_under` it, and its largest curvature [1/m] away from the natural one.
+    clearance [m], the area under it, and its largest curvature [1/m] away from the natural one.
     """
     length, tail, natural = frame
     inverse = 1.0 / length
@@ -303,5 +300,5 @@ def _in_metres(table, edges, frame, start, chord):
         table[j, 3] *= inverse
         table[j, 5] *= inverse
         sharpest = max(sharpest, abs(table[j, 3] - natural))
-    area = area_under(table, edges, chord)
+    area = _area_under(table, edges, chord)
     return crosses_itself(table), crosses_tails(table, tail), clearance(table), area, sharpest

@@ -24,6 +24,21 @@ def weights(t):
 
 
 @njit
+def integral(rows, edges):
+    """Integral of what has the values, slopes and second derivatives `rows (m+1, 3)` at the ends of `edges (m,)`.
+
+    That of the quintics between them, which is of sixth order in the edges: on each h/2 of the sum of both values,
+    h^2/10 of the difference of the slopes, h^3/120 of the sum of the second derivatives.
+    """
+    total = 0.0
+    for j in range(edges.size):
+        h, here, there = edges[j], rows[j], rows[j + 1]
+        total += 0.5 * h * (here[0] + there[0])
+        total += h * h / 10.0 * (here[1] - there[1]) + h * h * h / 120.0 * (here[2] + there[2])
+    return total
+
+
+@njit
 def interpolate(table, edges, places, out):
     """Positions `out (k, 3)` at the sorted arc lengths `places (k,)`, from vertices `table (m+1, 9)` on `edges (m,)`.
 

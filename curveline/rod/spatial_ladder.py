@@ -11,7 +11,8 @@ import numpy as np
 from curveline.rod._jit import njit
 from curveline.rod.contact import nearest_parts
 from curveline.rod.crossings import APART, crosses_itself, crosses_tails
-from curveline.rod.equilibrium import SPATIAL, Equilibrium, Outcome, mean_height_over, tail_of
+from curveline.rod.equilibrium import SPATIAL, Equilibrium, Outcome, tail_of
+from curveline.rod.hermite import integral
 from curveline.rod.ladder import ROUNDING
 from curveline.rod.link import turns
 from curveline.rod.problem import Array, halved
@@ -230,7 +231,7 @@ def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: floa
         crosses_itself=is_flat and bool(crosses_itself(table)),
         wraps_clamp=is_flat and bool(crosses_tails(table, tail_of(rod))),
         clearance=_clearance(space),
-        mean_height=mean_height_over(rod, table, space.edges),
+        mean_height=_mean_height(space),
         clamp_force=force,
         clamp_moment=moment,
         max_curvature=float(np.max(level.bends)) / length,
@@ -270,6 +271,16 @@ def _curve(segment: SpatialSegment, climbed: Climbed) -> SpaceCurve:
         forces=climbed.level.forces * force,
         moments=climbed.level.moments * force * length,
     )
+
+
+def _mean_height(space: SpaceCurve) -> float:
+    """Mean distance of the free rod from the chord between the pivots as seen from the front, positive to its left [m].
+
+    Slopes and second derivatives are those of the table: seen from the front, a rod in space is not as long as it is.
+    """
+    x, y = space.chord[:2]
+    heights = x * space.table[:, 1::3] - y * space.table[:, 0::3]
+    return float(integral(heights, space.edges)) / max(math.hypot(x, y), 1e-300) / (space.length - space.clamp)
 
 
 def _front(space: SpaceCurve) -> Array:
