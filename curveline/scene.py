@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cache
+from numbers import Real
+from typing import Any
 
 from curveline.sections import CrossSection
 from curveline.units import STANDARD_GRAVITY, to_gpa, to_nmm2
@@ -22,8 +25,35 @@ DOWN: Vector = (0.0, -1.0, 0.0)
 """Gravity's direction in a display that stands upright; +x runs along the row of nodes, +z towards the viewer."""
 
 
+_MEASURES = ("float", "Vector", "tuple[float, float]")
+"""Types of the fields that are measured; what is counted stays whole."""
+
+
+class _Measured:
+    """Makes floats of whole numbers where something is measured: kernels are compiled for floats and take no others."""
+
+    def __post_init__(self) -> None:
+        kind: Any = type(self)
+        for name in _measures(kind):
+            value = getattr(self, name)
+            if type(value) is not float:
+                object.__setattr__(self, name, _measured(value))
+
+
+@cache
+def _measures(kind: Any) -> tuple[str, ...]:
+    """The fields of a description that are numbers in SI, or several of them."""
+    return tuple(each.name for each in fields(kind) if each.type in _MEASURES)
+
+
+def _measured(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(map(_measured, value))
+    return float(value) if isinstance(value, Real) else value
+
+
 @dataclass(frozen=True)
-class Rod:
+class Rod(_Measured):
     """The flexible rod.
 
     `section` is an effective one where a rod is no plain strip: see the display files. Where the bending stiffness
@@ -107,7 +137,7 @@ class Rod:
 
 
 @dataclass(frozen=True)
-class Range:
+class Range(_Measured):
     """A closed interval."""
 
     low: float
@@ -130,7 +160,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Axis:
+class Axis(_Measured):
     """One motorised degree of freedom: `counts_per_unit` is per metre (extrude, translate) or radian (bias)."""
 
     counts_per_unit: float
@@ -139,7 +169,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Drive:
+class Drive(_Measured):
     """The three motors of a node."""
 
     extrude: Axis
@@ -159,7 +189,7 @@ class RadioSettings:
 
 
 @dataclass(frozen=True)
-class Display:
+class Display(_Measured):
     """A row of nodes `span` apart, the rod that runs through them, and what they can do."""
 
     name: str
@@ -184,7 +214,7 @@ class Display:
 
 
 @dataclass(frozen=True)
-class Node:
+class Node(_Measured):
     """Where a node holds the rod: pivot height and direction of the tangent from +x, counter-clockwise.
 
     `yaw` turns the tangent out of the plane, towards the viewer, then `roll` the rod about its tangent, right-handed.
@@ -198,7 +228,7 @@ class Node:
 
 
 @dataclass(frozen=True)
-class Segment:
+class Segment(_Measured):
     """The rod between two neighbouring nodes, measured pivot to pivot, and the state wanted of it."""
 
     length: float  # [m]
@@ -206,7 +236,7 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class Load:
+class Load(_Measured):
     """A dead point load on the rod."""
 
     segment: int  # counted from 0
