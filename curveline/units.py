@@ -87,6 +87,32 @@ def to_ms(value: float) -> float:
     return value * 1e3
 
 
+MOST_DECIMALS = 15
+
+
+def decimals_of(size: float, digits: int) -> int:
+    """Decimals with which a number as large as `size` shows `digits` of its digits; 0 for a size that is none."""
+    if not 0.0 < abs(size) < math.inf:
+        return 0
+    return max(0, digits - 1 - math.floor(math.log10(abs(size))))
+
+
+def told_apart(one: float, other: float, decimals: int = 0) -> tuple[str, str]:
+    """Two numbers that a sentence compares, with as many more decimals as it takes for them to read differently.
+
+    Equal ones read alike. None that differs from 0 reads 0.
+    """
+    for more in range(decimals, MOST_DECIMALS + 1):
+        texts = f"{one:.{more}f}", f"{other:.{more}f}"
+        if texts[0] != texts[1] and all(
+            float(text) or not value for text, value in zip(texts, (one, other), strict=True)
+        ):
+            return texts
+    if one == other:
+        return f"{one:.{decimals}f}", f"{other:.{decimals}f}"
+    return repr(float(one)), repr(float(other))
+
+
 def millimetres(length: float) -> str:
     """A length in metres as words in mm, as short as its size needs."""
     value = to_mm(length)

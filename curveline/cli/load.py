@@ -27,6 +27,13 @@ class Model(StrEnum):
     EXTENSIBLE = "extensible"
 
 
+def _positive(value: float | None) -> float | None:
+    """A load that is given must be one."""
+    if value is not None and not value > 0.0:
+        raise typer.BadParameter(f"{value:g} N is no load: make it more than 0")
+    return value
+
+
 def load(
     shape: Annotated[str, typer.Argument(metavar="SHAPE", help="Shape file (.toml).")],
     at: Annotated[
@@ -41,11 +48,19 @@ def load(
             metavar="down|normal|X,Y", help="Which way; normal is across the unloaded curve, from above like a finger."
         ),
     ] = "down",
-    step_n: Annotated[float, typer.Option("--step-N", min=1e-6, metavar="N", help="By how much the load grows.")] = 0.5,
+    step_n: Annotated[
+        float | None,
+        typer.Option(
+            "--step-N", callback=_positive, metavar="N", help="By how much the load grows.  [default: 0.5, as --most-N]"
+        ),
+    ] = None,
     most_n: Annotated[
         float | None,
         typer.Option(
-            "--most-N", min=1e-6, max=1e6, metavar="N", help="The largest load.  [default: 20, more for stiffer rods]"
+            "--most-N",
+            callback=_positive,
+            metavar="N",
+            help="The largest load.  [default: 20, or by powers of ten more or less, as suits the rod]",
         ),
     ] = None,
     state: Annotated[
@@ -95,7 +110,13 @@ def load(
     scene = read_shape(shape)
     index = _index(segment, len(scene.segments))
     push = Push(
-        index, 0.5 if at is None else at, direction, step_n, most_n or 0.0, state.value if state else "", model.value
+        index,
+        0.5 if at is None else at,
+        direction,
+        step_n or 0.0,
+        most_n or 0.0,
+        state.value if state else "",
+        model.value,
     )
     show.announce_compilation()
     found = pushed.mapped(scene, push, points or pushed.MAP_POINTS) if over_all else pushed.pushed(scene, push)

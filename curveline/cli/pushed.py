@@ -14,7 +14,7 @@ from curveline.loading.maps import LoadMap, Point, Verdict, load_map
 from curveline.loading.pushes import Push, Stand
 from curveline.loading.snap import LOST, Loading, load
 from curveline.scene import Scene
-from curveline.units import to_mm, to_n_per_mm
+from curveline.units import decimals_of, to_mm, to_n_per_mm
 
 MAP_POINTS = 41
 ROWS = 21
@@ -52,10 +52,12 @@ def describe(found: Loading | LoadMap) -> Iterator[str]:
 
 def _of_loading(loading: Loading) -> Iterator[str]:
     stand, snap = loading.stand, loading.snap
-    place = _where(stand.seen(stand.place(stand.state)))
+    place = _where(stand, stand.seen(stand.place(stand.state)))
     yield _what(loading.push, stand)
     yield f"at {loading.push.at:g} of its length: {place}"
-    lines = show.table([("force N", "deflection mm"), *(_row(row) for row in thinned(loading.rows))], frozenset())
+    decimals = _decimals(3, *(to_mm(deflection) for _, deflection in loading.rows))
+    rows = ((f"{force:.4g}", f"{to_mm(deflection):.{decimals}f}") for force, deflection in thinned(loading.rows))
+    lines = show.table([("force N", "deflection mm"), *rows], frozenset())
     yield show.paint(lines[0], show.DIM, sys.stdout)
     yield from lines[1:]
     stiffness = "not known" if loading.stiffness is None else f"{to_n_per_mm(loading.stiffness):.4g} N/mm"
@@ -75,13 +77,15 @@ def _of_loading(loading: Loading) -> Iterator[str]:
 def _of_map(found: LoadMap) -> Iterator[str]:
     yield f"{_what(found.push, found.stand)}, at {len(found.points)} points"
     head = ("at", "x mm", "y mm", "snaps at N", "how")
-    lines = show.table([head, *map(_cells, thinned(found.points))], frozenset({4}))
+    decimals = _decimals(3, *(point.force or 0.0 for point in found.points))
+    rows = (_cells(found.stand, point, decimals) for point in thinned(found.points))
+    lines = show.table([head, *rows], frozenset({4}))
     yield show.paint(lines[0], show.DIM, sys.stdout)
     yield from lines[1:]
     if found.weakest is None:
         yield f"weakest point: none, all of them withstand {found.push.most:g} N"
     else:
-        place = _where((found.weakest.x, found.weakest.y))
+        place = _where(found.stand, (found.weakest.x, found.weakest.y))
         yield f"weakest point: {found.weakest.force:.4g} N ({found.weakest.kind}) at {found.weakest.at:.4g}: {place}"
     if leaving := [point for point in found.points if point.leaves_plane is not None]:
         least = min(point.leaves_plane for point in leaving if point.leaves_plane is not None)
@@ -105,17 +109,25 @@ def _what(push: Push, stand: Stand) -> str:
     return f"segment {push.segment + 1}, {stand.state.name} pushed {way}, {stand.state.model} model"
 
 
-def _where(place: tuple[float, float]) -> str:
-    return f"x {show.decimal(to_mm(place[0]))}, y {show.decimal(to_mm(place[1]))} mm"
+def _where(stand: Stand, place: tuple[float, float]) -> str:
+    x, y = _coordinates(stand, place)
+    return f"x {x}, y {y} mm"
 
 
-def _row(row: tuple[float, float]) -> tuple[str, str]:
-    return f"{row[0]:.4g}", f"{to_mm(row[1]):.3f}"
+def _coordinates(stand: Stand, place: tuple[float, float]) -> tuple[str, str]:
+    """In mm, to about a ten-thousandth of the rod's length and at least to a hundredth."""
+    decimals = max(2, decimals_of(to_mm(stand.rod.length), 5))
+    return show.decimal(to_mm(place[0]), decimals), show.decimal(to_mm(place[1]), decimals)
 
 
-def _cells(point: Point) -> tuple[str, ...]:
-    force = "-" if point.force is None else f"{point.force:.3f}"
-    return f"{point.at:.4f}", show.decimal(to_mm(point.x)), show.decimal(to_mm(point.y)), force, point.kind
+def _decimals(least: int, *values: float) -> int:
+    """Decimals of a column, at least so many, with which its largest value has four digits."""
+    return max(least, decimals_of(max(map(abs, values)), 4))
+
+
+def _cells(stand: Stand, point: Point, decimals: int) -> tuple[str, ...]:
+    force = "-" if point.force is None else f"{point.force:.{decimals}f}"
+    return f"{point.at:.4f}", *_coordinates(stand, (point.x, point.y)), force, point.kind
 
 
 def _verdict(verdict: Verdict) -> str:

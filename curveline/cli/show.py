@@ -76,9 +76,9 @@ def table(rows: Sequence[Sequence[str]], left: frozenset[int] = frozenset({0})) 
     return lines
 
 
-def decimal(value: float) -> str:
-    """Two decimals, and no minus before a zero."""
-    return f"{round(value, 2) + 0.0:.2f}"
+def decimal(value: float, decimals: int = 2) -> str:
+    """Two or so many decimals, and no minus before a zero."""
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"
 
 
 def complain(error: CurvelineError) -> None:

@@ -43,6 +43,8 @@ ARROW = 0.14
 ORANGE = "#E69F00"
 """Of the load, as in the paper: of Okabe and Ito's palette."""
 DASHES = (0, (5, 2))
+FORCE_LABEL = "{x:g}"
+"""Whole numbers at the ticks, also small ones: a common factor above them would push the title out of the figure."""
 MOST_DOTS = 40
 """Steps of a push that are marked one by one."""
 FARTHEST, HIGHEST_LOAD = 2.5, 1.3
@@ -118,6 +120,7 @@ def _draw_response(panel: Axes, loading: Loading, colour: str) -> None:
         panel.set_xlim(-0.04 * right, right)
         panel.set_ylim(top=min(HIGHEST_LOAD * rows[-1, 0], panel.get_ylim()[1]))
     dress(panel, "load [N]")
+    panel.yaxis.set_major_formatter(FORCE_LABEL)
     panel.set_xlabel("deflection along the load [mm]")
     panel.set_ylim(bottom=0.0)
 
@@ -135,13 +138,16 @@ def _draw_strength(panel: Axes, found: LoadMap) -> None:
         panel.annotate(
             f"more than {most:g} N", (withstood[0], most), xytext=(0, -10), textcoords="offset points", color=GREY
         )
-    for force in (FORCES[0], FORCES[-1]):
+    # Lines far above all that was found would leave it flat on the ground.
+    highest = max(forces[~np.isnan(forces)], default=found.push.most)
+    for force in (each for each in (FORCES[0], FORCES[-1]) if each < FARTHEST * highest):
         panel.axhline(force, color=ORANGE, linewidth=THIN, linestyle=DASHES, zorder=1)
         panel.annotate(f"{force:g} N", (1.0, force), xytext=(2, 2), textcoords="offset points", ha="right")
     if found.weakest is not None and found.weakest.force is not None:
         panel.plot(found.weakest.at, found.weakest.force, **_star())
         panel.set_title(f"weakest point: {found.weakest.force:.3g} N")
     dress(panel, "snap-through load [N]")
+    panel.yaxis.set_major_formatter(FORCE_LABEL)
     panel.set_xlabel("place, as a fraction of arc length")
     panel.set(xlim=(0.0, 1.0), ylim=(0.0, None))
 
@@ -207,5 +213,5 @@ def _part(curve: Array, stretch: tuple[float, float]) -> Array:
 def _height(points: Array) -> float:
     """Height of the figure [inch] in which curves through `points (m, 2)` are as wide as their panel."""
     (low_x, low_y), (high_x, high_y) = points.min(axis=0), points.max(axis=0)
-    steep = float((high_y - low_y) / max(high_x - low_x, 1e-9))
+    steep = float((high_y - low_y) / (high_x - low_x))
     return min(max(LEFT * steep + HEAD_ROOM, LOWEST), HIGHEST) + LEGEND_ROOM

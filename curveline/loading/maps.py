@@ -79,7 +79,8 @@ class _Mapping:
     def __init__(self, scene: Scene, push: Push) -> None:
         self.scene = scene
         self.stand = stand_of(scene, push)
-        self.push = push._replace(most=push.most or most_on(self.stand.rod))
+        # A finger presses as it does, however soft the rod.
+        self.push = push._replace(most=push.most or max(most_on(self.stand.rod), FORCES[-1]))
 
     def point(self, at: float) -> Point:
         """What one point bears; whether the rod stays in its plane is not looked at."""

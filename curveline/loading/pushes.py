@@ -19,7 +19,7 @@ from curveline.rod.section import Section
 from curveline.rod.space import SpatialSegment
 from curveline.rod.way import Way, loading
 from curveline.scene import Scene
-from curveline.simulation import DEFAULT_TOLERANCE, section_of, spatial_segment
+from curveline.simulation import section_of, spatial_segment
 from curveline.units import deg
 
 DOWN = "down"
@@ -28,13 +28,19 @@ MODELS = (AUTO, PLANAR, EXTENSIBLE)
 """Of a rod that is pushed."""
 DOWNWARDS = (0.0, -1.0)
 TOLERANCE = 1e-6
-"""Bound on the error of a loaded curve [m]."""
+"""Bound on the error of a loaded curve, as a part of the rod's length."""
+ROUGH = 1e-4
+"""The same of curves that only tell states apart, or whether they stay in the plane."""
 EDGES = (96, 384, 1536, 6144)
 """Of the coarsest level of a loaded curve; the finer ones near a fold, which coarse edges have earlier."""
+MOST_ROWS = 10_000
 NARROWEST = 1e-9
 """A step of the push, as a part of its end, that is halved no more."""
 MOST = 20.0
 """Largest push to try on the built-in rod [N]."""
+DECADE = 10.0
+STEPS, LEAST_STEPS = 40, 2
+"""Of the push, from nothing to the largest that suits the rod, and at least to where it ends."""
 STRONG = 150.0
 """A push, in EI/L^2, that hardly any state withstands: those of the paper's shapes snap through at half of it."""
 LARGEST_TURN = deg(10.0)
@@ -45,14 +51,14 @@ class Push(NamedTuple):
     """What is pushed, where and how far: `segment` from 0, `at` a fraction of its arc length from pivot to pivot.
 
     `direction` is "down", "normal" (to the unloaded curve, downwards) or a vector "x,y"; the load grows by `step` [N]
-    up to `most` [N], if 0 one that suits the rod. `state` is pushed, the one that the shape wants if empty, by one of
-    the `MODELS`.
+    up to `most` [N]; either suits the rod if it is 0. `state` is pushed, the one that the shape wants if empty, by one
+    of the `MODELS`.
     """
 
     segment: int = 0
     at: float = 0.5
     direction: str = DOWN
-    step: float = 0.5
+    step: float = 0.0
     most: float = 0.0
     state: str = ""
     model: str = AUTO
@@ -112,11 +118,14 @@ class Stand:
         return (place[0] - begin[0]) * self.toward[0] + (place[1] - begin[1]) * self.toward[1]
 
     def near(self, force: float, state: Equilibrium, tolerance: float = TOLERANCE) -> Equilibrium:
-        """The state under a push of `force` [N] that Newton finds from another one, if there is one a stable one."""
+        """The state under a push of `force` [N] that Newton finds from another one, if there is one a stable one.
+
+        Its error is at most `tolerance`, as a part of the rod's length.
+        """
         rod = self.loaded(force)
         for count in EDGES:
             edges = fitting_mesh(rod.scaled(), count)
-            found = refine(rod, edges, *state.start_on(edges), tolerance)
+            found = refine(rod, edges, *state.start_on(edges), tolerance * rod.length)
             if found.stable:
                 break
         return found
@@ -169,12 +178,17 @@ def check_place(scene: Scene, push: Push) -> None:
 
 
 def most_on(rod: ClampedRod) -> float:
-    """The largest push to try on a rod [N]: `MOST`, or ten, a hundred, ... times that for stiffer ones."""
+    """The largest push to try on a rod [N]: `MOST` by the power of ten that makes it just enough for one as stiff."""
     strong = STRONG * rod.stiffness / rod.free_length**2
-    most = MOST
-    while most < strong:
-        most *= 10.0
-    return most
+    return float(MOST * DECADE ** math.ceil(math.log10(strong / MOST)))
+
+
+def step_to(end: float, rod: ClampedRod) -> float:
+    """A step of the push [N] that suits the rod: half a newton on the built-in one, less if that is most of the way."""
+    step = most_on(rod) / STEPS
+    while LEAST_STEPS * step > end:
+        step /= DECADE
+    return max(step, end / MOST_ROWS)
 
 
 def direction_of(text: str, tangent: float) -> tuple[float, float]:
@@ -228,8 +242,9 @@ def _shown(segment: SpatialSegment, model: str) -> list[Equilibrium]:
     """The states of a segment that a planar display can show; InvalidInput for a model that is none of `MODELS`."""
     if model not in MODELS:
         raise InvalidInput(f"a push has no model {model!r}", f"choose one of {', '.join(MODELS)}")
-    found = model_states(segment, Ask(DEFAULT_TOLERANCE, (0,), model))
+    tolerance = ROUGH * segment.rod.length
+    found = model_states(segment, Ask(tolerance, (0,), model))
     if found.model == SPATIAL:
         # Some state leaves the plane; those that do not are pushed in it.
-        found = model_states(segment, Ask(DEFAULT_TOLERANCE, (0,), PLANAR))
+        found = model_states(segment, Ask(tolerance, (0,), PLANAR))
     return [state for state in found.states if state.simple and state.stable]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import InvalidInput
-from curveline.loading.pushes import TOLERANCE, Push, Stand, most_on, stand_of
+from curveline.loading.pushes import MOST_ROWS, ROUGH, TOLERANCE, Push, Stand, most_on, stand_of, step_to
 from curveline.rod.arclength import Reach, trace
 from curveline.rod.continuation import start_along
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
@@ -26,7 +26,6 @@ from curveline.rod.special_points import Fall, Kind, SpecialPoint, critical, fal
 from curveline.rod.states import find_states
 from curveline.rod.way import Way
 from curveline.scene import Scene
-from curveline.simulation import DEFAULT_TOLERANCE
 
 SAME = 5e-3
 """Curves that are nearer to each other than this part of the length are one."""
@@ -38,7 +37,6 @@ SHORT_STEP = 0.03
 NEAR = 1e-6
 NEAREST = 1e-9
 """Relative error of a snap-through load, and that which fine enough edges for the deflection there come with."""
-MOST_ROWS = 10_000
 MOST_FALLS = 5
 UNKNOWN = "unknown"
 LOST = Kind.LOST.value
@@ -46,7 +44,7 @@ LOOKS = 8
 """Loads at which a rod is tried for leaving its plane; where it does is sought between two of them, by `HALVINGS`."""
 HALVINGS = 10
 FINE = 1e-9
-"""Bound on the error of the curves that tell the stiffness [m]."""
+"""Bound on the error of the curves that tell the stiffness, as a part of the rod's length."""
 FEEBLE = 0.01
 """A first push, in EI/L^2, that tells how stiff a point is."""
 PROBING = 1e-4
@@ -71,13 +69,15 @@ class Landing(NamedTuple):
 class Limit(NamedTuple):
     """Where a pushed state ceases to be stable: load and its error [N], the kind of that special point, and the point.
 
-    "lost" is the kind of one that could be followed so far, but neither further nor to a special point.
+    "lost" is the kind of one that could be followed so far, but neither further nor to a special point. The point is
+    one of the way to a push of `far` [N].
     """
 
     force: float
     error: float
     kind: str
     point: SpecialPoint
+    far: float
 
 
 @dataclass(frozen=True)
@@ -133,13 +133,14 @@ def load(scene: Scene, push: Push, progress: Callable[[int], None] = lambda _: N
     push = push._replace(most=push.most or most_on(stand.rod))
     _check_steps(push)
     limit = limit_of(stand, push.most, NEAREST)
+    push = push._replace(step=push.step or step_to(push.most if limit is None else limit.force, stand.rod))
     states = []
     for force, state in _states(stand, push, limit):
         states.append((force, state))
         progress(round(100.0 * force / (push.most if limit is None else limit.force)))
     rows = [(force, stand.deflection(state)) for force, state in states]
     if limit is not None:
-        rows[-1] = limit.force, _deflection_at(stand, push.most, limit.point)
+        rows[-1] = limit.force, _deflection_at(stand, limit)
     return Loading(
         scene,
         push,
@@ -147,30 +148,32 @@ def load(scene: Scene, push: Push, progress: Callable[[int], None] = lambda _: N
         rows=tuple(rows),
         error=max(state.error for _, state in states),
         stiffness=_stiffness(stand, GENTLE * rows[-1][0]),
-        snap=None if limit is None else SnapThrough(*limit[:3], tuple(_landings(stand, push.most, limit))),
+        snap=None if limit is None else SnapThrough(*limit[:3], tuple(_landings(stand, limit))),
         leaves_plane=leaves_plane(stand, states[-1][0]),
         last=states[-1][1],
-        branch=tuple(_branch(stand, push.most)),
+        branch=tuple(_branch(stand, push.most if limit is None else limit.far)),
         seconds=time.perf_counter() - begin,
     )
 
 
 def limit_of(stand: Stand, most: float, tolerance: float = NEAR) -> Limit | None:
     """Where the state that is pushed ends, to a relative `tolerance`; None if it is still stable under `most` [N]."""
-    way = stand.way(0.0, most)
-    point = critical(way, stand.rod.bearing, *start_along(way, stand.state), tolerance)
-    if point.kind is Kind.NONE:
-        return None
-    if point.kind is Kind.LOST:
-        return Limit(point.reached * most, math.inf, point.kind.value, point)
-    return Limit(point.fraction * most, point.error * most, point.kind.value, point)
+    # Up to what suits the rod first: on a way that is a million times as long a special point is hard to place.
+    for far in sorted({min(most, most_on(stand.rod)), most}):
+        way = stand.way(0.0, far)
+        point = critical(way, stand.rod.bearing, *start_along(way, stand.state), tolerance)
+        if point.kind is Kind.LOST:
+            return Limit(point.reached * far, math.inf, point.kind.value, point, far)
+        if point.kind is not Kind.NONE:
+            return Limit(point.fraction * far, point.error * far, point.kind.value, point, far)
+    return None
 
 
 def _check_steps(push: Push) -> None:
     """InvalidInput unless the push grows to its end in steps that can be counted."""
     if not (math.isfinite(push.step) and math.isfinite(push.most)):
         raise InvalidInput(f"{push.most:g} N in steps of {push.step:g} N never ends", "choose finite numbers")
-    if push.step * MOST_ROWS < push.most:
+    if 0.0 < push.step * MOST_ROWS < push.most:
         hint = f"take steps of at least {push.most / MOST_ROWS:g} N"
         raise InvalidInput(f"{push.most:g} N in steps of {push.step:g} N are more than {MOST_ROWS} rows", hint)
 
@@ -193,9 +196,10 @@ def before(force: float) -> float:
     return force * (1.0 - JUST)
 
 
-def _deflection_at(stand: Stand, most: float, point: SpecialPoint) -> float:
+def _deflection_at(stand: Stand, limit: Limit) -> float:
     """How far the point that is pushed has moved along the push at the special point [m], on its finest level."""
-    rod = stand.loaded(point.reached * most)
+    point = limit.point
+    rod = stand.loaded(point.reached * limit.far)
     problem = released(make_problem(rod.scaled(), point.edges))
     table = vertex_table(problem, point.phi, point.multipliers)
     ends = np.concatenate([[0.0], np.cumsum(point.edges)]) * rod.free_length + 0.5 * rod.clamp
@@ -215,7 +219,7 @@ def _branch(stand: Stand, most: float) -> Iterator[BranchPoint]:
         force = float(track.fractions[number]) * most
         rod = stand.loaded(force)
         edges = mesh(rod.scaled().at, track.phi.shape[1])
-        state = refine(rod, edges, track.phi[number].copy(), track.multipliers[number].copy(), DEFAULT_TOLERANCE)
+        state = refine(rod, edges, track.phi[number].copy(), track.multipliers[number].copy(), ROUGH * rod.length)
         # Next to a fold of the edges it was traced on a rod of finer ones may have no such state.
         if state.outcome is not Outcome.LOST and state.stable != was_unstable:
             yield BranchPoint(force, stand.deflection(state), int(unstable))
@@ -227,11 +231,11 @@ def _stiffness(stand: Stand, most: float) -> float | None:
     force = min(most, FEEBLE * rod.stiffness / rod.free_length**2)
     move = abs(_compliance(stand, force)) * force
     # As far as moves the point by a little, but no farther than that the curve goes on straight.
-    force = min(most, force * PROBING * rod.length / max(move, FINE))
+    force = min(most, force * PROBING * rod.length / max(move, FINE * rod.length))
     wide, narrow = _compliance(stand, force), _compliance(stand, 0.5 * force)
     compliance = narrow + (narrow - wide) / 3.0
     # What moves by no more than its curve is known to has no stiffness that could be told.
-    return 1.0 / compliance if compliance * force > FEWEST * FINE else None
+    return 1.0 / compliance if compliance * force > FEWEST * FINE * rod.length else None
 
 
 def _compliance(stand: Stand, force: float) -> float:
@@ -244,11 +248,11 @@ def leaves_plane(stand: Stand, last: float) -> float | None:
     """The load [N] from which on the rod would not stay in its plane, None if it does up to the `last` one."""
     below = here = (0.0, stand.state)
     for number in range(1, LOOKS + 1):
-        here = stand.reach(last * number / LOOKS, here, DEFAULT_TOLERANCE)
+        here = stand.reach(last * number / LOOKS, here, ROUGH)
         if not _stays(stand, here[1]):
             after = here
             for _ in range(HALVINGS):
-                middle = stand.reach(0.5 * (below[0] + after[0]), below, DEFAULT_TOLERANCE)
+                middle = stand.reach(0.5 * (below[0] + after[0]), below, ROUGH)
                 below, after = (middle, after) if _stays(stand, middle[1]) else (below, middle)
             return after[0]
         below = here
@@ -260,13 +264,13 @@ def _stays(stand: Stand, state: Equilibrium) -> bool:
     return lateral(probe(state), stand.section).stays
 
 
-def _landings(stand: Stand, most: float, limit: Limit) -> Iterator[Landing]:
+def _landings(stand: Stand, limit: Limit) -> Iterator[Landing]:
     """Where the rod falls from the end of a branch; of two ways that end alike, one."""
     if limit.kind == LOST:
         return
     known: list[tuple[str, str]] = []
-    for fall in _falls(stand, stand.way(0.0, most), limit.point):
-        force = fall.at * most
+    for fall in _falls(stand, stand.way(0.0, limit.far), limit.point):
+        force = fall.at * limit.far
         state = _landed(stand, force, fall)
         there = _released(stand, force, state)
         landing = Landing(_name(state, stand.loaded(force)), _name(there, stand.rod), state)
@@ -285,7 +289,8 @@ def _landed(stand: Stand, force: float, fall: Fall) -> Equilibrium | None:
     """The stable state under a push [N] that a fall led to, if it did."""
     if not fall.landed:
         return None
-    state = refine(stand.loaded(force), fall.edges, fall.phi.copy(), fall.multipliers.copy(), TOLERANCE)
+    rod = stand.loaded(force)
+    state = refine(rod, fall.edges, fall.phi.copy(), fall.multipliers.copy(), TOLERANCE * rod.length)
     return state if state.stable else None
 
 
@@ -312,7 +317,7 @@ def _name(state: Equilibrium | None, loads: ClampedRod) -> str:
         return UNKNOWN
     gaps = {
         other.name: float(np.max(np.abs(other.curve(33) - state.curve(33))))
-        for other in find_states(replace(loads, stretching=math.inf), DEFAULT_TOLERANCE)
+        for other in find_states(replace(loads, stretching=math.inf), ROUGH * loads.length)
     }
     nearest = min(gaps, key=gaps.__getitem__, default="")
     return nearest if nearest and gaps[nearest] < SAME * state.rod.length else named([state])[0].name

@@ -225,7 +225,7 @@ def test_a_branch_that_is_lost_is_exit_1_and_no_number_is_made_up(run: Run, monk
     def lost(stand: Stand, most: float, _: float = 0.0) -> Limit:
         found = limit_of(stand, most)
         assert found is not None
-        return Limit(0.8 * found.force, math.inf, snap.LOST, found.point)
+        return Limit(0.8 * found.force, math.inf, snap.LOST, found.point, found.far)
 
     monkeypatch.setattr(snap, "limit_of", lost)
     monkeypatch.setattr(maps, "limit_of", lost)
