@@ -9,7 +9,7 @@ from typing import NamedTuple
 from curveline.rod.approach import soften
 from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, Outcome, refine
 from curveline.rod.fidelity import Bound, Judged, judge, probe, space_bound, spatial_left_out
-from curveline.rod.identity import named, same_curve
+from curveline.rod.identity import GONE, are_twins, named, placed, same_curve
 from curveline.rod.space import SpatialSegment
 from curveline.rod.spatial_ladder import refine_in_space
 from curveline.rod.states import find_states
@@ -19,10 +19,9 @@ AUTO = "auto"
 MODELS = (AUTO, PLANAR, EXTENSIBLE, SPATIAL)
 """What a user may ask for; `AUTO` leaves it to the scene."""
 
-BUCKLED = "buckled"
-MISSING = "lost"
-"""Names of states, with a number each, that leave the plane, and of planar ones that have none in space."""
-GONE = (Outcome.LOST, Outcome.UNREACHED, Outcome.UNSTABLE, Outcome.UNWOUND)
+IN_PLANE = 1e-4
+"""Of the length: a curve that comes no farther out of the plane lies in it. One that leaves it goes a hundred times as
+far where its eigenvalue out of the plane was below zero by a thousandth."""
 
 
 class Ask(NamedTuple):
@@ -65,7 +64,7 @@ def model_states(segment: SpatialSegment, ask: Ask) -> Modelled:
         judged = _in_space(segment, judged, ask.tolerance, why)
     else:
         why += [unstable for unstable in [_leaving(judged)] if unstable]
-        judged = _renamed([_flagged(segment, each) for each in judged])
+        judged = _placed([_flagged(segment, each) for each in judged])
     return _modelled(segment, ask, model, judged, why)
 
 
@@ -132,52 +131,50 @@ def _stretched(
 
 
 def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float, why: list[str]) -> list[Judged]:
-    """The states in space that planar ones lead to; one that buckles is none that a planar display can show.
+    """The states in space that planar ones lead to; those that leave a plane come after those that stay in theirs.
 
     Where none is found, the planar one stays in the list, with the outcome that says so, and is called lost.
     """
     states: list[Judged] = []
-    for start, sideways, _ in judged:
+    origins: list[str] = []
+    beside: list[Equilibrium] = []
+    is_flat = segment.is_nearly_flat
+    for start, sideways, _ in sorted(judged, key=lambda each: not each.sideways.stays):
         state = refine_in_space(segment, start, tolerance)
-        leaves = not sideways.stays and (sideways.leaves or state.leaves_plane)
         if state.outcome in GONE:
             why.append(f"{start.name} was not found in space: {state.outcome.value}")
             state = start.but(outcome=state.outcome, stable=False)
-        state = state.but(leaves_plane=leaves)
-        if any(same_curve(state, each.state) for each in states):
-            why.append(f"{start.name} falls, in space, into a state that is listed already")
+        state = state.but(leaves_plane=is_flat and _lies_outside(state))
+        if is_flat and (state.leaves_plane or not state.stable):
+            beside.append(start)
+        if (other := _listed(state, states)) >= 0:
+            why.append(f"{start.name} falls, in space, into a state that is listed already, that of {origins[other]}")
+            beside.append(start)
             continue
-        if state.leaves_plane and state.stable:
+        if state.leaves_plane:
             why.append(f"{start.name} buckles towards the viewer, and might as well buckle the other way")
+        origins.append(start.name)
         states.append(Judged(state, sideways, spatial_left_out(segment, start, state)))
-    return _renamed(_by_height(states))
+    return _placed(states, beside if is_flat else [])
 
 
-def _by_height(judged: Sequence[Judged]) -> list[Judged]:
-    """States in space, named by their heights there: a roll by half a turn, for one, exchanges peak and valley."""
-    there = [each for each in judged if each.state.simple and each.state.outcome not in GONE]
-    there.sort(key=lambda each: -each.state.mean_height)
-    out = [each._replace(state=state) for each, state in zip(there, named([each.state for each in there]), strict=True)]
-    others = [each for each in judged if not any(each is other for other in there)]
-    lost = 0
-    for each in others:
-        if each.state.simple:
-            lost += 1
-            each = each._replace(state=each.state.but(name=f"{MISSING}-{lost}"))
-        out.append(each)
-    return out
+def _lies_outside(state: Equilibrium) -> bool:
+    """True if the curve of a state does not lie in the display's plane."""
+    return state.space is not None and state.space.depth > IN_PLANE * state.rod.length + state.error
 
 
-def _renamed(judged: Sequence[Judged]) -> list[Judged]:
-    """States that leave the plane are never called peak or valley; the others keep their names."""
-    out: list[Judged] = []
-    buckled = 0
-    for each in judged:
-        if each.state.leaves_plane and each.state.is_untangled:
-            buckled += 1
-            each = each._replace(state=each.state.but(name=f"{BUCKLED}-{buckled}"))
-        out.append(each)
-    return out
+def _listed(state: Equilibrium, judged: Sequence[Judged]) -> int:
+    """Number of the one among `judged` that is `state`, or its twin if it leaves the plane; -1 if none is."""
+    for number, each in enumerate(judged):
+        if same_curve(state, each.state) or (state.leaves_plane and are_twins(state, each.state)):
+            return number
+    return -1
+
+
+def _placed(judged: Sequence[Judged], beside: Sequence[Equilibrium] = ()) -> list[Judged]:
+    """The states with their names, in order; those `beside` count among them and have no place in the list."""
+    named = placed([each.state for each in judged], beside)
+    return [judged[number]._replace(state=judged[number].state.but(name=name)) for number, name in named]
 
 
 def _flagged(segment: SpatialSegment, judged: Judged) -> Judged:

@@ -24,6 +24,8 @@ NUDGE = 0.05
 """Largest turn [rad] with which a state is pushed off a plane in which it is unstable."""
 SMALLEST_PART = 1.0 / 256.0
 """Of what points out of the plane, the least that is added at a time."""
+NEARLY = 1e-6
+"""What points out of the plane, in rad and units of EI over powers of the length, that no more than rounds a scene."""
 LARGEST_TURN = 0.5
 """An edge that turns by more than this [rad] while a part is added may belong to another branch."""
 
@@ -61,6 +63,15 @@ class SpatialSegment:
         """The same segment with its nodes elsewhere in the plane."""
         x, y, start, end, length = pose
         return replace(self, rod=replace(self.rod, chord=(x, y), start=start, end=end, length=length))
+
+    @property
+    def is_nearly_flat(self) -> bool:
+        """True if what points out of the plane is no more than changes of a billionth make of nothing."""
+        rod = self.rod
+        unit = rod.free_length**2 / rod.stiffness
+        forces = (self.weight[2] * rod.free_length * unit, *(load[3] * unit for load in self.loads))
+        aside = (*self.yaw, *self.roll, *forces, self.lateral_curvature * rod.free_length)
+        return max(map(abs, aside)) < NEARLY
 
     def part(self, share: float) -> SpatialSegment:
         """The same segment with a `share` of all that points out of the plane."""

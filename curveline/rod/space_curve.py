@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -45,3 +46,15 @@ class SpaceCurve:
     def depth(self) -> float:
         """Largest distance from the display's plane [m]."""
         return float(np.max(np.abs(self.table[:, 2])))
+
+    @cached_property
+    def mean_depth(self) -> float:
+        """Mean distance of the free rod from the display's plane, positive in front of it [m]."""
+        return float(np.sum(_integrals(self.table[:, 2::3], self.edges)) / np.sum(self.edges))
+
+
+def _integrals(table: Array, edges: Array) -> Array:
+    """Integrals (m,) over `edges (m,)` of the quintic through values, slopes and second derivatives (m+1, 3)."""
+    before, after = table[:-1], table[1:]
+    sums, differences = before + after, before - after
+    return edges * (sums[:, 0] / 2.0 + edges * differences[:, 1] / 10.0 + edges**2 * sums[:, 2] / 120.0)

@@ -25,6 +25,7 @@ from curveline.planning.proof import LEAST_STABILITY, STIFFEST
 from curveline.rod.equilibrium import SPATIAL, Equilibrium
 from curveline.rod.fidelity import judge
 from curveline.scene import Display, Node, Range, Scene, Segment
+from curveline.sections import Rectangle
 from curveline.shapefile import read_display
 from curveline.simulation import section_of, simulate
 from curveline.units import deg, mm
@@ -75,8 +76,7 @@ def anything(chance: np.random.Generator) -> tuple[Display, float, float]:
     thickness, width = mm(math.exp(chance.uniform(math.log(0.4), math.log(4.0)))), mm(chance.uniform(2.0, 15.0))
     rod = replace(
         display.rod,
-        thickness=thickness,
-        width=max(width, thickness),
+        section=Rectangle(max(width, thickness), thickness),
         mass_per_length=1450.0 * thickness * max(width, thickness),
         total_length=5.0 * span,
     )
@@ -110,7 +110,7 @@ def anything(chance: np.random.Generator) -> tuple[Display, float, float]:
 def square(chance: np.random.Generator) -> tuple[Display, float, float]:
     """The built-in display with a rod of 3 x 3 mm, whose motors are as strong as that needs."""
     display = read_display("single")
-    rod = replace(display.rod, thickness=mm(3.0), width=mm(3.0), mass_per_length=0.013)
+    rod = replace(display.rod, section=Rectangle(mm(3.0), mm(3.0)), mass_per_length=0.013)
     return replace(display, name="square", rod=rod, digest="3x3"), mm(150.0), deg(70.0)
 
 
