@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,17 +60,27 @@ class Target:
         return self.inside > 0.0 and self.outside > 0.0
 
 
-def single(chance: np.random.Generator) -> tuple[Display, float, float]:
-    """The built-in display, the largest height and angle of a node."""
-    return read_display("single"), mm(150.0), deg(70.0)
+class Draw(NamedTuple):
+    """A display, and the largest height [m], angle [rad] and length [m] that shapes are drawn with."""
+
+    display: Display
+    height: float
+    angle: float
+    longest: float = math.inf
 
 
-def quad(chance: np.random.Generator) -> tuple[Display, float, float]:
-    """The built-in display of four segments."""
-    return read_display("quad"), mm(60.0), deg(35.0)
+def single(_: np.random.Generator) -> Draw:
+    """The built-in display."""
+    return Draw(read_display("single"), mm(150.0), deg(70.0))
 
 
-def anything(chance: np.random.Generator) -> tuple[Display, float, float]:
+def quad(_: np.random.Generator) -> Draw:
+    """The built-in display of four segments, with lengths whose forces its motors bear in most shapes."""
+    display = read_display("quad")
+    return Draw(display, mm(40.0), deg(20.0), 1.12 * display.span)
+
+
+def anything(chance: np.random.Generator) -> Draw:
     """A display of two nodes with a rod of any thickness and motors that suit it more or less."""
     display = read_display("single")
     span = chance.uniform(mm(200.0), mm(900.0))
@@ -104,14 +115,14 @@ def anything(chance: np.random.Generator) -> tuple[Display, float, float]:
         drive=drive,
         digest=f"{chance.integers(2**62):x}",
     )
-    return made, 0.3 * span, deg(65.0)
+    return Draw(made, 0.3 * span, deg(65.0))
 
 
-def square(chance: np.random.Generator) -> tuple[Display, float, float]:
+def square(_: np.random.Generator) -> Draw:
     """The built-in display with a rod of 3 x 3 mm, whose motors are as strong as that needs."""
     display = read_display("single")
     rod = replace(display.rod, section=Rectangle(mm(3.0), mm(3.0)), mass_per_length=0.013)
-    return replace(display, name="square", rod=rod, digest="3x3"), mm(150.0), deg(70.0)
+    return Draw(replace(display, name="square", rod=rod, digest="3x3"), mm(150.0), deg(70.0))
 
 
 DISPLAYS = {"single": single, "quad": quad, "random": anything, "square": square}
@@ -121,8 +132,8 @@ def targets(kind: str, seed: int) -> Iterator[Target]:
     """Random shapes whose states exist, without end."""
     chance = np.random.default_rng(seed)
     while True:
-        display, height, angle = DISPLAYS[kind](chance)
-        longest = min(display.limits.length.high, display.rod.total_length / (display.node_count - 1))
+        display, height, angle, longest = DISPLAYS[kind](chance)
+        longest = min(longest, display.limits.length.high, display.rod.total_length / (display.node_count - 1))
         nodes = tuple(
             Node(float(chance.uniform(-height, height)), float(chance.uniform(-angle, angle)))
             for _ in range(display.node_count)
@@ -170,15 +181,15 @@ def _within(limits: Range, value: float) -> float:
 
 def judged(scene: Scene) -> Target | None:
     """The shape with its fine truth; None if a wanted state does not exist in its plane."""
-    inside, outside, asks = math.inf, math.inf, 0.0
+    inside, outside, states = math.inf, math.inf, []
     for index, found in enumerate(simulate(scene, model="planar")):
         state = next((each for each in found.states if _was(each, scene.segments[index].state, found.states)), None)
         if state is None:
             return None
         sideways = judge(state, section_of(scene.display)).sideways
         inside, outside = min(inside, state.lowest_eigenvalue), min(outside, sideways.eigenvalue)
-        asks = max(asks, _asked(scene.display, state))
-    return Target(scene, inside, outside, asks)
+        states.append(state)
+    return Target(scene, inside, outside, _asked(scene.display, states))
 
 
 def _was(state: Equilibrium, name: str, states: tuple[Equilibrium, ...]) -> bool:
@@ -191,17 +202,20 @@ def _was(state: Equilibrium, name: str, states: tuple[Equilibrium, ...]) -> bool
     return state is (flat[0] if name == "peak" else flat[-1])
 
 
-def _asked(display: Display, state: Equilibrium) -> float:
-    """The share of what rod and motors of a display of two nodes give that a state asks for."""
-    drive, rod = display.drive, state.rod
-    shares = [state.max_curvature / display.rod.max_curvature]
-    for side, angle in enumerate((rod.start, rod.end)):
-        sign = 1.0 - 2.0 * side
-        (x, y), moment = state.clamp_force[side], state.clamp_moment[side]
-        along = x * math.cos(angle) + y * math.sin(angle) - sign * 0.5 * moment**2 / rod.stiffness
-        about = moment + sign * 0.5 * rod.clamp * (y * math.cos(angle) - x * math.sin(angle))
-        shares += [abs(along) / drive.max_force, abs(y) / drive.max_force, abs(about) / drive.max_moment]
-    return max(shares)
+def _asked(display: Display, states: list[Equilibrium]) -> float:
+    """The share of what rod and motors give that the states of a row of segments ask for."""
+    drive = display.drive
+    needs = np.zeros((len(states) + 1, 3))
+    for number, state in enumerate(states):
+        rod = state.rod
+        for side, angle in enumerate((rod.start, rod.end)):
+            sign = 1.0 - 2.0 * side
+            (x, y), moment = state.clamp_force[side], state.clamp_moment[side]
+            along = x * math.cos(angle) + y * math.sin(angle) - sign * 0.5 * moment**2 / rod.stiffness
+            about = moment + sign * 0.5 * rod.clamp * (y * math.cos(angle) - x * math.sin(angle))
+            needs[number + side] += [along, y, about]
+    bent = max(state.max_curvature for state in states) / display.rod.max_curvature
+    return float(np.max([bent, *(np.abs(needs) / [drive.max_force, drive.max_force, drive.max_moment]).ravel()]))
 
 
 def main() -> None:
