@@ -43,6 +43,8 @@ CLOSEST_LOOK = LARGEST_STEP / 64.0
 GLANCE = 1e-3
 """Relative precision of the lowest eigenvalue at every pose of a way; where it is lowest it is found to `PRECISE`."""
 PRECISE = 1e-5
+HIGH = 1e15
+"""An eigenvalue [EI/L^2] that none exceeds."""
 DOUBT = 4.0
 """What a coarse rod may miss of its lowest eigenvalue in the plane [EI/L^2]; one out of it that is higher by more
 does not limit a margin, and is not sought."""
@@ -177,9 +179,9 @@ def follow(way, bearing, phi, multipliers):
     reached = 0.0
     step = 0.0
     leaves = False
-    least = STIFFEST
-    inside = Dip(0.0, STIFFEST, phi, multipliers)
-    outside = Dip(0.0, STIFFEST, phi, multipliers)
+    least = np.inf
+    inside = Dip(0.0, np.inf, phi, multipliers)
+    outside = Dip(0.0, np.inf, phi, multipliers)
     while count < samples.shape[0] and counts.sum() == phi.size:
         fraction = min(1.0, reached + step)
         free = problem_at(way, bearing, fraction, counts)
@@ -199,9 +201,9 @@ def follow(way, bearing, phi, multipliers):
             samples[count, 1] = lowest
             samples[count, 2:] = node_loads(way, fraction, bearing, free, phi, multipliers)
             count += 1
-            if lowest < inside.eigenvalue or count == 1:
+            if lowest < inside.eigenvalue:
                 inside = Dip(fraction, lowest, phi, multipliers)
-            if aside < outside.eigenvalue:
+            if aside < least:
                 outside = Dip(fraction, aside, phi, multipliers)
             if is_still(way):
                 reached = 1.0
@@ -229,7 +231,8 @@ def _finer(way, bearing, dip):
 def stiffness_of(way, bearing, branch):
     """Lowest eigenvalues in the plane and out of it [EI/L^2] along a followed branch, of the continuous rod.
 
-    Extrapolated from its edges and edges cut in two (Richardson); -inf where the state is lost on these.
+    Extrapolated from its edges and edges cut in two (Richardson); -inf where the state is lost on these. The one out of
+    the plane is inf where it was not sought, since it does not limit a margin.
     """
     dip = branch.inside
     found, state = _finer(way, bearing, dip)
@@ -239,10 +242,10 @@ def stiffness_of(way, bearing, branch):
         here = problem_at(way, bearing, dip.fraction, counts_along(way, bearing, dip.phi.size))
         inside += (inside - lowest_eigenvalue(here, dip.phi, dip.multipliers, PRECISE)) / 3.0
     outside = branch.outside.eigenvalue
-    if outside < STIFFEST:
+    if outside < np.inf:
         found, state = _finer(way, bearing, branch.outside)
-        finer = stiffness_outside(way, bearing, branch.outside.fraction, state, STIFFEST) if found else -np.inf
-        outside = finer + (finer - outside) / 3.0 if finer < STIFFEST else finer
+        finer = stiffness_outside(way, bearing, branch.outside.fraction, state, HIGH) if found else -np.inf
+        outside = finer + (finer - outside) / 3.0
     return inside, outside
 
 
