@@ -19,7 +19,7 @@ from curveline.errors import Diagnostic, InvalidInput
 from curveline.files import AnyPath, decode_text, excerpt, read_file, write_file
 from curveline.records import Decoder
 from curveline.scene import Axis, Display
-from curveline.units import to_deg, to_mm
+from curveline.units import beyond, to_deg, to_mm, told_apart
 
 FORMAT = 3
 UNSEALED = (1, 2)
@@ -296,7 +296,8 @@ def _check_drive(drive: DriveTable, found: Decoder) -> None:
             message = f"{where}: counts per unit, speed and acceleration must be at least {LEAST_RATE:g}"
             found.problem("out-of-range", message)
         if not axis.low < axis.high:
-            found.problem("empty-range", f"{where}: low is {axis.low:g}, which is not below high, {axis.high:g}")
+            low, high = told_apart(axis.low, axis.high, 6)
+            found.problem("empty-range", f"{where}: low is {low}, which is not below high, {high}")
     if not 0 <= drive.channel <= MAX_CHANNEL:
         found.problem("out-of-range", f"drive.channel is {drive.channel}, but must be 0 to {MAX_CHANNEL}")
     if drive.data_rate not in DATA_RATES:
@@ -334,7 +335,8 @@ def _check_step(plan: Plan, index: int, step: Step, found: Decoder) -> None:
     if step.number != index + 1:
         found.problem("step-number", f"{where}.number is {step.number}, but must be {index + 1}")
     if not 0.0 <= step.seconds <= MAX_STEP_SECONDS:
-        message = f"{where}.seconds is {step.seconds:g} s, but must be 0 to {MAX_STEP_SECONDS} s"
+        given, *_ = beyond(step.seconds, 0.0, MAX_STEP_SECONDS)
+        message = f"{where}.seconds is {given} s, but must be 0 to {MAX_STEP_SECONDS} s"
         found.problem("out-of-range", message)
     if not 0 <= step.corners <= MAX_CORNERS:
         found.problem("out-of-range", f"{where}.corners is {step.corners}, but must be 0 to {MAX_CORNERS:g}")
@@ -382,5 +384,6 @@ def _axis_problem(axis: AxisDrive, value: float, counts: int) -> tuple[str, str]
         return "count-mismatch", f"{value:g} is not {counts} counts at {axis.counts_per_unit:g} counts per unit"
     slack = 1.0 / axis.counts_per_unit
     if not axis.low - slack <= value <= axis.high + slack:
-        return "out-of-range", f"{value:g} is outside {axis.low:g} to {axis.high:g}"
+        there, low, high = beyond(value, axis.low, axis.high)
+        return "out-of-range", f"{there} is outside {low} to {high}"
     return None

@@ -8,6 +8,8 @@ from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
 from typing import Any, get_args, get_origin, get_type_hints
 
+from curveline.units import told_apart
+
 Problem = tuple[str, str]
 """Code and message."""
 
@@ -81,7 +83,9 @@ class Decoder:
         except OverflowError:
             number = math.inf
         if self._finite(number, where) and abs(number) > LARGEST:
-            self.problem("out-of-range", f"{where} is {number:g}, but no number here is beyond {LARGEST:g}")
+            given, most = told_apart(abs(number), LARGEST, 6)
+            sign = "-" if number < 0.0 else ""
+            self.problem("out-of-range", f"{where} is {sign}{given}, but no number here is beyond {most}")
         return number
 
     def _finite(self, number: float, where: str) -> bool:

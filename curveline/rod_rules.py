@@ -8,7 +8,7 @@ from curveline.scene import Rod
 from curveline.sections import POISSON, CrossSection, Rectangle, Round
 from curveline.shape_models import LEAST_GPA, MOST_GPA, RodTable
 from curveline.toml_document import Document
-from curveline.units import g_per_m, gpa, mm, nmm2, to_gpa
+from curveline.units import g_per_m, gpa, mm, nmm2, to_gpa, told_apart
 
 FLAT = ("width_mm", "thickness_mm")
 ROUND = ("diameter_mm", "inner_diameter_mm")
@@ -76,7 +76,8 @@ def _check_section(document: Document) -> None:
 def _check_tube(document: Document) -> None:
     outer, inner = (document.number("rod", key) for key in ROUND)
     if outer is not None and inner is not None and inner >= outer:
-        message = f"inner_diameter_mm is {inner:g} mm, which is not below the diameter of {outer:g} mm"
+        hole, outside = told_apart(inner, outer, 6)
+        message = f"inner_diameter_mm is {hole} mm, which is not below the diameter of {outside} mm"
         hint = "diameter_mm is that outside, inner_diameter_mm that of the hole; leave it out for a solid rod"
         document.problem(("rod", "inner_diameter_mm"), "out-of-range", message, hint)
 

@@ -12,7 +12,7 @@ from curveline.rod_rules import check_rod
 from curveline.scene import Display, Range, Vector
 from curveline.toml_document import Document, counted, shown, unit_of
 from curveline.toml_location import KeyPath
-from curveline.units import deg, to_deg, to_mm
+from curveline.units import beyond, deg, to_deg, to_mm, told_apart
 
 _SLACK = 1e-9
 """Relative allowance for a limit that went to SI and back."""
@@ -65,7 +65,8 @@ def _check_limits(document: Document, key: str) -> None:
         return
     # A node that cannot turn out of the plane or about the rod has [0, 0] there; a motor has some range.
     if low > high or key not in ("yaw_deg", "roll_deg"):
-        message = f"{key} starts at {low:g}{unit_of(key)}, which is not below its end, {high:g}{unit_of(key)}"
+        first, last = told_apart(low, high, 6)
+        message = f"{key} starts at {first}{unit_of(key)}, which is not below its end, {last}{unit_of(key)}"
         document.problem(("limits", key), "empty-range", message, "write [lowest, highest]")
 
 
@@ -79,7 +80,8 @@ def _check_gravity(document: Document) -> None:
 def _check_clamp(document: Document) -> None:
     clamp, span = document.number("clamp_mm"), document.number("span_mm")
     if clamp is not None and span is not None and clamp >= span:
-        message = f"clamp_mm is {clamp:g} mm, which is not below the span of {span:g} mm"
+        held, across = told_apart(clamp, span, 6)
+        message = f"clamp_mm is {held} mm, which is not below the span of {across} mm"
         document.problem(("clamp_mm",), "out-of-range", message, "neighbouring bearings must leave some rod free")
 
 
@@ -124,10 +126,11 @@ def _check_limit(document: Document, path: KeyPath, limit: Range) -> None:
     if low - slack <= value <= high + slack:
         return
     unit = unit_of(key)
-    bound = f"below the display's limit of {low:g}" if value < low else f"above the display's limit of {high:g}"
+    given, least, most = beyond(value, low, high)
+    bound = f"below the display's limit of {least}" if value < low else f"above the display's limit of {most}"
     where = f"{str(path[0])[:-1]} {int(path[1]) + 1}"
-    hint = f"choose {low:g} to {high:g}{unit}"
-    document.problem(path, "out-of-range", f"{where}: {key} is {value:g}{unit}, {bound}{unit}", hint)
+    hint = f"choose {least} to {most}{unit}"
+    document.problem(path, "out-of-range", f"{where}: {key} is {given}{unit}, {bound}{unit}", hint)
 
 
 def _check_reach(document: Document, segment: int, display: Display) -> None:
@@ -143,9 +146,8 @@ def _check_reach(document: Document, segment: int, display: Display) -> None:
         return
     # The hint is a length that passes, with one decimal: rounded up, and never onto the bound itself.
     enough = math.floor(shortest * 10.0 + 1.0) / 10.0
-    message = (
-        f"segment {segment + 1}: {length:g} mm of rod are too short: {shortest:.6g} mm go straight from node to node"
-    )
+    given, straight = told_apart(length, shortest, 6)
+    message = f"segment {segment + 1}: {given} mm of rod are too short: {straight} mm go straight from node to node"
     hint = f"make length_mm at least {enough:g}, or bring heights and angles closer together"
     document.problem(path, "too-short", message, hint)
 
@@ -165,8 +167,9 @@ def _check_total(document: Document, display: Display) -> None:
     lengths = [length for _, length in _lengths(document)]
     total, available = math.fsum(lengths), to_mm(display.rod.total_length)
     if total > available * (1.0 + _SLACK):
+        taken, there = told_apart(total, available, 6)
         message = (
-            f"the segments take {total:g} mm of rod together, but the rod is {available:g} mm long: centred, it would "
+            f"the segments take {taken} mm of rod together, but the rod is {there} mm long: centred, it would "
             f"leave tails of {0.5 * (available - total):g} mm at both ends"
         )
         hint = f"take {total - available:.6g} mm off the segments, or choose a display with a longer rod"

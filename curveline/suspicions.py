@@ -10,7 +10,7 @@ from curveline.capability import Held, buckling_force, longest_budget, reaches, 
 from curveline.plan import MAX_STEP_SECONDS
 from curveline.scene import DOWN, Display
 from curveline.shapefile import builtin_displays, read_display
-from curveline.units import gpa, mm, to_deg, to_gpa, to_mm
+from curveline.units import gpa, mm, to_deg, to_gpa, to_mm, told_apart
 
 SPANS = (mm(100.0), mm(3000.0))
 """Spans outside of these are more likely a wrong unit than a display."""
@@ -94,11 +94,13 @@ def _lengths(display: Display, held: Held) -> Iterator[Suspicion]:
     """Lengths that no rod can have, or hardly bend it, or that the motors do not stand."""
     limits, span, key = display.limits.length, display.span, "limits.length_mm"
     if limits.high <= span:
-        message = f"even the longest, {to_mm(limits.high):g} mm, does not reach across {to_mm(span):g} mm"
+        longest, across = told_apart(to_mm(limits.high), to_mm(span), 6)
+        message = f"even the longest, {longest} mm, does not reach across {across} mm"
         yield Suspicion("out-of-reach", key, message, "no shape is possible: see span_mm")
         return
     if limits.low < span:
-        message = f"lengths from {to_mm(limits.low):g} mm on do not reach across {to_mm(span):g} mm"
+        shortest, across = told_apart(to_mm(limits.low), to_mm(span), 6)
+        message = f"lengths from {shortest} mm on do not reach across {across} mm"
         yield Suspicion("out-of-reach", key, message, "begin at span_mm")
     if limits.high < span * (1.0 + LEAST_EXCESS):
         message = f"{to_mm(limits.high):g} mm at most leave the rod hardly any length to bend over {to_mm(span):g} mm"
@@ -119,11 +121,10 @@ def _rod(display: Display, held: Held) -> Iterator[Suspicion]:
     steepest = min(max(abs(angle.low), abs(angle.high)), 0.5 * math.pi)
     arc, allowed = 0.5 * display.span / max(math.sin(steepest), 1e-9), 1.0 / rod.max_curvature
     if allowed > arc:
-        message = (
-            f"the rod may bend to a radius of {to_mm(allowed):.0f} mm, but nodes at {to_deg(steepest):g} deg ask for"
-        )
+        may, must = told_apart(to_mm(allowed), to_mm(arc), 0, "f")
+        message = f"the rod may bend to a radius of {may} mm, but nodes at {to_deg(steepest):g} deg ask for {must} mm"
         hint = "lower limits.angle_deg, or take a thinner rod"
-        yield Suspicion("stiff-rod", "rod.max_strain", f"{message} {to_mm(arc):.0f} mm", hint)
+        yield Suspicion("stiff-rod", "rod.max_strain", message, hint)
     if not MODULI[0] <= rod.youngs_modulus <= MODULI[1]:
         message = f"the rod's material has a modulus of {to_gpa(rod.youngs_modulus):.2g} GPa"
         yield Suspicion("odd-stiffness", f"rod.{rod.stiffness_key}", message, "see the units of stiffness and sizes")
@@ -138,7 +139,8 @@ def _rod(display: Display, held: Held) -> Iterator[Suspicion]:
         yield Suspicion("no-weight", "rod.mass_g_per_m", "gravity acts on a rod without mass", "weigh the rod")
     needed = buckling_force(display)
     if needed > display.drive.max_force and not held.below:
-        message = f"the motors give {display.drive.max_force:.3g} N, and the straight rod buckles at {needed:.3g} N"
+        gives, takes = told_apart(display.drive.max_force, needed, 3)
+        message = f"the motors give {gives} N, and the straight rod buckles at {takes} N"
         yield Suspicion("weak-motor", "drive.max_force_N", message, "extruding may stall before the rod gives way")
 
 

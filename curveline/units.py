@@ -87,9 +87,6 @@ def to_ms(value: float) -> float:
     return value * 1e3
 
 
-MOST_DECIMALS = 15
-
-
 def decimals_of(size: float, digits: int) -> int:
     """Decimals with which a number as large as `size` shows `digits` of its digits; 0 for a size that is none."""
     if not 0.0 < abs(size) < math.inf:
@@ -97,20 +94,38 @@ def decimals_of(size: float, digits: int) -> int:
     return max(0, digits - 1 - math.floor(math.log10(abs(size))))
 
 
-def told_apart(one: float, other: float, decimals: int = 0) -> tuple[str, str]:
-    """Two numbers that a sentence compares, with as many more decimals as it takes for them to read differently.
+MOST_DIGITS = 17
+"""With which any two floats can be told apart."""
 
-    Equal ones read alike. None that differs from 0 reads 0.
+
+def told_apart(one: float, other: float, digits: int, kind: str = "g") -> tuple[str, str]:
+    """Two numbers that a sentence compares, with so many digits, or as many more as they take to read differently.
+
+    The digits are significant ones, or decimals if the kind is "f", as in a format. Equal numbers read alike; one that
+    is not 0 does not read so beside another.
     """
-    for more in range(decimals, MOST_DECIMALS + 1):
-        texts = f"{one:.{more}f}", f"{other:.{more}f}"
-        if texts[0] != texts[1] and all(
-            float(text) or not value for text, value in zip(texts, (one, other), strict=True)
-        ):
-            return texts
+    texts = f"{one:.{digits}{kind}}", f"{other:.{digits}{kind}}"
     if one == other:
-        return f"{one:.{decimals}f}", f"{other:.{decimals}f}"
+        return texts
+    for more in range(digits, MOST_DIGITS + 1):
+        texts = f"{one:.{more}{kind}}", f"{other:.{more}{kind}}"
+        if texts[0] != texts[1] and all(map(_is_shown, texts, (one, other))):
+            return texts
     return repr(float(one)), repr(float(other))
+
+
+def beyond(value: float, low: float, high: float, digits: int = 6) -> tuple[str, str, str]:
+    """A value outside an interval and the ends of that, the value told apart from the end that it is beyond."""
+    if value > high:
+        there, end = told_apart(value, high, digits)
+        return there, f"{low:.{digits}g}", end
+    there, end = told_apart(value, low, digits)
+    return there, end, f"{high:.{digits}g}"
+
+
+def _is_shown(text: str, value: float) -> bool:
+    """False if a number reads as 0 and is not."""
+    return value == 0.0 or float(text) != 0.0
 
 
 def millimetres(length: float) -> str:

@@ -11,15 +11,12 @@ import numpy as np
 from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.problem import Array
 from curveline.scene import Display
-from curveline.units import to_mm, to_nmm
+from curveline.units import to_mm, to_nmm, told_apart
 
 AXIAL, VERTICAL, MOMENT = range(3)
 LEFT, RIGHT = slice(0, 3), slice(3, 6)
-NAMES = (
-    "extruding takes {need:.1f} N, the motor gives {have:.1f} N",
-    "holding the height takes {need:.1f} N, the motor gives {have:.1f} N",
-    "biasing takes {need:.0f} N mm, the motor gives {have:.0f} N mm",
-)
+TASKS = ("extruding", "holding the height", "biasing")
+"""What the motors of a node do against these."""
 
 
 @dataclass(frozen=True)
@@ -116,14 +113,20 @@ def overload(display: Display, demands: tuple[Demand, ...]) -> str:
     rod, drive = display.rod, display.drive
     for segment, demand in enumerate(demands, start=1):
         if demand.curvature > rod.max_curvature:
-            return (
-                f"in segment {segment} the rod would bend to a radius of {to_mm(1.0 / demand.curvature):.0f} mm, "
-                f"its strain allows {to_mm(1.0 / rod.max_curvature):.0f} mm"
-            )
+            bent, allowed = told_apart(to_mm(1.0 / demand.curvature), to_mm(1.0 / rod.max_curvature), 0, "f")
+            return f"in segment {segment} the rod would bend to a radius of {bent} mm, its strain allows {allowed} mm"
     gives = (drive.max_force, drive.max_force, drive.max_moment)
     for node, needs in enumerate(node_needs(demands), start=1):
         for axis, (need, have) in enumerate(zip(needs, gives, strict=True)):
             if need > have:
-                need, have = (to_nmm(need), to_nmm(have)) if axis == MOMENT else (need, have)
-                return f"at node {node} " + NAMES[axis].format(need=need, have=have)
+                return f"at node {node} {TASKS[axis]} {_beyond(axis, need, have)}"
     return ""
+
+
+def _beyond(axis: int, need: float, have: float) -> str:
+    """That it takes more than the motor gives, in N or N mm."""
+    if axis == MOMENT:
+        takes, gives, unit = *told_apart(to_nmm(need), to_nmm(have), 0, "f"), "N mm"
+    else:
+        takes, gives, unit = *told_apart(need, have, 1, "f"), "N"
+    return f"takes {takes} {unit}, the motor gives {gives} {unit}"

@@ -14,6 +14,7 @@ from curveline.radio.frames import Ident, Report, Status
 from curveline.radio.halts import Cause, Halt, fault_halt
 from curveline.radio.motion import axes_of, outside
 from curveline.radio.peer import STRANGE, Peer
+from curveline.units import beyond, told_apart
 
 START_TOLERANCE = 32
 """How far [counts] a node may stand from the start of a plan: a servo rests within 22, and STATUS rounds to 8."""
@@ -60,11 +61,9 @@ def _beyond(plan: Plan, number: int, node: int, axis: int) -> InvalidInput:
     hint = "make the plan again for this display"
     if drive.counts(drive.low) <= counts <= drive.counts(drive.high):
         hint = "further out a node cannot tell where it is: ask for less rod, or share it between more nodes"
-    return InvalidInput(
-        f"step {number} takes node {node} out of its limits: {AXES[axis - 1]} {drive.value(counts):.6g}, "
-        f"allowed {drive.value(ends.low):.6g} to {drive.value(ends.high):.6g}",
-        hint,
-    )
+    there, low, high = beyond(drive.value(counts), drive.value(ends.low), drive.value(ends.high))
+    place = f"{AXES[axis - 1]} {there}, allowed {low} to {high}"
+    return InvalidInput(f"step {number} takes node {node} out of its limits: {place}", hint)
 
 
 def check_ident(ident: Ident, peer: Peer, config: int) -> Halt | None:
@@ -93,7 +92,8 @@ def check_place(plan: Plan, node: int, counts: Counts) -> Halt | None:
     for axis, (wanted, found) in enumerate(zip(plan.start[node - 1].counts, counts, strict=True)):
         if abs(found - wanted) > START_TOLERANCE:
             drive = plan.drive.axes[axis]
-            detail = f"{AXES[axis]} {drive.value(found):.2f} instead of {drive.value(wanted):.2f}"
+            here, there = told_apart(drive.value(found), drive.value(wanted), 2, "f")
+            detail = f"{AXES[axis]} {here} instead of {there}"
             return Halt(Cause.ELSEWHERE, node, detail=detail)
     return None
 

@@ -19,6 +19,7 @@ from curveline.radio.frames import Ident, Status
 from curveline.radio.halts import Cause, Halt
 from curveline.radio.peer import Peer
 from curveline.radio.preflight import START_TOLERANCE, check_fit, node_facts, run_tag
+from curveline.units import told_apart
 
 RADIO = "radio"
 """What a record gives as the cause when the radio itself failed."""
@@ -173,7 +174,8 @@ def _check_place(plan: Plan, status: Status) -> Halt | None:
         if not min(begin, end) - START_TOLERANCE <= found <= max(begin, end) + START_TOLERANCE:
             drive = plan.drive.axes[axis]
             wanted = begin if abs(found - begin) < abs(found - end) else end
-            detail = f"its {AXES[axis]} stands at {drive.value(found):.2f} instead of {drive.value(wanted):.2f}"
+            here, there = told_apart(drive.value(found), drive.value(wanted), 2, "f")
+            detail = f"its {AXES[axis]} stands at {here} instead of {there}"
             return Halt(Cause.BEHIND, status.node, detail=detail)
     return None
 

@@ -23,7 +23,7 @@ from curveline.rod.response import middle_angles, response
 from curveline.rod.section import Section
 from curveline.rod.space import SpatialSegment, lift, relax_in_space
 from curveline.rod.spatial import positions
-from curveline.units import millimetres, to_deg
+from curveline.units import to_deg, to_mm, told_apart
 
 SAFETY = 1.5
 """Bound over what a solve with the term shows, on few edges; they are off by a fifth at worst, and mostly by 1 %."""
@@ -177,9 +177,9 @@ def contact_bound(state: Equilibrium, section: Section) -> Bound:
     distance = float(nearest_parts(points, apart, enough))
     # Points may pass each other by half their spacing.
     nearest = math.sqrt(max(distance**2 - 0.5 * spacing**2, 0.0))
-    where = "stay at least" if distance >= enough else "come as near as"
-    gap = f"{millimetres(nearest)} {'apart' if distance >= enough else 'to each other'}"
-    why = f"its parts {where} {gap}, and the rod is {millimetres(thickness)} thick"
+    near, thick = told_apart(to_mm(nearest), to_mm(thickness), 3)
+    gap = f"stay at least {near} mm apart" if distance >= enough else f"come as near as {near} mm to each other"
+    why = f"its parts {gap}, and the rod is {thick} mm thick"
     return Bound(max(0.0, thickness - nearest), why)
 
 
