@@ -206,7 +206,8 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
     places = places * length
     frame = (length, tail_of(rod), rod.natural_curvature)
     crosses, wraps, apart, area, sharpest = _in_metres(table, places, frame, rod.free_start, rod.chord)
-    stable = unstable == 0 and scalars[EIGENVALUE] > NEUTRAL
+    # Near a pitchfork the edges have lost a stability that their limit has, or have one that it has not.
+    stable = unstable in (0, 1) and scalars[EIGENVALUE] > NEUTRAL
     force, moment = _clamp_wrench(rod, scalars)
     return Equilibrium(
         name="",

@@ -23,6 +23,10 @@ SCALARS = 7
 EIGENVALUE = 6
 COLUMNS = 6
 HONESTY = 0.15
+DOUBT = 0.2
+"""Eigenvalue, as a part of its change by halving the edges, below which the next halving is asked, too."""
+MOST_DOUBTED = 6000
+"""Edges from which on that is not done: what is still undecided lies at its bifurcation to within 1e-6."""
 ROUNDING = 1e-12
 
 
@@ -102,6 +106,15 @@ def extrapolate(coarse, fine, out):
 
 
 @njit
+def _is_undecided(eigenvalue, change, n):
+    """True if finer edges than n may show that an equilibrium is stable, or that it is not.
+
+    The extrapolated eigenvalue's error is a small part of its last `change` by halving the edges.
+    """
+    return abs(eigenvalue) < DOUBT * abs(change) and n < MOST_DOUBTED
+
+
+@njit
 def climb(rod, edges, phi, multipliers, tolerance, most_edges):
     """Refine the equilibrium `phi (n,)`, `multipliers (2,)` on `edges (n,)` until its error is below `tolerance`.
 
@@ -165,7 +178,7 @@ def climb(rod, edges, phi, multipliers, tolerance, most_edges):
             # Where halving the edges does not quarter the change, the extrapolation is not to be trusted.
             if change > 0.4 * previous_change:
                 estimate = max(estimate, change)
-            if estimate <= tolerance:
+            if estimate <= tolerance and not _is_undecided(scalars[EIGENVALUE], lowest - lowest_before, edges.size):
                 return table, scalars, edges, estimate, unstable, spent, 2 * edges.size
         previous_change = change
         places = edges

@@ -14,15 +14,14 @@ import numpy as np
 from curveline.rod.approach import THIN, approach, easier, graded_mesh, laid_out, layer, loop_edges
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.identity import named, same_curve
+from curveline.rod.pairs import pairs_near
 from curveline.rod.planar import newton
-from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, refine_angles, released
-from curveline.rod.search import divided, may_be_stable, relax_from, search_edges
-from curveline.rod.sweep import CERTIFY, Found, keep, look_closer, nothing_found
+from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released
+from curveline.rod.search import DOUBTFUL, doubtful, may_be_stable, relax_from, search_edges
+from curveline.rod.sweep import CERTIFY, Found, keep, nothing_found
 
-FOLD_EDGES = 384
-"""Edges to look at the neighbourhood of a fold: it moves with the square of the edge, 0.1 % at about 100 edges."""
 SEARCH_EDGES = (24, 96, 384)
-"""Edges to search with; the finer ones only where the coarser show no stable state."""
+"""Edges to search with; the finer ones only where the coarser show no stable state, or may hide one."""
 TURNED_EDGES = 48
 
 STEEP = 1.45
@@ -77,7 +76,7 @@ def search_from_easier(rod: ScaledRod, winding: int) -> Met:
     easy = easier(rod, 0.0)
     free, easy_free = released(make_problem(rod, edges)), released(make_problem(easy, edges))
     begun, found = nothing_found(edges.size), nothing_found(edges.size)
-    for coarse, met in search_turned(easy, TURNED_EDGES) if winding else _search_harder(easy):
+    for coarse, met in search_turned(easy, TURNED_EDGES) if winding else _search_harder(easy)[0]:
         for i in range(int(met.filled[0])):
             if met.unstable[i] == 0.0:
                 relax_from(easy_free, laid_out(edges, coarse, met.shapes[i]), begun)
@@ -100,12 +99,25 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
     for winding in windings:
         turned = rod if rod.winding == winding else replace(rod, winding=winding)
         scaled = turned.scaled()
-        for edges, found in _raw(scaled, winding):
-            for i in _promising(scaled, edges, found):
-                state = refine(turned, edges, found.shapes[i], found.multipliers[i], tolerance)
-                for each in [state] if state.stable else _fallen(state, tolerance):
-                    _add(states, each)
+        met, finer = _raw(scaled, winding)
+        while not _refined(turned, met, tolerance, states) and finer:
+            met, finer = _search(scaled, finer[0])[0], finer[1:]
     return named(states)
+
+
+def _refined(rod: ClampedRod, met: Met, tolerance: float, states: list[Equilibrium]) -> bool:
+    """Add the stable states among the equilibria `met` to `states`; False if one of them is lost on finer edges.
+
+    Then it lies near a cusp, where another one may hide.
+    """
+    kept = True
+    for edges, found in met:
+        for i in _promising(rod.scaled(), edges, found):
+            state = refine(rod, edges, found.shapes[i], found.multipliers[i], tolerance)
+            kept = kept and state.outcome is not Outcome.LOST
+            for each in [state] if state.stable else _fallen(state, tolerance):
+                _add(states, each)
+    return kept
 
 
 def _promising(scaled: ScaledRod, edges: Array, found: Found) -> Iterator[int]:
@@ -136,50 +148,48 @@ def _fallen(saddle: Equilibrium, tolerance: float) -> list[Equilibrium]:
     return []
 
 
-def _raw(scaled: ScaledRod, winding: int) -> Met:
+def _raw(scaled: ScaledRod, winding: int) -> tuple[Met, tuple[int, ...]]:
     """Edges and equilibria of the scaled rod, from the searches that its length, clamps and loads call for.
 
-    Taut and heavy rods bend in layers too thin for the edges of a search; they are reached from an easier rod, as are
-    states that no search shows.
+    And the finer edges that were not searched with. Taut and heavy rods bend in layers too thin for the edges of a
+    search; they are reached from an easier rod, as are states that no search shows.
     """
     if layer(scaled) < THIN and _is_stable(met := search_from_easier(scaled, winding)):
-        return met
-    met = search_turned(scaled, TURNED_EDGES) if winding else _search_harder(scaled)
+        return met, ()
+    met, finer = (search_turned(scaled, TURNED_EDGES), ()) if winding else _search_harder(scaled)
     if not _is_stable(met):
         met += search_from_easier(scaled, winding)
-    return met
+    return met, finer
 
 
-def _search_harder(scaled: ScaledRod) -> Met:
-    """Edges and equilibria from searches with ever finer edges, until one shows a stable state."""
+def _search_harder(scaled: ScaledRod) -> tuple[Met, tuple[int, ...]]:
+    """Edges and equilibria from searches with ever finer edges, until one shows a stable state, and the edges left.
+
+    It goes on while a state may hide: beside one that is about to end, or at a fold that could not be followed.
+    """
     steep = max(map(abs, scaled.ends.tolist())) > STEEP
     long = LONG * math.hypot(*scaled.chord.tolist()) < 1.0
     met: Met = []
-    for n in SEARCH_EDGES:
-        met = _search(scaled, n)
-        if steep or long or n > SEARCH_EDGES[0]:
-            met += search_wide(scaled, max(n, TURNED_EDGES))
-        if _is_stable(met):
+    finer = SEARCH_EDGES
+    while finer:
+        n, finer = finer[0], finer[1:]
+        more, clear = _search(scaled, n)
+        if steep or long or (n > SEARCH_EDGES[0] and not _is_stable(met)):
+            more += search_wide(scaled, max(n, TURNED_EDGES))
+        met += more
+        if clear and _is_stable(met):
             break
-    return met
+    return met, finer
 
 
-def _search(scaled: ScaledRod, n: int) -> Met:
-    """What a search with about n edges meets, and what a finer rod shows where it came near a fold.
-
-    That is rare, so it is no part of the kernel: the first run need not wait for it to be compiled.
-    """
+def _search(scaled: ScaledRod, n: int) -> tuple[Met, bool]:
+    """What a search with about n edges meets, and a finer rod near folds; False if finer edges may show more."""
     coarse, sought, near = search_edges(scaled, n)
+    clear = not doubtful(scaled, *coarse, -DOUBTFUL)
     if near.filled[0] == 0.0:
-        return [coarse, sought]
-    problem = make_problem(scaled, coarse[0])
-    parts = max(2, FOLD_EDGES // n)
-    edges = divided(coarse[0], parts)
-    found, fine = nothing_found(edges.size), make_problem(scaled, edges)
-    for place in range(int(near.filled[0])):
-        shape = refine_angles(problem, near.shapes[place], parts)
-        look_closer(fine, near.heights[place], shape, near.forces[place].copy(), found)
-    return [coarse, sought, (edges, found)]
+        return [coarse, sought], clear
+    finer, is_followed = pairs_near(scaled, coarse[0], near)
+    return [coarse, sought, *finer.values()], clear and is_followed
 
 
 def _is_stable(met: Met) -> bool:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod._jit import njit
+from curveline.rod.modes import modes_below, second_variation
 from curveline.rod.planar import Effort, descend, newton
 from curveline.rod.problem import Array, copy_into, largest_change, mean_height, released, sharpest_turn
 
@@ -23,6 +24,12 @@ NUDGE = 0.03
 """S-shaped disturbance [rad] that takes a constrained rod off an unstable symmetric shape."""
 STRIDE = 0.025
 """Step of the mean height in a sweep, in units of the length."""
+STRIDE_SHARE = 0.15
+"""Longest step, too, as a part of the largest mean height that the rod can have: a taut one has its states close by."""
+BARELY = -8.0
+"""Lowest eigenvalue of a coarse equilibrium that finer edges may show to be stable after all."""
+RIDGE = -40.0
+"""The same of a constrained equilibrium, beside which such a state may lie: a sweep's step changes it by some ten."""
 FAR = 300.0
 """Slope of the energy at which a sweep ends; in the scenes searched by brute force no state lay beyond."""
 BEYOND = 1.001
@@ -67,6 +74,12 @@ def nowhere_near(n):
 
 
 @njit
+def no_ridge(n):
+    """A `Near` for one place, where a sweep of rods of n edges left a ridge."""
+    return Near(np.empty((1, 3)), np.empty((1, n)), np.empty((1, 3)), np.zeros(1))
+
+
+@njit
 def nothing_found(n):
     """An empty `Found` for rods of n edges."""
     return Found(np.empty((CAPACITY, n)), np.empty((CAPACITY, 2)), np.empty(CAPACITY), np.zeros(1))
@@ -91,6 +104,20 @@ def keep(problem, found, phi, multipliers, unstable):
 
 
 @njit
+def slip_from(problem, phi, multipliers, backup):
+    """Go downhill to a constrained minimum from `backup (n,)`, past a saddle; False if there is none.
+
+    `phi (n,)` and `multipliers (3,)` are overwritten.
+    """
+    copy_into(phi, backup)
+    # Off the symmetric path by a small S, or the descent could sit on it.
+    n = phi.size
+    for j in range(n):
+        phi[j] += NUDGE * np.sin(2.0 * np.pi * (j + 0.5) / n)
+    return descend(problem, phi, multipliers, SETTLE) > 0 and sharpest_turn(problem, phi) < SHARPEST
+
+
+@njit
 def settle_at(problem, height, phi, multipliers, backup):
     """Solve with the mean height held at `height`: Newton, or downhill from `backup (n,)` where that is unstable.
 
@@ -100,60 +127,19 @@ def settle_at(problem, height, phi, multipliers, backup):
     kept = multipliers.copy()
     iterations, unstable = newton(problem, phi, multipliers, FOLLOW)
     if iterations < 0 or unstable != 0:
-        copy_into(phi, backup)
         copy_into(multipliers, kept)
-        # Off the symmetric path by a small S, or the descent could sit on it.
-        n = phi.size
-        for j in range(n):
-            phi[j] += NUDGE * np.sin(2.0 * np.pi * (j + 0.5) / n)
-        iterations = descend(problem, phi, multipliers, SETTLE)
-    return iterations > 0 and sharpest_turn(problem, phi) < SHARPEST
+        return slip_from(problem, phi, multipliers, backup)
+    return sharpest_turn(problem, phi) < SHARPEST
 
 
 @njit
-def parabola_vertex(at, values):
-    """Abscissa of the vertex of the parabola through three points; NaN if they lie on a line."""
-    first = (values[1] - values[0]) / (at[1] - at[0])
-    second = (values[2] - values[1]) / (at[2] - at[1])
-    bend = (second - first) / (at[2] - at[0])
-    return 0.5 * (at[0] + at[1] - first / bend) if bend != 0.0 else np.nan
+def is_ridge(problem, phi, multipliers, least):
+    """True if no eigenvalue of a constrained equilibrium is below `least`, so that it may be a minimum, or lead to one.
 
-
-@njit
-def look_closer(problem, heights, phi, multipliers, found):
-    """Look for a pair of states near a fold on a finer rod: the energy's slope came near zero between three `heights`.
-
-    Successive parabolic interpolation seeks the extremum of the slope. Once the slope changes sign, a pair of states
-    exists, and the rod is released from every height that was tried. `phi (n,)`, `multipliers (3,)` are overwritten.
+    Which it is on finer edges.
     """
-    tries = 7
-    at = np.empty(tries)
-    slopes = np.empty(tries)
-    shapes = np.empty((tries, phi.size))
-    forces = np.empty((tries, 3))
-    tried = 0
-    crossed = False
-    while tried < tries and not (crossed and tried > 3):
-        height = heights[tried] if tried < 3 else parabola_vertex(at[tried - 3 : tried], slopes[tried - 3 : tried])
-        if not abs(height - heights[1]) <= abs(heights[2] - heights[1]) + 1e-12:
-            break
-        backup = phi.copy()
-        if not settle_at(problem, height, phi, multipliers, backup):
-            break
-        at[tried] = height
-        slopes[tried] = multipliers[2]
-        copy_into(shapes[tried], phi)
-        copy_into(forces[tried], multipliers)
-        crossed = crossed or slopes[tried] * slopes[0] < 0.0
-        tried += 1
-    if not crossed:
-        return
-    free = released(problem)
-    for i in range(tried):
-        force = forces[i, :2].copy()
-        iterations, unstable = newton(free, shapes[i], force, CERTIFY)
-        if iterations > 0:
-            keep(problem, found, shapes[i], force, unstable)
+    variation = second_variation(problem, phi, multipliers)
+    return modes_below(problem, variation, least) == 0 and sharpest_turn(problem, phi) < SHARPEST
 
 
 @njit
@@ -195,12 +181,49 @@ def highest_mean(chord):
 
 
 @njit
+def note(near, heights, phi, multipliers):
+    """Remember a place: three heights, angles (n,) and multipliers (3,) in the middle one, while there is room."""
+    place = int(near.filled[0])
+    if place < near.heights.shape[0]:
+        copy_into(near.heights[place], heights)
+        copy_into(near.shapes[place], phi)
+        copy_into(near.forces[place], multipliers)
+        near.filled[0] += 1
+
+
+@njit
+def seek(problem, free, phi, multipliers, found):
+    """Let go of the height at `phi (n,)`, `multipliers (3,)` and keep the equilibrium that Newton reaches."""
+    angles, force = phi.copy(), multipliers[:2].copy()
+    iterations, unstable = newton(free, angles, force, CERTIFY)
+    if iterations > 0:
+        keep(problem, found, angles, force, unstable)
+
+
+@njit
 def sweep_heights(problem, start, direction, found, near):
     """Follow the constrained minimum `start`, angles (n,) and multipliers (3,), while the mean height rises or falls.
 
-    `direction` is 1 or -1. Equilibria that are met go to `found`, places worth a closer look to `near`.
+    `direction` is 1 or -1. Equilibria that are met go to `found`, places worth a closer look to `near`. Where the
+    minimum becomes a saddle, the rod goes downhill to another one; but just past that place the saddle is a minimum of
+    the continuous rod, maybe, so that it is followed, too, as long as it is a ridge.
     """
+    ridge = no_ridge(problem.edges.size)
     shape, held = start
+    follow_heights(problem, (shape, held, np.nan), direction, (found, near, ridge), False)
+    if ridge.filled[0] > 0.0:
+        start = ridge.shapes[0], ridge.forces[0], ridge.heights[0, 1]
+        follow_heights(problem, start, direction, (found, near, ridge), True)
+
+
+@njit
+def follow_heights(problem, start, direction, out, on_ridge):
+    """One way of `sweep_heights`; `out` holds `found`, `near` and a `Near` for the first ridge beside the way.
+
+    `start` holds the slope of the energy one step before, too, if that is known.
+    """
+    found, near, ridge = out
+    shape, held, slope_before = start
     phi = shape.copy()
     multipliers = held.copy()
     free = released(problem)
@@ -209,17 +232,35 @@ def sweep_heights(problem, start, direction, found, near):
     before_forces = multipliers.copy()
     guess = phi.copy()
     forces = multipliers.copy()
-    slopes = np.array([0.0, held[2]])
+    slopes = np.array([slope_before, held[2]])
     highest = BEYOND * highest_mean(np.hypot(problem.targets[0], problem.targets[1]))
-    for count in range(60):
-        height += direction * STRIDE
+    stride = direction * min(STRIDE, highest * STRIDE_SHARE)
+    for _ in range(60):
+        height += stride
         if abs(height) > highest and problem.compliance[0] == 0.0:
             return
         predict(phi, before, guess)
         predict(multipliers, before_forces, forces)
         copy_into(before, phi)
         copy_into(before_forces, multipliers)
-        if not settle_at(problem, height, guess, forces, before):
+        problem.targets[2] = height
+        kept = forces.copy()
+        iterations, unstable = newton(problem, guess, forces, FOLLOW)
+        heights = np.array([height - 2.0 * stride, height - stride, height])
+        if on_ridge:
+            if iterations < 0 or not is_ridge(problem, guess, forces, RIDGE):
+                return
+        elif iterations < 0 or unstable != 0:
+            if iterations > 0 and unstable == 1 and ridge.filled[0] == 0.0 and is_ridge(problem, guess, forces, RIDGE):
+                note(ridge, np.array([slopes[0], slopes[1], forces[2]]), guess, forces)
+                if forces[2] * slopes[1] <= 0.0:
+                    seek(problem, free, guess, forces, found)
+                elif nearly_zero(slopes[0], slopes[1], forces[2]):
+                    note(near, heights, before, before_forces)
+            copy_into(forces, kept)
+            if not slip_from(problem, guess, forces, before):
+                return
+        elif sharpest_turn(problem, guess) > SHARPEST:
             return
         copy_into(phi, guess)
         copy_into(multipliers, forces)
@@ -228,18 +269,9 @@ def sweep_heights(problem, start, direction, found, near):
             if abs(slope) > abs(slopes[1]):
                 copy_into(guess, before)
                 copy_into(forces, before_forces)
-            force = forces[:2].copy()
-            iterations, unstable = newton(free, guess, force, CERTIFY)
-            if iterations > 0:
-                keep(problem, found, guess, force, unstable)
-        elif count > 1 and nearly_zero(slopes[0], slopes[1], slope):
-            heights = np.array([height - 2.0 * direction * STRIDE, height - direction * STRIDE, height])
-            place = int(near.filled[0])
-            if place < near.heights.shape[0]:
-                copy_into(near.heights[place], heights)
-                copy_into(near.shapes[place], before)
-                copy_into(near.forces[place], before_forces)
-                near.filled[0] += 1
+            seek(problem, free, guess, forces, found)
+        elif nearly_zero(slopes[0], slopes[1], slope):
+            note(near, heights, before, before_forces)
         if abs(slope) > FAR:
             return
         slopes[0] = slopes[1]

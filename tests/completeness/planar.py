@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, tail_of
@@ -43,15 +44,18 @@ class Result(NamedTuple):
     invented: tuple[str, ...]
 
 
+def places_on(rod: ClampedRod) -> tuple[NDArray[np.bool_], Array]:
+    """Which of POINTS places from pivot to pivot lie on the free rod, and where on it, from 0 to 1."""
+    at = (np.linspace(0.0, rod.length, POINTS) - 0.5 * rod.clamp) / rod.free_length
+    free = (at >= 0.0) & (at <= 1.0)
+    return free, at[free]
+
+
 def free_curve(state: Equilibrium) -> Array:
     """Positions (POINTS, 2) of the free rod in units of its length, beginning at the origin."""
     rod = state.rod
-    half = 0.5 * rod.clamp
-    fine = state.curve(4 * (POINTS - 1) * 10 + 1)
-    places = np.linspace(0.0, rod.length, len(fine))
-    at = np.linspace(half, rod.length - half, POINTS)
-    curve = np.column_stack([np.interp(at, places, fine[:, axis]) for axis in (0, 1)])
-    return np.asarray((curve - rod.free_start) / rod.free_length)
+    free, _ = places_on(rod)
+    return np.asarray((state.curve(POINTS)[free] - rod.free_start) / rod.free_length)
 
 
 def confirmed(rod: Elastica, state: Equilibrium) -> State | None:
@@ -81,16 +85,17 @@ def compared(number: int, drawn: Scene, true_states: list[State], search: Search
     rod = elastica(drawn.rod)
     listed = search(drawn.rod, TOLERANCE)
     curves = [free_curve(state) for state in listed]
+    _, ticks = places_on(drawn.rod)
     invented = []
     for state, curve in zip(listed, curves, strict=True):
         exact = confirmed(rod, state)
-        gap = math.inf if exact is None else float(np.max(np.abs(positions(rod, exact, POINTS) - curve)))
+        gap = math.inf if exact is None else float(np.max(np.abs(positions(rod, exact, ticks) - curve)))
         if exact is None or not exact.is_stable or gap > 1e-6 + 2.0 * state.error / drawn.rod.free_length:
             value = math.nan if exact is None else exact.lowest_eigenvalue
             invented.append(f"{state.name} {state.lowest_eigenvalue:.4g}, truly {value:.4g}, {gap:.2g} away")
     tail = tail_of(drawn.rod) / drawn.rod.free_length
     there = [state for state in true_states if not crosses(rod, state, tail)]
-    gaps = np.array([[np.max(np.abs(positions(rod, state, POINTS) - curve)) for curve in curves] for state in there])
+    gaps = np.array([[np.max(np.abs(positions(rod, state, ticks) - curve)) for curve in curves] for state in there])
     chosen = set()
     if gaps.size:
         rows, columns = linear_sum_assignment(gaps)

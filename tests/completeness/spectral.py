@@ -89,15 +89,15 @@ def angles(rod: Elastica, state: State, places: Array) -> Array:
     return rod.ramp(places) + polynomials(places, state.coefficients.size) @ state.coefficients
 
 
-def positions(rod: Elastica, state: State, count: int) -> Array:
-    """Positions (count, 2) at equal steps of arc length, from Gauss's integrals over each step."""
-    ticks = np.linspace(0.0, 1.0, count)
+def positions(rod: Elastica, state: State, ticks: Array) -> Array:
+    """Positions (count, 2) at the sorted places `ticks (count,)`, from Gauss's integrals from one to the next."""
+    ticks = np.concatenate([[0.0], ticks])
     x, w = np.polynomial.legendre.leggauss(8)
     step = np.diff(ticks)
     inner = ticks[:-1, None] + step[:, None] * 0.5 * (x + 1.0)
     theta = angles(rod, state, inner.ravel()).reshape(inner.shape)
     moves = [0.5 * step * (turned @ w) for turned in (np.cos(theta), np.sin(theta))]
-    return np.column_stack([np.concatenate([[0.0], np.cumsum(move)]) for move in moves])
+    return np.column_stack([np.cumsum(move) for move in moves])
 
 
 def linearised(rod: Elastica, base: Basis, c: Array, force: Array) -> tuple[Array, Array, Array, Array]:
@@ -241,7 +241,7 @@ def multistart(rod: Elastica, rng: np.random.Generator, tries: int = 64) -> list
 
 def crosses(rod: Elastica, state: State, tail: float, count: int = 300) -> bool:
     """True if the curve crosses itself or the straight tails, as long as `tail`, behind its clamps."""
-    curve = positions(rod, state, count)
+    curve = positions(rod, state, np.linspace(0.0, 1.0, count))
     first, last = (np.array([math.cos(end), math.sin(end)]) for end in rod.ends)
     points = np.vstack([curve[0] - tail * first, curve, curve[-1] + tail * last])
     a, b = points[:-1], points[1:]
