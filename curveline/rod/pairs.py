@@ -47,12 +47,12 @@ def pairs_near(scaled: ScaledRod, edges: Array, near: Near) -> tuple[Finer, bool
         phi, force = near.shapes[place].copy(), near.forces[place].copy()
         sign = math.copysign(1.0, force[2])
         problem = make_problem(scaled, edges)
-        dip = bottom(problem, near.heights[place], phi, force, sign)
-        where = float(phi @ edges) + 10.0 * dip[0]
+        height, bend = bottom(problem, near.heights[place], phi, force, sign)
+        where = float(phi @ edges) + 10.0 * height
         if any(abs(where - other) < 1e-4 for other in seen):
             continue
         seen.append(where)
-        clear = _seek_pair(scaled, edges, Dip(*dip, sign, phi, force), finer) and clear
+        clear = _seek_pair(scaled, edges, Dip(height, bend, sign, phi, force), finer) and clear
     return finer, clear
 
 
@@ -69,7 +69,7 @@ def _seek_pair(scaled: ScaledRod, edges: Array, dip: Dip, finer: Finer) -> bool:
         problem = make_problem(scaled, edges)
         found = finer.setdefault(n, (edges, nothing_found(n)))[1]
         is_there = slope < 0.0 and let_go(problem, (height, bend), phi.copy(), force.copy(), sign, found)
-        if n > FINEST or (is_there and not doubtful(scaled, edges, found, BARELY)):
+        if n > FINEST or (is_there and not doubtful(problem, found, BARELY)):
             return True
         phi = refine_angles(problem, phi, PARTS)
         edges = divided(edges, PARTS)

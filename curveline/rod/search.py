@@ -99,8 +99,8 @@ def search_edges(rod, n):
     since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. A
     spline may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
     nothing new it is swept as well, from its own height; where Newton finds nothing either, it tries once more on finer
-    edges, since a state may exist on those alone. Returns two pairs of edges and `Found`, and
-    the places that are worth a closer look.
+    edges, since a state may exist on those alone. Returns two pairs of edges and `Found`, the places that are worth a
+    closer look, and whether an equilibrium is `doubtful`.
     """
     edges = mesh(rod.at, n)
     seek_edges = divided(edges, SEEK_PARTS)
@@ -136,7 +136,7 @@ def search_edges(rod, n):
                 if ways[i] > 0.0:
                     sweep_heights(problem, (found.shapes[swept], held), 1.0 - 2.0 * i, found, near)
         swept += 1
-    return (edges, found), (seek_edges, sought), near
+    return (edges, found), (seek_edges, sought), near, doubtful(problem, found, -DOUBTFUL)
 
 
 @njit
@@ -153,14 +153,14 @@ def may_be_stable(rod, edges, found):
 
 
 @njit
-def doubtful(rod, edges, found, least):
+def doubtful(problem, found, least):
     """True if finer edges may show that an equilibrium is stable, is not, or is none, or others beside it.
 
     For n edges cannot tell its eigenvalue from zero: it lies between `least` and `DOUBTFUL` on 24 edges, and n^-2 times
     that on others.
     """
-    free = released(make_problem(rod, edges))
-    share = (24.0 / edges.size) ** 2
+    free = released(problem)
+    share = (24.0 / problem.edges.size) ** 2
     for i in range(int(found.filled[0])):
         if found.unstable[i] < 2.0:
             variation = second_variation(free, found.shapes[i], found.multipliers[i])

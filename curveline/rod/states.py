@@ -17,7 +17,7 @@ from curveline.rod.identity import named, same_curve
 from curveline.rod.pairs import pairs_near
 from curveline.rod.planar import newton
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released
-from curveline.rod.search import DOUBTFUL, doubtful, may_be_stable, relax_from, search_edges
+from curveline.rod.search import may_be_stable, relax_from, search_edges
 from curveline.rod.sweep import CERTIFY, Found, keep, nothing_found
 
 SEARCH_EDGES = (24, 96, 384)
@@ -170,7 +170,7 @@ def _search_harder(scaled: ScaledRod) -> tuple[Met, tuple[int, ...]]:
     steep = max(map(abs, scaled.ends.tolist())) > STEEP
     long = LONG * math.hypot(*scaled.chord.tolist()) < 1.0
     met: Met = []
-    finer = SEARCH_EDGES
+    finer: tuple[int, ...] = SEARCH_EDGES
     while finer:
         n, finer = finer[0], finer[1:]
         more, clear = _search(scaled, n)
@@ -184,12 +184,11 @@ def _search_harder(scaled: ScaledRod) -> tuple[Met, tuple[int, ...]]:
 
 def _search(scaled: ScaledRod, n: int) -> tuple[Met, bool]:
     """What a search with about n edges meets, and a finer rod near folds; False if finer edges may show more."""
-    coarse, sought, near = search_edges(scaled, n)
-    clear = not doubtful(scaled, *coarse, -DOUBTFUL)
+    coarse, sought, near, unclear = search_edges(scaled, n)
     if near.filled[0] == 0.0:
-        return [coarse, sought], clear
+        return [coarse, sought], not unclear
     finer, is_followed = pairs_near(scaled, coarse[0], near)
-    return [coarse, sought, *finer.values()], clear and is_followed
+    return [coarse, sought, *finer.values()], is_followed and not unclear
 
 
 def _is_stable(met: Met) -> bool:

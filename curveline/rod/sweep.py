@@ -181,11 +181,12 @@ def highest_mean(chord):
 
 
 @njit
-def note(near, heights, phi, multipliers):
-    """Remember a place: three heights, angles (n,) and multipliers (3,) in the middle one, while there is room."""
+def note(near, middle, stride, phi, multipliers):
+    """Remember a place, if there is room: the `middle` one of three heights, angles (n,) and multipliers (3,) in it."""
     place = int(near.filled[0])
     if place < near.heights.shape[0]:
-        copy_into(near.heights[place], heights)
+        for i in range(3):
+            near.heights[place, i] = middle + (i - 1) * stride
         copy_into(near.shapes[place], phi)
         copy_into(near.forces[place], multipliers)
         near.filled[0] += 1
@@ -246,17 +247,16 @@ def follow_heights(problem, start, direction, out, on_ridge):
         problem.targets[2] = height
         kept = forces.copy()
         iterations, unstable = newton(problem, guess, forces, FOLLOW)
-        heights = np.array([height - 2.0 * stride, height - stride, height])
         if on_ridge:
             if iterations < 0 or not is_ridge(problem, guess, forces, RIDGE):
                 return
         elif iterations < 0 or unstable != 0:
             if iterations > 0 and unstable == 1 and ridge.filled[0] == 0.0 and is_ridge(problem, guess, forces, RIDGE):
-                note(ridge, np.array([slopes[0], slopes[1], forces[2]]), guess, forces)
+                note(ridge, slopes[1], 0.0, guess, forces)
                 if forces[2] * slopes[1] <= 0.0:
                     seek(problem, free, guess, forces, found)
                 elif nearly_zero(slopes[0], slopes[1], forces[2]):
-                    note(near, heights, before, before_forces)
+                    note(near, height - stride, stride, before, before_forces)
             copy_into(forces, kept)
             if not slip_from(problem, guess, forces, before):
                 return
@@ -271,7 +271,7 @@ def follow_heights(problem, start, direction, out, on_ridge):
                 copy_into(forces, before_forces)
             seek(problem, free, guess, forces, found)
         elif nearly_zero(slopes[0], slopes[1], slope):
-            note(near, heights, before, before_forces)
+            note(near, height - stride, stride, before, before_forces)
         if abs(slope) > FAR:
             return
         slopes[0] = slopes[1]
