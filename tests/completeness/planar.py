@@ -35,13 +35,17 @@ Search = Callable[[ClampedRod, float], list[Equilibrium]]
 
 
 class Result(NamedTuple):
-    """A scene, how many states exist that a display can show, what was missed and what invented, in words."""
+    """A scene, how many states exist that a display can show, what was missed and what invented, in words.
+
+    `unmet` counts the states that the search lists, rightly, but no random start led to: what the yardstick lacks.
+    """
 
     scene: Scene
     number: int
     states: int
     missed: tuple[str, ...]
     invented: tuple[str, ...]
+    unmet: int
 
 
 def places_on(rod: ClampedRod) -> tuple[NDArray[np.bool_], Array]:
@@ -84,24 +88,32 @@ def compared(number: int, drawn: Scene, true_states: list[State], search: Search
     """Compare what a search lists with the stable states that a scene has."""
     rod = elastica(drawn.rod)
     listed = search(drawn.rod, TOLERANCE)
-    curves = [free_curve(state) for state in listed]
     _, ticks = places_on(drawn.rod)
-    invented = []
-    for state, curve in zip(listed, curves, strict=True):
+    curves = [free_curve(state) for state in listed]
+    invented, right = [], []
+    for j, (state, curve) in enumerate(zip(listed, curves, strict=True)):
         exact = confirmed(rod, state)
         gap = math.inf if exact is None else float(np.max(np.abs(positions(rod, exact, ticks) - curve)))
         if exact is None or not exact.is_stable or gap > 1e-6 + 2.0 * state.error / drawn.rod.free_length:
             value = math.nan if exact is None else exact.lowest_eigenvalue
             invented.append(f"{state.name} {state.lowest_eigenvalue:.4g}, truly {value:.4g}, {gap:.2g} away")
+        elif state.simple:
+            right.append(j)
     tail = tail_of(drawn.rod) / drawn.rod.free_length
     there = [state for state in true_states if not crosses(rod, state, tail)]
-    gaps = np.array([[np.max(np.abs(positions(rod, state, ticks) - curve)) for curve in curves] for state in there])
-    chosen = set()
-    if gaps.size:
-        rows, columns = linear_sum_assignment(gaps)
-        chosen = {i for i, j in zip(rows, columns, strict=True) if gaps[i, j] < NEAR}
-    missed = [f"eigenvalue {each.lowest_eigenvalue:.4g}" for i, each in enumerate(there) if i not in chosen]
-    return Result(drawn, number, len(there), tuple(missed), tuple(invented))
+    pairs = matched([positions(rod, state, ticks) for state in there], curves)
+    missed = [f"eigenvalue {each.lowest_eigenvalue:.4g}" for i, each in enumerate(there) if i not in pairs]
+    unmet = set(right) - set(pairs.values())
+    return Result(drawn, number, len(there) + len(unmet), tuple(missed), tuple(invented), len(unmet))
+
+
+def matched(truths: list[Array], curves: list[Array]) -> dict[int, int]:
+    """Which of the listed `curves` is which of the `truths`, none of them twice."""
+    if not truths or not curves:
+        return {}
+    gaps = np.array([[np.max(np.abs(truth - curve)) for curve in curves] for truth in truths])
+    pairs = zip(*(part.tolist() for part in linear_sum_assignment(gaps)), strict=True)
+    return {i: j for i, j in pairs if gaps[i, j] < NEAR}
 
 
 def wilson(hits: int, count: int) -> tuple[float, float]:
@@ -158,6 +170,10 @@ def main() -> int:
     else:
         results = [_one(task) for task in tasks]
     print(table(results))
+    unmet, states = sum(each.unmet for each in results), sum(each.states for each in results)
+    print(
+        f"random starts did not lead to {unmet} of the {states} states, which the search lists and the method confirms"
+    )
     faults = [each for each in results if each.missed or each.invented]
     for each in faults:
         back = f"{each.scene.kind} {each.scene.back:.2e}"

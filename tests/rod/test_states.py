@@ -213,6 +213,18 @@ def test_a_symmetric_state_just_before_its_pitchfork_is_found(angle: float) -> N
 
 
 @pytest.mark.parametrize(
+    ("angle_deg", "eigenvalue"),
+    [(10.15, 1.7870), (10.152, 1.6192), (10.156, 1.2164), (10.160, 0.5829), (10.16115, math.nan), (10.162, 0.0)],
+)
+def test_a_state_just_before_its_fold_is_found_and_none_after(angle_deg: float, eigenvalue: float) -> None:
+    # A strip 1 % longer than its span; by a spectral method (tests/completeness) its valley ends at 10.161195 deg.
+    states = find_states(ClampedRod((0.5, 0.0), math.radians(angle_deg), 0.0, 0.505, 0.0, 0.0585, 0.0), 1e-4)
+    assert [state.name for state in states] == (["peak", "valley"] if eigenvalue else ["peak"])
+    if eigenvalue > 0.0:
+        assert states[1].lowest_eigenvalue == pytest.approx(eigenvalue, rel=0.06)
+
+
+@pytest.mark.parametrize(
     ("share", "names"), [(0.98, ["peak", "valley"]), (0.995, ["peak", "valley"]), (1.01, ["valley"])]
 )
 def test_a_loaded_arch_is_found_until_it_snaps(share: float, names: list[str]) -> None:
