@@ -1,17 +1,23 @@
-"""What a display can do, worked out from its file: rod, budget of rod, reach of the motors, and what it holds."""
+"""What a display can do, worked out from its file: rod, reach of the motors, what it holds, where plans can lead."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
+from curveline.errors import InvalidInput
 from curveline.plan import AXES, MAX_COUNT, UNITS, AxisDrive, drive_table
+from curveline.planning.doors import Door, doors_of, has_home
+from curveline.planning.proof import Prover
+from curveline.planning.remedies import remedy
+from curveline.radio.motion import axes_of
 from curveline.rod.equilibrium import Equilibrium
+from curveline.rod.fidelity import lateral, probe
 from curveline.rod.states import find_states
 from curveline.scene import Display, Node
-from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod
+from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod, section_of
 from curveline.units import mm, to_mm
 
 STATUS_COUNTS = 262_136
@@ -86,6 +92,64 @@ class Held:
     beyond: str = ""
 
 
+@dataclass(frozen=True)
+class Leaving:
+    """A state between two level, upright nodes that does not stay in its plane at all lengths that the limits allow.
+
+    It leaves the plane at `low` and at all lengths [m] of some that were looked at, up to `high`.
+    """
+
+    state: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Departures:
+    """Where plans can lead from home: a door for every kind of shape, none if there is no home.
+
+    `remedies` says of the kinds to which none leads with which numbers of the file one would, as far as any were found.
+    """
+
+    doors: tuple[Door, ...] = ()
+    remedies: tuple[tuple[tuple[Door, ...], str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Ability:
+    """What was tried of a display: the lengths that it holds, those that leave the plane, where plans can lead."""
+
+    held: Held
+    leaving: tuple[Leaving, ...] = ()
+    departures: Departures = Departures()
+
+
+def ability_of(display: Display) -> Ability:
+    """Try what a display can do."""
+    return Ability(held_lengths(display), leaving_states(display), departures_of(display))
+
+
+def undrivable(display: Display) -> str:
+    """Why no node can be told how fast to move, or where it may; empty if it can."""
+    try:
+        axes_of(drive_table(display))
+    except InvalidInput as error:
+        return error.message
+    return ""
+
+
+def departures_of(display: Display) -> Departures:
+    """Try to plan from home."""
+    if undrivable(display) or not has_home(display):
+        return Departures()
+    prover = Prover(display, lambda: None)
+    doors = doors_of(prover)
+    shut = tuple(door for door in doors if not door.is_open)
+    if not shut or (joint := remedy(prover, tuple(door.wanted for door in shut))) or len(shut) == 1:
+        return Departures(doors, ((shut, joint),) if shut else ())
+    return Departures(doors, tuple(((door,), remedy(prover, (door.wanted,))) for door in shut))
+
+
 def buckling_force(display: Display) -> float:
     """Force [N] at which the straight rod between two nodes buckles, which the motors that feed it must exceed."""
     return 4.0 * math.pi**2 * display.rod.bending_stiffness / (display.span - display.clamp) ** 2
@@ -118,13 +182,18 @@ def reaches(display: Display) -> tuple[Reach, ...]:
     return tuple(Reach(name, unit, *each, axis) for name, unit, each, axis in zip(AXES, UNITS, ends, axes, strict=True))
 
 
-def held_lengths(display: Display) -> Held:
-    """For which lengths rod and motors hold every state between two level, upright nodes."""
+def _lengths(display: Display) -> list[float]:
+    """Lengths of rod to look at, from the shortest to the longest [m]; none where none reaches across."""
     limits = display.limits.length
     low = max(limits.low, display.span * (1.0 + LEAST_EXCESS))
-    if limits.high <= low:
+    return [low + (limits.high - low) * i / (LENGTHS - 1) for i in range(LENGTHS)] if limits.high > low else []
+
+
+def held_lengths(display: Display) -> Held:
+    """For which lengths rod and motors hold every state between two level, upright nodes."""
+    lengths = _lengths(display)
+    if not lengths:
         return Held(None, None)
-    lengths = [low + (limits.high - low) * i / (LENGTHS - 1) for i in range(LENGTHS)]
     reasons = [too_much(display, length) for length in lengths]
     good = [i for i, reason in enumerate(reasons) if not reason]
     if not good:
@@ -132,27 +201,63 @@ def held_lengths(display: Display) -> Held:
     # The run of lengths that hold which begins first; rods that are held again beyond a gap are no use to a plan.
     first = good[0]
     last = next((i for i, after in pairwise(good) if after != i + 1), good[-1])
-    shortest = lengths[0] if first == 0 else _boundary(display, lengths[first], lengths[first - 1])
-    longest = lengths[-1] if last == LENGTHS - 1 else _boundary(display, lengths[last], lengths[last + 1])
+
+    def holds(length: float) -> bool:
+        return not too_much(display, length)
+
+    shortest = lengths[0] if first == 0 else _boundary(holds, lengths[first], lengths[first - 1])
+    longest = lengths[-1] if last == LENGTHS - 1 else _boundary(holds, lengths[last], lengths[last + 1])
     below = "" if first == 0 else reasons[first - 1]
     return Held(shortest, longest, below, "" if last == LENGTHS - 1 else reasons[last + 1])
 
 
-def _boundary(display: Display, good: float, bad: float) -> float:
-    """The length nearest to `bad` that is still held, to `CLOSE`."""
-    while abs(bad - good) > CLOSE:
-        middle = 0.5 * (good + bad)
-        if too_much(display, middle):
-            bad = middle
+def _boundary(is_so: Callable[[float], bool], inner: float, outer: float) -> float:
+    """The length nearest to `outer`, of which something is not so, for which it still `is_so`, to `CLOSE`."""
+    while abs(outer - inner) > CLOSE:
+        middle = 0.5 * (inner + outer)
+        if is_so(middle):
+            inner = middle
         else:
-            good = middle
-    return good
+            outer = middle
+    return inner
+
+
+def leaving_states(display: Display) -> tuple[Leaving, ...]:
+    """The states between two level, upright nodes that some lengths of rod do not keep in the plane, and those lengths.
+
+    Of each the first run of lengths, its ends to `CLOSE`.
+    """
+    lengths = _lengths(display)
+    leave = [leaving(display, length) for length in lengths]
+    return tuple(_leaving(display, name, lengths, leave) for name in sorted(frozenset().union(*leave)))
+
+
+def _leaving(display: Display, name: str, lengths: list[float], leave: list[frozenset[str]]) -> Leaving:
+    def leaves(length: float) -> bool:
+        return name in leaving(display, length)
+
+    run = [name in names for names in leave]
+    first = run.index(True)
+    last = next((i for i in range(first, LENGTHS - 1) if not run[i + 1]), LENGTHS - 1)
+    low = lengths[0] if first == 0 else _boundary(leaves, lengths[first], lengths[first - 1])
+    high = lengths[-1] if last == LENGTHS - 1 else _boundary(leaves, lengths[last], lengths[last + 1])
+    return Leaving(name, low, high)
+
+
+def leaving(display: Display, length: float) -> frozenset[str]:
+    """The states of `length` [m] of rod between level, upright nodes that do not certainly stay in their plane."""
+    section = section_of(display)
+    states = [state for state in _level_states(display, length) if state.simple]
+    return frozenset(state.name for state in states if not lateral(probe(state), section).stays)
+
+
+def _level_states(display: Display, length: float) -> list[Equilibrium]:
+    return find_states(clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), length), DEFAULT_TOLERANCE)
 
 
 def too_much(display: Display, length: float) -> str:
     """Why rod or motors do not stand every state of `length` [m] of rod between level, upright nodes; empty if so."""
-    rod = clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), length)
-    for state in find_states(rod, DEFAULT_TOLERANCE):
+    for state in _level_states(display, length):
         if not state.simple:
             continue
         if state.max_curvature > display.rod.max_curvature:

@@ -6,7 +6,17 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from curveline.capability import Held, buckling_force, longest_budget, reaches, straight_budget
+from curveline.capability import (
+    Ability,
+    Departures,
+    Held,
+    Leaving,
+    buckling_force,
+    longest_budget,
+    reaches,
+    straight_budget,
+    undrivable,
+)
 from curveline.plan import MAX_STEP_SECONDS
 from curveline.scene import DOWN, Display
 from curveline.shapefile import builtin_displays, read_display
@@ -26,6 +36,7 @@ MODULI = (gpa(1e-3), gpa(1300.0))
 """From the softest rubber to diamond: what lies outside is more likely a wrong unit."""
 FLATTENED = 0.05
 """Share of its bending stiffness that a tube may lose by flattening without a word."""
+NO_FUNNEL = "the best of the funnels into one fails"
 REFERENCE = "single"
 """The built-in display whose estimates a file of one's own is copied from."""
 
@@ -39,13 +50,15 @@ class Suspicion(NamedTuple):
     hint: str
 
 
-def suspicions(display: Display, held: Held) -> list[Suspicion]:
-    """Everything odd about a display whose file is valid; `held` is what its motors stand."""
+def suspicions(display: Display, ability: Ability) -> list[Suspicion]:
+    """Everything odd about a display whose file is valid; `ability` is what was tried of it."""
     return [
         *_home(display),
+        *_departures(ability.departures),
         *_rod_budget(display),
-        *_lengths(display, held),
-        *_rod(display, held),
+        *_lengths(display, ability.held),
+        *_plane(ability.leaving),
+        *_rod(display, ability.held),
         *_geometry(display),
         *_motors(display),
         *_radio(display),
@@ -70,6 +83,25 @@ def _home(display: Display) -> Iterator[Suspicion]:
     if display.rod.lateral_curvature != 0.0:
         message = "the rod is curved out of the plane: shapes can be simulated, in space, but not planned"
         yield Suspicion("no-plan", "rod.lateral_curvature_per_m", message, "put the rod in with its curve in the plane")
+
+
+def _departures(departures: Departures) -> Iterator[Suspicion]:
+    """Kinds of shapes to which no plan leads from home."""
+    for shut, remedy in departures.remedies:
+        kinds = "shape" if len(shut) == len(departures.doors) else " and no ".join(door.kind for door in shut)
+        message = f"from home no {kinds} can be planned; {NO_FUNNEL}: {shut[0].reason}"
+        hint = f"with {remedy} a plan leads there"
+        otherwise = "no number of motors and limits alone is at fault: take another rod, or other motors"
+        key = remedy.partition(" ")[0] or "rod, drive"
+        yield Suspicion("no-way", key, message, hint if remedy else otherwise)
+
+
+def _plane(leaving: tuple[Leaving, ...]) -> Iterator[Suspicion]:
+    """States that a real rod would leave the plane from."""
+    for each in leaving:
+        lengths = f"{to_mm(each.low):.0f} to {to_mm(each.high):.0f} mm of rod"
+        message = f"between level nodes the {each.state} would leave the plane at {lengths}"
+        yield Suspicion("leaves-plane", "rod.width_mm", message, "take a rod that is wider across than thick")
 
 
 def _rod_budget(display: Display) -> Iterator[Suspicion]:
@@ -161,6 +193,8 @@ def _geometry(display: Display) -> Iterator[Suspicion]:
 
 def _motors(display: Display) -> Iterator[Suspicion]:
     """Positions that cannot be sent or told, counts that are coarse, ways that take too long for one step."""
+    if fault := undrivable(display):
+        yield Suspicion("no-plan", "drive", fault, "correct counts_per_turn, the ways per turn and the speeds")
     for reach in reaches(display):
         key = f"drive, {reach.name}"
         farthest = f"{max(abs(reach.low), abs(reach.high)):g} {reach.unit}"

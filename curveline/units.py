@@ -7,6 +7,7 @@ The only module with 1e-3 or pi/180 in it. Names say the direction: `mm(x)` read
 from __future__ import annotations
 
 import math
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""
@@ -134,3 +135,13 @@ def millimetres(length: float) -> str:
     if not math.isfinite(value):
         return "an unknown distance"
     return f"{value:.2g} mm" if value < 100.0 else f"{value:.0f} mm"
+
+
+def rounded_up(value: float, digits: int) -> float:
+    """The least number with so many significant digits that is not below `value`: to advise a lower bound."""
+    return float(Context(prec=digits, rounding=ROUND_CEILING).create_decimal(Decimal(value)))
+
+
+def rounded_down(value: float, digits: int) -> float:
+    """The largest number with so many significant digits that is not above `value`: to advise an upper bound."""
+    return float(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(Decimal(value)))

@@ -8,9 +8,10 @@ from dataclasses import replace
 
 import pytest
 
+from curveline.changes import ANGLE, Quantity
 from curveline.errors import CurvelineError, Infeasible
 from curveline.planning import make_plan
-from curveline.planning.advice import ANGLE, TRIES, Advice, Quantity, nearest
+from curveline.planning.advice import TRIES, Advice, nearest
 from curveline.planning.goals import check_goal
 from curveline.planning.proof import Prover
 from curveline.scene import Load, Node, Scene, Segment
@@ -73,7 +74,7 @@ def applied(found: Advice, to: Scene) -> Scene:
 )
 def test_what_is_advised_can_be_planned(refused: Scene, reason: str) -> None:
     assert works(refused)
-    found = nearest(refused, 0, works)
+    found = nearest(refused, range(1), works)
     assert found is not None
     assert reason in found.reason
     (change,) = found.changes
@@ -85,7 +86,7 @@ def test_what_is_advised_can_be_planned(refused: Scene, reason: str) -> None:
 
 
 def test_no_other_quantity_needs_a_smaller_change() -> None:
-    found = nearest(NO_PEAK, 0, lambda _: "")
+    found = nearest(NO_PEAK, range(1), lambda _: "")
     assert found is not None
     assert found.sentence == "angle of node 1 is at fault: with -27.4 deg instead of -65 deg it works"
     part = (deg(-27.4) - deg(-65.0)) / deg(150.0)
@@ -115,7 +116,7 @@ def test_values_that_work_only_between_others_are_found() -> None:
     turned = [Quantity(ANGLE, 0).put(refused, deg(angle)) for angle in range(-65, 75, 2)]
     there = [to_deg(each.nodes[0].angle) for each in turned if exists(each)]
     assert 36.0 < min(there) < max(there) < 75.0
-    found = nearest(refused, 0, lambda _: "")
+    found = nearest(refused, range(1), lambda _: "")
     assert found is not None
     (change,) = found.changes
     assert change.quantity == Quantity(ANGLE, 0)
@@ -123,7 +124,7 @@ def test_values_that_work_only_between_others_are_found() -> None:
 
 
 def test_where_no_single_number_helps_two_are_changed() -> None:
-    found = nearest(TWISTED, 0, works)
+    found = nearest(TWISTED, range(1), works)
     assert found is not None
     assert found.sentence.startswith("no single number is at fault: with angle of node 1 of ")
     assert len(found.changes) == 2
@@ -137,7 +138,7 @@ def test_what_never_works_gives_no_advice_and_costs_few_plans() -> None:
         seen.append(tried)
         return "no"
 
-    assert nearest(NO_PEAK, 0, never) is None
+    assert nearest(NO_PEAK, range(1), never) is None
     assert 1 < len(seen) <= TRIES
     assert len(set(seen)) == len(seen)
 
@@ -148,7 +149,7 @@ def test_a_shape_that_exists_but_cannot_be_reached_is_changed_until_it_can() -> 
     def by_length(tried: Scene) -> str:
         return "" if tried.segments[0].length >= reachable else "the way there is not safe"
 
-    found = nearest(scene("level-up-peak"), 0, by_length, tries=60)
+    found = nearest(scene("level-up-peak"), range(1), by_length, tries=60)
     assert found is not None
     assert found.reason == ""
     assert found.sentence == "length of segment 1 is at fault: with 700 mm instead of 660 mm it works"
@@ -167,13 +168,13 @@ def test_a_node_is_shared_by_its_neighbours() -> None:
     short = Segment(mm(570.0), "peak")
     free = row(VALLEY_620, PEAK_620, short, VALLEY_620, angles_deg=(0.0, 0.0, -65.0, 35.0, 0.0))
     assert not exists(free)
-    found = nearest(free, 2, lambda _: "")
+    found = nearest(free, range(2, 3), lambda _: "")
     assert found is not None
     assert {change.quantity.place for change in found.changes} <= {2, 3}
     assert exists(applied(found, free))
     # What would help this segment by itself would cost its left neighbour the peak.
     held = row(VALLEY_620, Segment(mm(560.0), "peak"), short, VALLEY_620, angles_deg=(0.0, -50.0, -65.0, 35.0, 0.0))
-    other = nearest(held, 2, lambda _: "")
+    other = nearest(held, range(2, 3), lambda _: "")
     assert other is None or exists(applied(other, held))
     assert other is None or [each.quantity for each in other.changes] != [each.quantity for each in found.changes]
 
@@ -185,7 +186,7 @@ def test_loads_stay_on_their_segments() -> None:
         loads=(Load(3, 0.5, (0.0, -12.0)),),
     )
     assert not exists(pushed)
-    found = nearest(pushed, 3, lambda _: "")
+    found = nearest(pushed, range(3, 4), lambda _: "")
     assert found is not None
     assert "does not withstand the loads" in found.reason
     assert exists(applied(found, pushed))

@@ -17,7 +17,7 @@ LAYERS = (
     {"errors", "units"},
     {"portable", "system_errors"},
     {"files", "measured", "records", "scene", "sections", "toml_document", "toml_location", "workers"},
-    {"plan", "radio", "rod", "rod_rules", "shape_models", "shape_rules", "shapefile"},
+    {"changes", "plan", "radio", "rod", "rod_rules", "shape_models", "shape_rules", "shapefile"},
     {"batch", "bench", "capability", "figures", "linkbench", "planning", "playback", "results", "simulation"}
     | {"explanation", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"}
     | {"loading"},

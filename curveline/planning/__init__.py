@@ -10,6 +10,8 @@ routes    ways on which a state is kept
 journey   from where a display stands into a shape
 targets   layouts in the numbers of motors
 advice    the nearest boundary condition that would work
+doors     whether any shape can be planned from home
+remedies  with which number of the display one could
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from collections.abc import Callable, Sequence
 from curveline.errors import Infeasible, InvalidInput
 from curveline.plan import Plan, drive_table
 from curveline.planning.advice import nearest
+from curveline.planning.doors import door_to
 from curveline.planning.goals import check_goal, check_home, laden
 from curveline.planning.journey import goal_of, travel_home, travel_to
 from curveline.planning.layout import home, layout_of, pose_of
@@ -31,8 +34,11 @@ from curveline.scene import STRAIGHT, Display, Scene
 
 OTHERWISE = "change length or angles, or plan a shape between this one and the last"
 
-ADVICE_TRIES = 3
-"""Changed shapes that are planned in full before none is advised."""
+SHUT = "from home no {kind} can be planned on this display: `curveline display check {display}` says what to change"
+
+LONE_TRIES, ROW_TRIES, WAY_TRIES = 3, 2, 1
+"""Changed shapes that are planned in full before none is advised: of one segment, of a row, and of a row that exists
+but to which no way is safe. In a row one that fails takes a second, and such a one has mostly taken that already."""
 
 Start = Sequence[Counts] | None
 """Encoder counts of every node; home if None."""
@@ -137,8 +143,24 @@ def _refusal(prover: Prover, travel: Travel, scene: Scene, refusal: Refused) -> 
             return error.message
         return ""
 
-    is_lone = len(scene.segments) == 1
-    advice = nearest(scene, max(refusal.segment, 1) - 1, works, ADVICE_TRIES) if is_lone or refusal.segment else None
     wanted = ", ".join(dict.fromkeys(segment.state for segment in scene.segments))
     way = f"no safe plan reaches the {wanted}: " if refusal.step else ""
-    return Infeasible(f"{scene.name}: {way}{refusal.message}", OTHERWISE if advice is None else advice.sentence)
+    message = f"{scene.name}: {way}{refusal.message}"
+    if not (door := door_to(prover, scene)).is_open:
+        return Infeasible(message, SHUT.format(kind=door.kind, display=prover.display.path or prover.display.name))
+    advice = nearest(scene, _culprits(scene, refusal), works, _tries(scene, refusal))
+    return Infeasible(message, OTHERWISE if advice is None else advice.sentence)
+
+
+def _tries(scene: Scene, refusal: Refused) -> int:
+    if len(scene.segments) == 1:
+        return LONE_TRIES
+    return WAY_TRIES if refusal.step else ROW_TRIES
+
+
+def _culprits(scene: Scene, refusal: Refused) -> range:
+    """The segments, from 0, whose numbers may be at fault: those that share a node, or all where nothing tells."""
+    count = len(scene.segments)
+    if refusal.segment:
+        return range(refusal.segment - 1, refusal.segment)
+    return range(max(refusal.node - 2, 0), min(refusal.node, count)) if refusal.node else range(count)

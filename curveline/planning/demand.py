@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -130,3 +131,21 @@ def _beyond(axis: int, need: float, have: float) -> str:
     else:
         takes, gives, unit = *told_apart(need, have, 1, "f"), "N"
     return f"takes {takes} {unit}, the motor gives {gives} {unit}"
+
+
+class Culprit(NamedTuple):
+    """What an overload is about, from 1: a `segment` whose rod bends too much, or else a `node`; 0 if neither."""
+
+    segment: int = 0
+    node: int = 0
+
+
+def culprit(display: Display, demands: tuple[Demand, ...]) -> Culprit:
+    """The first segment or node of which a step asks too much."""
+    drive = display.drive
+    for segment, demand in enumerate(demands, start=1):
+        if demand.curvature > display.rod.max_curvature:
+            return Culprit(segment=segment)
+    gives = np.array([drive.max_force, drive.max_force, drive.max_moment])
+    overloaded = np.flatnonzero(np.any(node_needs(demands) > gives, axis=1))
+    return Culprit(node=int(overloaded[0]) + 1) if overloaded.size else Culprit()

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import Infeasible, InvalidInput
-from curveline.planning.demand import Demand, Load, demand_of, demand_of_state, load_of, overload
+from curveline.planning.demand import Demand, Load, culprit, demand_of, demand_of_state, load_of, overload
 from curveline.planning.layout import describe, layout_of, pose_of
 from curveline.planning.moves import Travel
 from curveline.planning.proof import OUT_OF_PLANE, STABILITY, Prover, Refused, too_near
@@ -17,7 +17,7 @@ from curveline.rod.continuation import FOLLOW_EDGES, STIFFEST, follow, start_alo
 from curveline.rod.equilibrium import Equilibrium
 from curveline.rod.special_points import Kind, critical
 from curveline.rod.way import loading
-from curveline.scene import Scene
+from curveline.scene import Display, Scene
 
 RESERVE = 1.25
 """What a state must withstand over its loads: these are at most four fifths of what snaps it through."""
@@ -59,9 +59,14 @@ def check_goal(prover: Prover, scene: Scene) -> Burden | None:
     """
     states = [_wanted(prover, scene, number) for number in range(1, len(scene.segments) + 1)]
     demands = tuple(map(demand_of_state, states))
-    if reason := overload(scene.display, demands):
-        raise Refused(f"the shape itself: {reason}")
+    _check_demands(scene.display, demands, "the shape itself")
     return _burden(prover, scene, states) if scene.loads else None
+
+
+def _check_demands(display: Display, demands: tuple[Demand, ...], what: str) -> None:
+    """Refused, saying of what, where rod or motors do not give what the segments of a row ask."""
+    if reason := overload(display, demands):
+        raise Refused(f"{what}: {reason}", **culprit(display, demands)._asdict())
 
 
 def laden(travel: Travel, burden: Burden | None) -> Travel:
@@ -95,8 +100,7 @@ def _burden(prover: Prover, scene: Scene, states: Sequence[Equilibrium]) -> Burd
     """What the loads of a shape come to; Refused where a state or a motor does not withstand them with a reserve."""
     loaded = [_loaded(prover, scene, number, state) for number, state in enumerate(states, start=1)]
     demands = tuple(demand_of_state(state).joined(each.demand) for state, each in zip(states, loaded, strict=True))
-    if reason := overload(scene.display, demands):
-        raise Refused(f"under its loads: {reason}")
+    _check_demands(scene.display, demands, "under its loads")
     lowest, margin_of = min(each.lowest for each in loaded)
     return Burden(lowest, lowest / STIFFEST, f"{margin_of} under the loads", load_of(demands))
 

@@ -98,7 +98,7 @@ def _through_funnel(prover: Prover, travel: Travel, goal: Goal) -> Travel:
     failures = 0
     for gate in gates_for(prover, goal.wanted, refusals)[:TRIES]:
         try:
-            inside = _into_states(prover, travel, goal, gate)
+            inside = into_states(prover, travel, goal, gate)
         except Refused as refusal:
             refusals.append(refusal)
             continue
@@ -146,7 +146,7 @@ def _ways_back(prover: Prover, here: Layout) -> Iterator[tuple[Leg, ...]]:
         yield (Leg("swing", posed(here, zeros, zeros)),)
 
 
-def _into_states(prover: Prover, travel: Travel, goal: Goal, gate: Gate) -> Travel:
+def into_states(prover: Prover, travel: Travel, goal: Goal, gate: Gate) -> Travel:
     """From level, untilted nodes into all wanted states, round by round."""
     display = prover.display
     final = lengths_of(display, goal.layout)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from curveline.plan import MAX_STEP_SECONDS
-from curveline.planning.demand import Load, load_of, overload
+from curveline.planning.demand import Load, culprit, load_of, overload
 from curveline.planning.layout import Layout, between, box_of, pose_of, tails_of
 from curveline.planning.proof import Passed, Prover, Refused
 from curveline.planning.targets import seconds_between, targets_of
@@ -72,7 +72,8 @@ def advance(prover: Prover, travel: Travel, leg: Leg) -> Travel:
         return _advance(prover, travel, leg)
     except Refused as refusal:
         step = len(travel.moves) + 1
-        raise Refused(f"step {step} ({leg.action}): {refusal.message}", refusal.segment, step=step) from None
+        text = f"step {step} ({leg.action}): {refusal.message}"
+        raise Refused(text, refusal.segment, node=refusal.node, step=step) from None
 
 
 def _advance(prover: Prover, travel: Travel, leg: Leg) -> Travel:
@@ -97,7 +98,7 @@ def _step(prover: Prover, travel: Travel, leg: Leg) -> Travel:
     demands = tuple(each.demand for each in passed)
     reason = overload(display, demands)
     if reason:
-        raise Refused(reason)
+        raise Refused(reason, **culprit(display, demands)._asdict())
     worst = min(passed, key=lambda each: (each.hold is None, each.margin))
     move = Move(
         action=leg.action,

@@ -6,6 +6,7 @@ where ways meet, they must do so in one state. A rod in an unknown state may be 
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -56,14 +57,17 @@ OUT_OF_PLANE = "stability out of the plane"
 
 
 class Refused(Infeasible):
-    """A step, or a shape, is not safe: `segment` from 1, 0 if it concerns all; `step` is its number if that is known.
+    """A step, or a shape, is not safe: `segment` from 1, 0 if it concerns several; `step` is its number if known.
 
-    `is_hopeless` if smaller steps would not help.
+    `node` is that whose motors cannot, from 1, 0 if it is not that; `is_hopeless` if smaller steps would not help.
     """
 
-    def __init__(self, message: str, segment: int = 0, *, step: int = 0, is_hopeless: bool = False) -> None:
+    def __init__(
+        self, message: str, segment: int = 0, *, node: int = 0, step: int = 0, is_hopeless: bool = False
+    ) -> None:
         super().__init__(message)
         self.segment = segment
+        self.node = node
         self.step = step
         self.is_hopeless = is_hopeless
 
@@ -108,6 +112,15 @@ class Prover:
         self._weighed: dict[Pose, Demand] = {}
         self._allowed: dict[tuple[Pose, Pose, Box], Passed] = {}
         self._funnels: dict[tuple[Pose, str], float] = {}
+
+    def like(self, display: Display) -> Prover:
+        """A prover for a `display` with the same rod between its nodes, but others motors or limits.
+
+        What was worked out of the rod holds there, too.
+        """
+        other = copy.copy(self)
+        other.display, other.drive = display, drive_table(display)
+        return other
 
     def rod(self, pose: Pose) -> ClampedRod:
         """The rod between two nodes."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from curveline.capability import TOO_HARD, TOO_STIFF, TOO_TIGHT, Held, held_lengths, too_much
+from curveline.capability import TOO_HARD, TOO_STIFF, TOO_TIGHT, Ability, Held, held_lengths, leaving, too_much
 from curveline.cli import show
 from curveline.radio.codes import POSITION_LIMIT
 from curveline.shapefile import builtin_text, read_display
@@ -205,8 +205,7 @@ def test_no_weight_and_a_weak_motor_are_odd_only_where_they_matter(run: Run, wri
     light = ("mass_g_per_m = 47.0", "mass_g_per_m = 0.0")
     assert codes(run, write(*OWN, light)) == ["no-weight"]
     assert codes(run, write(*OWN, light, ("gravity = true ", "gravity = false "))) == []
-    weak = codes(run, write(*OWN, ("max_force_N = 9.0", "max_force_N = 4.0")))
-    assert weak == ["too-much"] or "weak-motor" in weak
+    assert codes(run, write(*OWN, ("max_force_N = 9.0", "max_force_N = 4.0"))) == ["no-way", "too-much"]
 
 
 def test_what_motors_and_rod_stand_ends_where_a_state_needs_more() -> None:
@@ -230,7 +229,60 @@ def test_what_motors_and_rod_stand_ends_where_a_state_needs_more() -> None:
     brittle = replace(display, rod=replace(display.rod, max_strain=0.0005))
     held = held_lengths(brittle)
     assert (held.shortest, held.longest, held.below) == (None, None, TOO_TIGHT)
-    assert "too-much" in [each.code for each in suspicions(brittle, held)]
+    assert "too-much" in [each.code for each in suspicions(brittle, Ability(held))]
+
+
+SQUARE = (
+    *(change for change in OWN if "thickness" not in change[0]),
+    ("width_mm = 10.0", "width_mm = 2.6"),
+)
+"""A rod that is about as wide as it is thick, which the peak between level nodes does not stay upright on."""
+
+
+def test_lengths_at_which_a_level_rod_would_leave_the_plane_are_told(run: Run, write: Write) -> None:
+    path = write(*SQUARE)
+    found = checked(run, path)
+    (warning,) = (each for each in found["warnings"] if each["code"] == "leaves-plane")
+    (leaves,) = found["leaves_plane"]
+    low, high = leaves["lengths_mm"]
+    assert leaves["state"] == "peak"
+    assert f"the peak would leave the plane at {low:.0f} to {high:.0f} mm of rod" in warning["message"]
+    display = read_display(path)
+    assert leaving(display, mm(0.5 * (low + high))) == {"peak"}
+    assert leaving(display, mm(low)) == leaving(display, mm(high)) == {"peak"}
+    assert 600.0 < low < high == 900.0
+    assert leaving(display, mm(low - 0.5)) == frozenset()
+    assert checked(run, "single")["leaves_plane"] == []
+
+
+def test_what_simulate_says_of_the_plane_agrees(run: Run, write: Write, tmp_path: Path) -> None:
+    shape = tmp_path / "level.toml"
+    shape.write_text(
+        f'name = "level"\ndisplay = "{write(*SQUARE)}"\n'
+        "nodes = [{ height_mm = 0.0, angle_deg = 0.0 }, { height_mm = 0.0, angle_deg = 0.0 }]\n"
+        'segments = [{ length_mm = 800.0, state = "peak" }]\n'
+    )
+    assert leaving(read_display(write(*SQUARE)), mm(800.0)) == {"peak"}
+    assert "would not stay in the plane" in "".join(run("simulate", shape, "--explain", "--model", "planar")[1:])
+
+
+def test_a_display_whose_nodes_cannot_be_told_how_fast_to_move_can_have_no_plan(run: Run, write: Write) -> None:
+    found = checked(run, write(*OWN, ("counts_per_turn = 8344", "counts_per_turn = 300")))
+    assert found["from_home"] == []
+    (warning,) = (each for each in found["warnings"] if each["code"] == "no-plan")
+    assert "nodes can be told 100 to 1000000" in warning["message"]
+
+
+def test_what_plans_can_reach_from_home_is_told(run: Run, write: Write) -> None:
+    found = checked(run, write(*OWN))
+    kinds = [(door["shape"], door["states"], door["possible"], door["reason"]) for door in found["from_home"]]
+    assert kinds == [("peak", ["peak"], True, None), ("valley", ["valley"], True, None)]
+    assert "from home a plan leads to every kind of shape" in run("display", "check", write(*OWN)).out
+    soft = checked(run, write(*OWN[:2], *OWN[3:], ("thickness_mm = 2.4", "thickness_mm = 0.5")))
+    assert [door["possible"] for door in soft["from_home"]] == [False, True]
+    (warning,) = (each for each in soft["warnings"] if each["code"] == "no-way")
+    assert warning["message"].startswith("from home no peak can be planned")
+    assert warning["key"] == "rod.thickness_mm"
 
 
 def test_the_status_range_is_that_of_the_frames() -> None:

@@ -13,7 +13,8 @@ from curveline.cli import show
 from curveline.units import to_mm
 
 if TYPE_CHECKING:
-    from curveline.capability import Budget, Held, Reach
+    from curveline.capability import Ability, Budget, Leaving, Reach
+    from curveline.planning.doors import Door
     from curveline.scene import Display
     from curveline.suspicions import Suspicion
 
@@ -32,14 +33,14 @@ def check(
     left for the tails, the reach of the motors in encoder counts, the lengths of rod that they hold between level
     nodes, and a warning for everything that is legal but looks odd.
     """
-    from curveline.capability import held_lengths
+    from curveline.capability import ability_of
     from curveline.shapefile import read_display
     from curveline.suspicions import suspicions
 
     display = read_display(file)
     show.announce_compilation()
-    held = held_lengths(display)
-    checked = _Checked(display, held, suspicions(display, held))
+    ability = ability_of(display)
+    checked = _Checked(display, ability, suspicions(display, ability))
     if json:
         show.emit(checked.document())
     else:
@@ -50,7 +51,7 @@ class _Checked(NamedTuple):
     """A display that was checked."""
 
     display: Display
-    held: Held
+    ability: Ability
     odd: list[Suspicion]
 
     def document(self) -> dict[str, Any]:
@@ -58,7 +59,7 @@ class _Checked(NamedTuple):
         from curveline import __version__
         from curveline.capability import longest_budget, reaches, straight_budget
 
-        display = self.display
+        display, held = self.display, self.ability.held
         return {
             "curveline": __version__,
             "display": display.name,
@@ -73,7 +74,9 @@ class _Checked(NamedTuple):
                 "longest": _budget_document(longest_budget(display)),
             },
             "axes": [_axis_document(reach) for reach in reaches(display)],
-            "level_lengths_mm": [_mm_or_none(self.held.shortest), _mm_or_none(self.held.longest)],
+            "level_lengths_mm": [_mm_or_none(held.shortest), _mm_or_none(held.longest)],
+            "leaves_plane": [_leaving_document(each) for each in self.ability.leaving],
+            "from_home": [_door_document(door) for door in self.ability.departures.doors],
             "radio": {
                 "channel": display.radio.channel,
                 "data_rate": display.radio.data_rate,
@@ -113,6 +116,8 @@ class _Checked(NamedTuple):
         yield from _headed(show.table([BUDGET_HEAD, *self._budget_rows()]))
         yield from self._axis_lines()
         yield from _wrapped(f"level nodes: {self._held_text()}")
+        if (doors := self.ability.departures.doors) and all(door.is_open for door in doors):
+            yield "from home a plan leads to every kind of shape"
         radio = display.radio
         yield f"radio: channel {radio.channel} ({2400 + radio.channel} MHz), {radio.data_rate}, addresses"
         yield from _wrapped(" ".join(radio.addresses), "  ")
@@ -156,7 +161,7 @@ class _Checked(NamedTuple):
             yield f"counts do NOT all fit: a target has 24 bits, a status tells {found[0].status_end:.0f} mm at most"
 
     def _held_text(self) -> str:
-        held = self.held
+        held = self.ability.held
         if held.shortest is None or held.longest is None:
             return "rod and motors stand no length of rod"
         ends = f"rod and motors stand {to_mm(held.shortest):.0f} to {to_mm(held.longest):.0f} mm of rod"
@@ -167,6 +172,14 @@ class _Checked(NamedTuple):
 
 def _budget_document(budget: Budget) -> dict[str, float]:
     return {"between_nodes_mm": to_mm(budget.between), "tail_mm": to_mm(budget.tail)}
+
+
+def _leaving_document(leaving: Leaving) -> dict[str, Any]:
+    return {"state": leaving.state, "lengths_mm": [to_mm(leaving.low), to_mm(leaving.high)]}
+
+
+def _door_document(door: Door) -> dict[str, Any]:
+    return {"shape": door.kind, "states": list(door.wanted), "possible": door.is_open, "reason": door.reason or None}
 
 
 def _axis_document(reach: Reach) -> dict[str, Any]:
