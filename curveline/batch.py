@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
+from curveline.advising import Ask, advice_on
 from curveline.errors import CurvelineError
 from curveline.portable import cores
 from curveline.results import Report, Settings, document
@@ -50,11 +51,15 @@ class Order:
 
 
 class Answer(NamedTuple):
-    """What came of a scene: shortfalls and remarks of the report, and what the makers made of it, in their order."""
+    """What came of a scene: shortfalls and remarks of the report, and what the makers made of it, in their order.
+
+    `advice` says with which numbers there would be fewer shortfalls; a sweep, which tries numbers itself, has none.
+    """
 
     shortfalls: tuple[str, ...]
     remarks: tuple[str, ...]
     products: tuple[Any, ...]
+    advice: tuple[str, ...] = ()
 
 
 Answers = Generator[tuple[Task, Answer | CurvelineError], None, None]
@@ -88,7 +93,9 @@ def perform(order: Order, task: Task) -> Answer | CurvelineError:
         return task.scene
     try:
         report = report_on(task.scene, order.settings)
-        return Answer(report.shortfalls, report.remarks, tuple(make(task, report) for make in order.makers))
+        ask = Ask(order.settings.tolerance, order.settings.model)
+        advice = () if task.swept else advice_on(task.scene, report.segments, ask)
+        return Answer(report.shortfalls, report.remarks, tuple(make(task, report) for make in order.makers), advice)
     except CurvelineError as error:
         return error
 

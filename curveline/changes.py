@@ -163,6 +163,18 @@ class Ray:
         return high
 
 
+def part_of(scene: Scene, segments: range) -> Scene:
+    """The scene of some neighbouring `segments` alone, from 0, as far as there are such."""
+    first, behind = max(segments.start, 0), min(segments.stop, len(scene.segments))
+    loads = (replace(load, segment=load.segment - first) for load in scene.loads if first <= load.segment < behind)
+    return replace(
+        scene,
+        nodes=scene.nodes[first : behind + 1],
+        segments=scene.segments[first:behind],
+        loads=tuple(loads),
+    )
+
+
 def single_rays(scene: Scene, quantities: Iterable[Quantity]) -> Iterator[Ray]:
     """Both ways in every quantity."""
     for quantity, sign in itertools.product(quantities, (1, -1)):

@@ -12,10 +12,12 @@ from curveline.rod_rules import check_rod
 from curveline.scene import Display, Range, Vector
 from curveline.toml_document import Document, counted, shown, unit_of
 from curveline.toml_location import KeyPath
-from curveline.units import beyond, deg, to_deg, to_mm, told_apart
+from curveline.units import between, beyond, deg, rounded_down, rounded_up, to_deg, to_mm, told_apart
 
 _SLACK = 1e-9
 """Relative allowance for a limit that went to SI and back."""
+DIGITS = 6
+"""Significant digits that `:g` prints."""
 
 
 def check_display(document: Document) -> None:
@@ -129,7 +131,7 @@ def _check_limit(document: Document, path: KeyPath, limit: Range) -> None:
     given, least, most = beyond(value, low, high)
     bound = f"below the display's limit of {least}" if value < low else f"above the display's limit of {most}"
     where = f"{str(path[0])[:-1]} {int(path[1]) + 1}"
-    hint = f"choose {least} to {most}{unit}"
+    hint = f"choose {rounded_up(low, DIGITS):g} to {rounded_down(high, DIGITS):g}{unit}"
     document.problem(path, "out-of-range", f"{where}: {key} is {given}{unit}, {bound}{unit}", hint)
 
 
@@ -148,7 +150,8 @@ def _check_reach(document: Document, segment: int, display: Display) -> None:
     enough = math.floor(shortest * 10.0 + 1.0) / 10.0
     given, straight = told_apart(length, shortest, 6)
     message = f"segment {segment + 1}: {given} mm of rod are too short: {straight} mm go straight from node to node"
-    hint = f"make length_mm at least {enough:g}, or bring heights and angles closer together"
+    longer = f"make length_mm at least {enough:g} to reach, more to bend, or "
+    hint = f"{longer if enough <= to_mm(display.limits.length.high) else ''}bring heights and angles closer together"
     document.problem(path, "too-short", message, hint)
 
 
@@ -172,7 +175,9 @@ def _check_total(document: Document, display: Display) -> None:
             f"the segments take {taken} mm of rod together, but the rod is {there} mm long: centred, it would "
             f"leave tails of {0.5 * (available - total):g} mm at both ends"
         )
-        hint = f"take {total - available:.6g} mm off the segments, or choose a display with a longer rod"
+        hint = (
+            f"take {rounded_up(total - available, DIGITS):g} mm off the segments, or choose a display with a longer rod"
+        )
         document.problem(("segments",), "too-long", message, hint)
 
 
@@ -197,7 +202,8 @@ def _check_load_is_free(document: Document, index: int, length: float, display: 
         return
     message = f"load {index + 1} acts {at * length:g} mm along a segment of {length:g} mm, inside a node's bearing"
     free = clamp / 2.0 / length
-    hint = f"choose `at` between {free:.4g} and {1.0 - free:.4g}"
+    low, high = between(free, 1.0 - free, 4)
+    hint = f"choose `at` from {low:g} to {high:g}"
     document.problem(("loads", index, "at"), "out-of-range", message, hint)
 
 

@@ -18,9 +18,10 @@ from curveline.capability import (
     undrivable,
 )
 from curveline.plan import MAX_STEP_SECONDS
+from curveline.planning.gates import ANGLES
 from curveline.scene import DOWN, Display
 from curveline.shapefile import builtin_displays, read_display
-from curveline.units import gpa, mm, to_deg, to_gpa, to_mm, told_apart
+from curveline.units import gpa, mm, rounded_down, to_deg, to_gpa, to_mm, told_apart
 
 SPANS = (mm(100.0), mm(3000.0))
 """Spans outside of these are more likely a wrong unit than a display."""
@@ -28,6 +29,8 @@ LARGEST_CLAMP = 0.2
 """Share of the span from which on a bearing leaves little rod to bend."""
 LEAST_EXCESS = 0.02
 """Rod beyond the span, as a fraction of it, below which curves are flat and their states hard to tell apart."""
+LEAST_BIAS = min(ANGLES)
+"""Angle of nodes below which there is no funnel [rad]."""
 COARSE = 0.1
 """Size of an encoder count, in mm or degrees, from which on it is seen in a curve."""
 LAST_FREE_CHANNEL = 83
@@ -76,7 +79,7 @@ def _home(display: Display) -> Iterator[Suspicion]:
             yield Suspicion("no-home", f"limits.{key}", where, how)
     if limits.length.low > display.span:
         message = f"the shortest segment, {to_mm(limits.length.low):g} mm, is longer than the straight rod at home"
-        yield Suspicion("no-home", "limits.length_mm", message, f"begin at the span, {to_mm(display.span):g} mm")
+        yield Suspicion("no-home", "limits.length_mm", message, f"begin at the span, {to_mm(display.span):.10g} mm")
     if display.gravity and display.down != DOWN:
         message = "gravity does not point straight down: shapes can be simulated, in space, but not planned"
         yield Suspicion("no-plan", "gravity", message, "write true if the display stands upright")
@@ -155,8 +158,9 @@ def _rod(display: Display, held: Held) -> Iterator[Suspicion]:
     if allowed > arc:
         may, must = told_apart(to_mm(allowed), to_mm(arc), 0, "f")
         message = f"the rod may bend to a radius of {may} mm, but nodes at {to_deg(steepest):g} deg ask for {must} mm"
-        hint = "lower limits.angle_deg, or take a thinner rod"
-        yield Suspicion("stiff-rod", "rod.max_strain", message, hint)
+        gentle = rounded_down(to_deg(math.asin(min(0.5 * display.span / allowed, 1.0))), 3)
+        lower = f"lower limits.angle_deg to {gentle:g} deg either way, or " if gentle >= to_deg(LEAST_BIAS) else ""
+        yield Suspicion("stiff-rod", "rod.max_strain", message, f"{lower}take a thinner rod")
     if not MODULI[0] <= rod.youngs_modulus <= MODULI[1]:
         message = f"the rod's material has a modulus of {to_gpa(rod.youngs_modulus):.2g} GPa"
         yield Suspicion("odd-stiffness", f"rod.{rod.stiffness_key}", message, "see the units of stiffness and sizes")

@@ -137,6 +137,11 @@ def millimetres(length: float) -> str:
     return f"{value:.2g} mm" if value < 100.0 else f"{value:.0f} mm"
 
 
+def between(low: float, high: float, digits: int) -> tuple[float, float]:
+    """The least and the largest number with so many significant digits that lie between two others, and not on them."""
+    return rounded_up(math.nextafter(low, math.inf), digits), rounded_down(math.nextafter(high, -math.inf), digits)
+
+
 def rounded_up(value: float, digits: int) -> float:
     """The least number with so many significant digits that is not below `value`: to advise a lower bound."""
     return float(Context(prec=digits, rounding=ROUND_CEILING).create_decimal(Decimal(value)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import re
 from dataclasses import replace
@@ -9,17 +10,24 @@ from pathlib import Path
 
 import pytest
 
+from curveline.advising import Ask, advice_on
 from curveline.capability import Ability, Held, departures_of
 from curveline.changes import ANGLE, HEIGHT, LENGTH, Quantity
-from curveline.errors import Infeasible
+from curveline.errors import Infeasible, InvalidInput
+from curveline.loading.pushes import Push, check_place
+from curveline.loading.snap import check_steps
 from curveline.planning import make_plan
 from curveline.planning.doors import nearest_shape
 from curveline.planning.goals import check_goal
 from curveline.planning.proof import Prover, Refused
-from curveline.scene import Node, Scene, Segment
-from curveline.shapefile import builtin_text, read_display
+from curveline.rod.absence import why_none
+from curveline.rod.equilibrium import ClampedRod
+from curveline.rod.states import find_states
+from curveline.scene import Display, Node, Range, Scene, Segment
+from curveline.shapefile import builtin_text, read_display, read_shape
+from curveline.simulation import AUTO, DEFAULT_TOLERANCE, simulate
 from curveline.suspicions import Suspicion, suspicions
-from curveline.units import deg, mm
+from curveline.units import deg, mm, to_mm
 
 NUMBER = r"(-?\d+(?:\.\d+)?)"
 ADVISED = re.compile(
@@ -179,3 +187,156 @@ def test_what_is_said_to_be_possible_from_home_is_planned(name: str) -> None:
         assert door.is_open
         shape = nearest_shape(Prover(display, lambda: None), door.wanted)
         assert make_plan(shape).wanted == door.wanted
+
+
+def a_scene(chance: random.Random, extra_mm: tuple[float, float]) -> Scene:
+    """A shape of the display `single` whose rod is so much longer than the way from node to node."""
+    nodes = tuple(Node(mm(round(chance.uniform(-110, 110), 1)), deg(round(chance.uniform(-70, 70), 1))) for _ in "12")
+    way = math.hypot(500.0, to_mm(nodes[1].height - nodes[0].height)) + 20.0
+    segment = Segment(mm(round(way + chance.uniform(*extra_mm), 1)), chance.choice(["peak", "valley"]))
+    return Scene("lone", read_display("single"), nodes, (segment,))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_with_what_is_advised_the_wanted_state_is_there(seed: int) -> None:
+    chance = random.Random(f"simulate {seed}")
+    asked = a_scene(chance, chance.choice([(0.1, 1.0), (1.0, 20.0), (20.0, 150.0)]))
+    found = tuple(simulate(asked))
+    advice = advice_on(asked, found, Ask(DEFAULT_TOLERANCE, AUTO))
+    assert len(advice) <= (found[0].wanted is None)
+    for sentence in advice:
+        better = advised(sentence, asked)
+        assert better != asked
+        assert simulate(better)[0].wanted is not None
+
+
+def test_most_missing_states_lead_to_advice() -> None:
+    missing = []
+    for seed in range(40):
+        asked = a_scene(random.Random(f"missing {seed}"), (1.0, 60.0))
+        found = tuple(simulate(asked))
+        if found[0].wanted is None:
+            missing.append(bool(advice_on(asked, found, Ask(DEFAULT_TOLERANCE, AUTO))))
+    assert len(missing) > 10
+    assert sum(missing) >= 0.9 * len(missing)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_advice_on_a_row_keeps_what_its_neighbours_have(seed: int) -> None:
+    chance = random.Random(f"row {seed}")
+    lengths = tuple(round(chance.uniform(520, 680), 1) for _ in range(4))
+    angles = tuple(round(chance.uniform(-50, 50), 1) for _ in range(5))
+    asked = row(lengths, "".join(chance.choice("pv") for _ in range(4)), angles)
+    found = tuple(simulate(asked))
+    for sentence in advice_on(asked, found, Ask(DEFAULT_TOLERANCE, AUTO)):
+        segment = int(sentence.removeprefix("segment ").partition(":")[0]) - 1
+        after = simulate(advised(sentence, asked))
+        assert after[segment].wanted is not None
+        assert all(new.wanted is not None for old, new in zip(found, after, strict=True) if old.wanted is not None)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_rod_that_is_too_short_has_a_state_with_what_is_advised(seed: int) -> None:
+    chance = random.Random(f"short {seed}")
+    clamp = chance.choice([0.0, 0.02, 0.45])
+    angles = chance.uniform(-1.2, 1.2), chance.uniform(-1.2, 1.2)
+    rod = ClampedRod((0.5, chance.uniform(-0.3, 0.3)), *angles, chance.uniform(0.05, 0.44), clamp, 0.03, 0.0)
+    found = re.search(rf"lengthen it by {NUMBER} mm$", why_none(rod))
+    assert found is not None
+    assert find_states(replace(rod, length=rod.length + mm(float(found[1]))), DEFAULT_TOLERANCE)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_ranges_of_places_include_both_ends_that_are_named(seed: int) -> None:
+    chance = random.Random(f"place {seed}")
+    single = read_display("single")
+    display = replace(single, clamp=mm(round(chance.uniform(0.5, 120.0), chance.choice([0, 1, 3]))))
+    segment = Segment(mm(round(chance.uniform(510.0, 890.0), chance.choice([0, 1, 3]))), "peak")
+    scene = Scene("lone", display, (Node(0.0, 0.0),) * 2, (segment,))
+    with pytest.raises(InvalidInput) as found:
+        check_place(scene, Push(at=0.0))
+    low, high = re.findall(NUMBER, found.value.hint)
+    for at in (low, high):
+        check_place(scene, Push(at=float(at)))
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_the_least_step_of_a_push_is_accepted(seed: int) -> None:
+    chance = random.Random(f"step {seed}")
+    most = round(10.0 ** chance.uniform(-1.0, 3.0), chance.choice([1, 3, 9]))
+    with pytest.raises(InvalidInput) as found:
+        check_steps(Push(most=most, step=1e-9 * most))
+    check_steps(Push(most=most, step=float(re.findall(r"[\d.e-]*\d", found.value.hint)[0])))
+
+
+SHAPE = """name = "x"
+display = "mine.toml"
+nodes = [{{ height_mm = {height}, angle_deg = {angle} }}, {{ height_mm = 0.0, angle_deg = 0.0 }}]
+segments = [{{ length_mm = {length}, state = "peak" }}]
+loads = [{{ segment = 1, at = {at}, force_N = [0.0, -0.1] }}]
+"""
+
+
+def hints(path: Path) -> list[str]:
+    try:
+        read_shape(path)
+    except InvalidInput as error:
+        return [found.hint for found in error.diagnostics]
+    return []
+
+
+@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("key", ["height", "angle", "length", "at"])
+def test_what_a_shape_file_is_advised_to_say_is_accepted(tmp_path: Path, key: str, seed: int) -> None:
+    chance = random.Random(f"{key} {seed}")
+    limits = {
+        "height_mm": f"[{chance.uniform(-90, -10)!r}, {chance.uniform(10, 90)!r}]",
+        "angle_deg": f"[{chance.uniform(-60, -10)!r}, {chance.uniform(10, 60)!r}]",
+        "length_mm": f"[{chance.uniform(500, 550)!r}, {chance.uniform(700, 900)!r}]",
+        "clamp_mm": f"{chance.uniform(5, 60)!r}",
+        "total_length_mm": f"{chance.uniform(2000, 2100)!r}",
+    }
+    (tmp_path / "mine.toml").write_text(written(limits, builtin_text("single")))
+    path = tmp_path / "shape.toml"
+    sound = {"height": 0.0, "angle": 0.0, "length": 650.0, "at": 0.5}
+    for wrong in {"height": (-400, 400), "angle": (-88, 88), "length": (100, 1200), "at": (0.001, 0.999)}[key]:
+        path.write_text(SHAPE.format(**{**sound, key: wrong}))
+        (hint, *_) = hints(path)
+        numbers = re.findall(NUMBER, hint)
+        assert len(numbers) == (1 if "at least" in hint else 2)
+        for number in numbers:
+            path.write_text(SHAPE.format(**{**sound, key: number}))
+            assert not [other for other in hints(path) if other == hint]
+            assert hints(path) == [] or key == "length"
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_taking_so_much_rod_off_is_enough(tmp_path: Path, seed: int) -> None:
+    chance = random.Random(f"off {seed}")
+    values = {"total_length_mm": f"{chance.uniform(510, 690)!r}", "length_mm": "[500.0, 1e6]"}
+    (tmp_path / "mine.toml").write_text(written(values, builtin_text("single")))
+    path, length = tmp_path / "shape.toml", chance.uniform(700, 900)
+    path.write_text(SHAPE.format(height=0.0, angle=0.0, length=length, at=0.5))
+    (hint,) = hints(path)
+    path.write_text(
+        SHAPE.format(height=0.0, angle=0.0, length=repr(length - float(re.findall(NUMBER, hint)[0])), at=0.5)
+    )
+    assert hints(path) == []
+
+
+@pytest.mark.parametrize("strain", [0.001, 0.002, 0.0037, 0.00455])
+def test_gentler_limits_quiet_the_warning_of_a_stiff_rod(strain: float) -> None:
+    single = read_display("single")
+    stiff = replace(single, rod=replace(single.rod, max_strain=strain))
+    (warning,) = (each for each in warnings(stiff) if each.code == "stiff-rod")
+    found = re.search(rf"lower limits.angle_deg to {NUMBER} deg", warning.hint)
+    if found:
+        gentle = Range(-deg(float(found[1])), deg(float(found[1])))
+        assert "stiff-rod" not in [
+            each.code for each in warnings(replace(stiff, limits=replace(stiff.limits, angle=gentle)))
+        ]
+    assert bool(found) == (strain > 0.0015)
+
+
+def warnings(display: Display) -> list[Suspicion]:
+    return suspicions(display, Ability(Held(None, None)))

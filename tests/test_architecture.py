@@ -18,7 +18,18 @@ LAYERS = (
     {"portable", "system_errors"},
     {"files", "measured", "records", "scene", "sections", "toml_document", "toml_location", "workers"},
     {"changes", "plan", "radio", "rod", "rod_rules", "shape_models", "shape_rules", "shapefile"},
-    {"batch", "bench", "capability", "figures", "linkbench", "planning", "playback", "results", "simulation"}
+    {
+        "advising",
+        "batch",
+        "bench",
+        "capability",
+        "figures",
+        "linkbench",
+        "planning",
+        "playback",
+        "results",
+        "simulation",
+    }
     | {"explanation", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"}
     | {"loading"},
     {"driving"},

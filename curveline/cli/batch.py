@@ -75,6 +75,8 @@ class _Batch:
             self.reports.append(answer.products[-1])
         for sentence in (*answer.remarks, *answer.shortfalls):
             show.note(f"{task.label}: {sentence}")
+        for sentence in answer.advice:
+            show.advise(f"{task.label}: {sentence}" if self.total > 1 else sentence)
         if answer.shortfalls:
             self.short.append(task.label)
         if self.request.as_json:

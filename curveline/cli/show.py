@@ -88,7 +88,7 @@ def complain(error: CurvelineError) -> None:
         _complain_about(diagnostic)
     if not diagnostics:
         note(f"{paint('error:', RED, sys.stderr)} {error.message}")
-        _advise(error.hint)
+        advise(error.hint)
 
 
 def _complain_about(found: Diagnostic) -> None:
@@ -100,10 +100,11 @@ def _complain_about(found: Diagnostic) -> None:
         indent = "".join("\t" if character == "\t" else " " for character in found.source[: found.caret - 1])
         note(f"  {found.source}")
         note(f"  {indent}{paint('^', RED, sys.stderr)}")
-    _advise(found.hint)
+    advise(found.hint)
 
 
-def _advise(hint: str) -> None:
+def advise(hint: str) -> None:
+    """What to do about it, on stderr; nothing if nobody knows."""
     if hint:
         note(f"{paint('hint:', BLUE, sys.stderr)} {hint}")
 

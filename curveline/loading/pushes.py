@@ -20,7 +20,7 @@ from curveline.rod.space import SpatialSegment
 from curveline.rod.way import Way, loading
 from curveline.scene import Scene
 from curveline.simulation import section_of, spatial_segment
-from curveline.units import deg
+from curveline.units import between, deg
 
 DOWN = "down"
 NORMAL = "normal"
@@ -173,7 +173,8 @@ def check_place(scene: Scene, push: Push) -> None:
         raise InvalidInput(f"there is no segment {push.segment + 1}", hint)
     bearing = 0.5 * scene.display.clamp / scene.segments[push.segment].length
     if not bearing < push.at < 1.0 - bearing:
-        hint = f"push between {bearing:.4g} and {1.0 - bearing:.4g}"
+        low, high = between(bearing, 1.0 - bearing, 4)
+        hint = f"push at {low:g} to {high:g}"
         raise InvalidInput(f"at {push.at:g} of its length the rod is inside a node's bearing", hint)
 
 

@@ -26,6 +26,7 @@ from curveline.rod.special_points import Fall, Kind, SpecialPoint, critical, fal
 from curveline.rod.states import find_states
 from curveline.rod.way import Way
 from curveline.scene import Scene
+from curveline.units import rounded_up
 
 SAME = 5e-3
 """Curves that are nearer to each other than this part of the length are one."""
@@ -131,7 +132,7 @@ def load(scene: Scene, push: Push, progress: Callable[[int], None] = lambda _: N
     begin = time.perf_counter()
     stand = stand_of(scene, push)
     push = push._replace(most=push.most or most_on(stand.rod))
-    _check_steps(push)
+    check_steps(push)
     limit = limit_of(stand, push.most, NEAREST)
     push = push._replace(step=push.step or step_to(push.most if limit is None else limit.force, stand.rod))
     states = []
@@ -169,13 +170,19 @@ def limit_of(stand: Stand, most: float, tolerance: float = NEAR) -> Limit | None
     return None
 
 
-def _check_steps(push: Push) -> None:
+def check_steps(push: Push) -> None:
     """InvalidInput unless the push grows to its end in steps that can be counted."""
     if not (math.isfinite(push.step) and math.isfinite(push.most)):
         raise InvalidInput(f"{push.most:g} N in steps of {push.step:g} N never ends", "choose finite numbers")
     if 0.0 < push.step * MOST_ROWS < push.most:
-        hint = f"take steps of at least {push.most / MOST_ROWS:g} N"
+        hint = f"take steps of at least {_least_step(push.most):g} N"
         raise InvalidInput(f"{push.most:g} N in steps of {push.step:g} N are more than {MOST_ROWS} rows", hint)
+
+
+def _least_step(most: float) -> float:
+    """The least step [N] in few digits in which a push grows to its `most` in a table that is not too long."""
+    step = rounded_up(most / MOST_ROWS, 6)
+    return step if step * MOST_ROWS >= most else rounded_up(math.nextafter(step, math.inf), 6)
 
 
 def _states(stand: Stand, push: Push, limit: Limit | None) -> Iterator[tuple[float, Equilibrium]]:

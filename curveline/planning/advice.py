@@ -10,7 +10,7 @@ margins, within what rod and motors give; the fine one is the caller's and may c
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from curveline.changes import (
     ANGLE,
@@ -22,6 +22,7 @@ from curveline.changes import (
     Quantity,
     Ray,
     double_rays,
+    part_of,
     single_rays,
 )
 from curveline.errors import Infeasible
@@ -105,8 +106,7 @@ class _Sieve:
 
     def __init__(self, scene: Scene, culprits: range) -> None:
         self._prover = Prover(scene.display, lambda: None)
-        self._first = max(0, culprits.start - 2)
-        self._behind = culprits.stop + 2
+        self._segments = range(culprits.start - 2, culprits.stop + 2)
 
     def passes(self, scene: Scene) -> bool:
         """True if nothing is wrong."""
@@ -114,18 +114,8 @@ class _Sieve:
 
     def reason(self, scene: Scene) -> str:
         """What is wrong; empty if nothing."""
-        part = replace(
-            scene,
-            nodes=scene.nodes[self._first : self._behind + 1],
-            segments=scene.segments[self._first : self._behind],
-            loads=tuple(
-                replace(load, segment=load.segment - self._first)
-                for load in scene.loads
-                if self._first <= load.segment < self._behind
-            ),
-        )
         try:
-            check_goal(self._prover, part)
+            check_goal(self._prover, part_of(scene, self._segments))
         except Infeasible as refusal:
             return refusal.message
         return ""

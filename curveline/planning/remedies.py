@@ -56,7 +56,8 @@ def _cut(display: Display, value: float) -> Display:
 def _thicker(display: Display, value: float) -> Display:
     """Another size in the plane; a stiffness that was measured is the file's, whatever the size."""
     rod = display.rod
-    section = replace(rod.section, **{"thickness" if isinstance(rod.section, Rectangle) else "diameter": mm(value)})
+    old = rod.section
+    section = replace(old, thickness=mm(value)) if isinstance(old, Rectangle) else replace(old, diameter=mm(value))
     stiffness = rod.bending_stiffness
     modulus = stiffness / section.second_moment if rod.is_stiffness_measured else rod.youngs_modulus
     return replace(display, rod=replace(rod, section=section, youngs_modulus=modulus))
@@ -119,6 +120,8 @@ TOTAL = Dial(
     (4.0, math.inf),
     lambda display: f"{to_mm(display.rod.total_length):.10g}",
 )
+
+
 def _size(key: str) -> Dial:
     """The size in the plane, under the key that a file has for it."""
     return Dial(

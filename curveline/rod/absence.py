@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from curveline.rod.approach import THIN, layer
 from curveline.rod.equilibrium import ClampedRod
-from curveline.units import to_mm
+from curveline.rod.states import find_states
+from curveline.units import mm, rounded_up, to_mm
+
+EXCESSES = (1e-3, 0.01, 0.1)
+"""By how much longer than the way from clamp to clamp a rod is tried that is too short, as parts of it."""
+DIGITS = 4
 
 
 def why_none(rod: ClampedRod, windings: tuple[int, ...] = (0,)) -> str:
@@ -14,12 +20,10 @@ def why_none(rod: ClampedRod, windings: tuple[int, ...] = (0,)) -> str:
 
     `windings` are the further turns of the tangent that were looked for.
     """
-    way = math.hypot(*rod.free_chord)
-    if not rod.free_length > 0.0:
-        return "the bearings hold the whole rod: lengthen it"
-    if rod.free_length <= way:
-        short = to_mm(way - rod.free_length)
-        return f"the rod is too short to lead from clamp to clamp: lengthen it by more than {short:.4g} mm"
+    short = math.hypot(*rod.free_chord) - rod.free_length
+    if short >= 0.0:
+        what = "is too short to lead from clamp to clamp" if rod.free_length > 0.0 else "does not leave its bearings"
+        return f"the rod {what}: lengthen it{_by(rod, short)}"
     if 0 not in windings:
         return "no loop was found that stays in its place: on a taut rod it slides; lengthen the rod"
     if layer(rod.scaled()) < THIN:
@@ -28,3 +32,13 @@ def why_none(rod: ClampedRod, windings: tuple[int, ...] = (0,)) -> str:
             return "the rod is too taut for clamps that point elsewhere: lengthen it, or lessen their angles"
         return "the rod is too weak for its weight and loads: stiffen or shorten it, or lessen the loads"
     return "no stable state was found: lessen the angles of the clamps, or change the length"
+
+
+def _by(rod: ClampedRod, short: float) -> str:
+    """By how much a rod that is `short` [m] is to be lengthened to have a stable state, if that was found: words."""
+    way = math.hypot(*rod.free_chord)
+    for excess in EXCESSES:
+        longer = mm(rounded_up(to_mm(short + excess * way), DIGITS))
+        if find_states(replace(rod, length=rod.length + longer), 1e-3 * rod.length):
+            return f" by {to_mm(longer):.10g} mm"
+    return ""

@@ -173,7 +173,7 @@ def test_segments_are_chosen_by_number(run: Run, quad: Path) -> None:
     [
         (
             ("--at", "0.01"),
-            "error: at 0.01 of its length the rod is inside a node's bearing\nhint: push between 0.01515",
+            "error: at 0.01 of its length the rod is inside a node's bearing\nhint: push at 0.01516 to 0.9848",
         ),
         (("--at", "nan"), "error: at nan of its length the rod is inside a node's bearing\n"),
         (("--direction", "up"), "error: a push towards 'up' points nowhere\nhint: say down, normal, or a vector"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import sys
 from pathlib import Path
 
@@ -163,10 +164,17 @@ def test_a_wanted_state_that_does_not_exist_is_the_answer_no(run: Run, no_valley
     code, out, err = run("simulate", no_valley)
     assert code == 1
     assert "valley wanted" in out
-    assert err == f"{no_valley}: segment 1 has no valley; its stable states: peak\n"
+    told, hint, rest = err.split("\n")
+    assert (told, rest) == (f"{no_valley}: segment 1 has no valley; its stable states: peak", "")
+    found = re.fullmatch(
+        r"hint: segment 1: with length of segment 1 of (\S+) mm instead of 560 mm it has a valley", hint
+    )
+    assert found is not None
     code, _, err = run("simulate", PEAK, no_valley)
     assert code == 1
     assert err.endswith(f"1 of 2 shapes as asked for\n  not as asked for: {no_valley}\n")
+    no_valley.write_text(no_valley.read_text().replace("560.0", found[1]))
+    assert run("simulate", no_valley).code == 0
 
 
 def test_a_tolerance_that_was_not_reached_is_the_answer_no(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
