@@ -88,8 +88,8 @@ def test_what_is_advised_can_be_planned(refused: Scene, reason: str) -> None:
 def test_no_other_quantity_needs_a_smaller_change() -> None:
     found = nearest(NO_PEAK, range(1), lambda _: "")
     assert found is not None
-    assert found.sentence == "angle of node 1 is at fault: with -27.4 deg instead of -65 deg it works"
-    part = (deg(-27.4) - deg(-65.0)) / deg(150.0)
+    assert found.sentence == "angle of node 1 is at fault: with -27.5 deg instead of -65 deg it works"
+    part = (deg(-27.5) - deg(-65.0)) / deg(150.0)
     for change in (sign * step / 16 * part for step in range(1, 16) for sign in (1, -1)):
         assert not any(map(exists, varied(NO_PEAK, change)))
 
@@ -183,10 +183,10 @@ def test_loads_stay_on_their_segments() -> None:
     pushed = row(
         *(VALLEY_620, PEAK_620, VALLEY_620, PEAK_620),
         angles_deg=(-20.0, 20.0, -20.0, 20.0, -20.0),
-        loads=(Load(3, 0.5, (0.0, -12.0)),),
+        loads=(Load(3, 0.5, (0.0, -5.2)),),
     )
     assert not exists(pushed)
     found = nearest(pushed, range(3, 4), lambda _: "")
     assert found is not None
-    assert "does not withstand the loads" in found.reason
+    assert "of its loads" in found.reason
     assert exists(applied(found, pushed))

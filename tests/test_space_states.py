@@ -14,6 +14,7 @@ import curveline
 from curveline.rod.fidelity import judge
 from curveline.rod.states import find_states
 from curveline.scene import Load, Node, Scene
+from curveline.sections import Rectangle
 from curveline.simulation import SegmentStates, simulate, spatial_segment
 from curveline.units import deg, mm
 
@@ -33,7 +34,7 @@ def scene_of(
     left: Node, right: Node, length_mm: float, size_mm: tuple[float, float] = (10.0, 2.4), state: str = "peak"
 ) -> Scene:
     """The built-in single display with a rod of `size_mm`, width and thickness, between two nodes."""
-    scene = with_length(with_rod(PLAIN, width=mm(size_mm[0]), thickness=mm(size_mm[1])), length_mm)
+    scene = with_length(with_rod(PLAIN, section=Rectangle(*map(mm, size_mm))), length_mm)
     return replace(scene, nodes=(left, right), segments=(replace(scene.segments[0], state=state),))
 
 
@@ -82,7 +83,7 @@ def test_the_good_one_of_two_planar_states_is_not_denied() -> None:
     assert segment.wanted.name == "valley"
     assert segment.wanted.stable
     assert only(replace(scene, segments=(replace(scene.segments[0], state="peak"),))).wanted is None
-    narrow = only(with_rod(scene, width=mm(3.0), thickness=mm(3.0)))
+    narrow = only(with_rod(scene, section=Rectangle(mm(3.0), mm(3.0))))
     assert narrow.wanted is not None
 
 
@@ -139,7 +140,15 @@ def _rod(key: str) -> Change:
     )
 
 
-UNIT = {"width": 1.0, "thickness": 0.0, "natural_curvature": 1.0, "lateral_curvature": 1.0, "youngs_modulus": 0.0}
+def _size(key: str) -> Change:
+    def change(scene: Scene, step: float) -> Scene:
+        section = scene.display.rod.section
+        return with_rod(scene, section=replace(section, **{key: getattr(section, key) * (1.0 + step)}))
+
+    return change
+
+
+UNIT = {"natural_curvature": 1.0, "lateral_curvature": 1.0, "youngs_modulus": 0.0}
 
 
 def _down(axis: int) -> Change:
@@ -172,6 +181,7 @@ CHANGES: dict[str, Change] = {
     "push up": _load((0.0, 1.0), 0.0),
     "push to the viewer": _load((0.0, 0.0), 1.0),
     **{f"gravity {axis}": _down(number) for number, axis in enumerate("xyz")},
+    **{key: _size(key) for key in ("width", "thickness")},
     **{key: _rod(key) for key in UNIT},
 }
 
