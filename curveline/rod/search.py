@@ -88,7 +88,7 @@ def sweep_ridge(problem, phi, found, near):
     iterations, _ = newton(problem, angles, held, FOLLOW)
     if iterations > 0 and is_ridge(problem, angles, held, RIDGE):
         for direction in (1.0, -1.0):
-            follow_heights(problem, (angles, held, np.nan), direction, (found, near, no_ridge(phi.size)), True)
+            follow_heights(problem, (angles, held, np.nan), direction, (found, near, no_ridge(phi.size)), RIDGE)
 
 
 @njit

@@ -41,6 +41,8 @@ SHARPEST = 1.0
 SAME = 1e-3
 """Edges' angles [rad] that differ by less belong to the same state."""
 
+MOST_STEPS = 60
+
 FOLLOW = Effort(turn=0.5, close=1e-3, iterations=12)
 SETTLE = Effort(turn=0.5, close=1e-3, iterations=15)
 CERTIFY = Effort(turn=0.3, close=1e-7, iterations=40)
@@ -206,22 +208,24 @@ def sweep_heights(problem, start, direction, found, near):
     """Follow the constrained minimum `start`, angles (n,) and multipliers (3,), while the mean height rises or falls.
 
     `direction` is 1 or -1. Equilibria that are met go to `found`, places worth a closer look to `near`. Where the
-    minimum becomes a saddle, the rod goes downhill to another one; but just past that place the saddle is a minimum of
-    the continuous rod, maybe, so that it is followed, too, as long as it is a ridge.
+    minimum becomes a saddle, the rod goes downhill to another one; but on finer edges the saddle may be a minimum, so
+    that it is followed, too, as long as it is a ridge.
     """
     ridge = no_ridge(problem.edges.size)
     shape, held = start
-    follow_heights(problem, (shape, held, np.nan), direction, (found, near, ridge), False)
+    follow_heights(problem, (shape, held, np.nan), direction, (found, near, ridge), 0.0)
     if ridge.filled[0] > 0.0:
         start = ridge.shapes[0], ridge.forces[0], ridge.heights[0, 1]
-        follow_heights(problem, start, direction, (found, near, ridge), True)
+        follow_heights(problem, start, direction, (found, near, ridge), RIDGE)
 
 
 @njit
-def follow_heights(problem, start, direction, out, on_ridge):
-    """One way of `sweep_heights`; `out` holds `found`, `near` and a `Near` for the first ridge beside the way.
+def follow_heights(problem, start, direction, out, least):
+    """One way of `sweep_heights`, on which no eigenvalue under all constraints is below `least`.
 
-    `start` holds the slope of the energy one step before, too, if that is known.
+    Where that is 0, the way is one of minima: where they end, the rod goes downhill to another one. With `RIDGE` the
+    way ends there. `start` holds the slope of the energy one step before, too, if that is known; `out` holds `found`,
+    `near` and a `Near` for the first ridge beside the way.
     """
     found, near, ridge = out
     shape, held, slope_before = start
@@ -236,7 +240,7 @@ def follow_heights(problem, start, direction, out, on_ridge):
     slopes = np.array([slope_before, held[2]])
     highest = BEYOND * highest_mean(np.hypot(problem.targets[0], problem.targets[1]))
     stride = direction * min(STRIDE, highest * STRIDE_SHARE)
-    for _ in range(60):
+    for _ in range(MOST_STEPS):
         height += stride
         if abs(height) > highest and problem.compliance[0] == 0.0:
             return
@@ -247,8 +251,8 @@ def follow_heights(problem, start, direction, out, on_ridge):
         problem.targets[2] = height
         kept = forces.copy()
         iterations, unstable = newton(problem, guess, forces, FOLLOW)
-        if on_ridge:
-            if iterations < 0 or not is_ridge(problem, guess, forces, RIDGE):
+        if least < 0.0:
+            if iterations < 0 or not is_ridge(problem, guess, forces, least):
                 return
         elif iterations < 0 or unstable != 0:
             if iterations > 0 and unstable == 1 and ridge.filled[0] == 0.0 and is_ridge(problem, guess, forces, RIDGE):
