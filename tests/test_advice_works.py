@@ -181,7 +181,7 @@ def test_what_is_said_to_be_possible_from_home_is_planned(name: str) -> None:
     display = read_display(name)
     doors = departures_of(display).doors
     assert [door.kind for door in doors] == (
-        ["peak", "valley"] if name == "single" else ["row of peaks", "row of valleys", "row of both states"]
+        ["peak", "valley"] if name == "single" else ["row of peaks", "row of valleys", "row of valleys and peaks"]
     )
     for door in doors:
         assert door.is_open

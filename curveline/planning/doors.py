@@ -45,10 +45,11 @@ def doors_of(prover: Prover) -> tuple[Door, ...]:
 
 
 def door_to(prover: Prover, scene: Scene) -> Door:
-    """The door to all that has the states of `scene`."""
-    states = {segment.state for segment in scene.segments}
-    kind, wanted = next(each for each in _kinds(prover.display) if set(each[1]) == states)
-    return Door(kind, wanted, _why_shut(prover, wanted))
+    """The door to all that has the states of `scene`; it is shut only if that to its own order of states is, too."""
+    own = tuple(segment.state for segment in scene.segments)
+    kind, wanted = next(each for each in _kinds(prover.display) if set(each[1]) == set(own))
+    reason = _why_shut(prover, wanted)
+    return Door(kind, wanted, _why_shut(prover, own) if reason and own != wanted else reason)
 
 
 def nearest_shape(prover: Prover, wanted: tuple[str, ...], funnels: int = TRIES) -> Scene:
@@ -82,7 +83,7 @@ def _kinds(display: Display) -> Iterator[tuple[str, tuple[str, ...]]]:
     for state in (PEAK, VALLEY):
         yield row.format(state), (state,) * count
     if count > 1:
-        yield "row of both states", tuple(itertools.islice(itertools.cycle((VALLEY, PEAK)), count))
+        yield "row of valleys and peaks", tuple(itertools.islice(itertools.cycle((VALLEY, PEAK)), count))
 
 
 def _why_shut(prover: Prover, wanted: tuple[str, ...]) -> str:
