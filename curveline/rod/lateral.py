@@ -113,18 +113,21 @@ def lateral_modes_below(problem, blocks, lift, value):
 
 
 @njit
-def lateral_eigenvalue(problem, phi, multipliers, lateral, precision):
-    """Smallest eigenvalue of the out-of-plane second variation, in EI / L^2, to a relative `precision`.
+def lateral_eigenvalue(problem, phi, multipliers, lateral, guess):
+    """Smallest eigenvalue of the out-of-plane second variation, in EI / L^2, to a relative `PRECISION`.
 
-    Measured by the L2 norm of both turns, as `relax.lowest_mode`; by bisection on the inertia (Sylvester).
+    Measured by the L2 norm of both turns, as `relax.lowest_mode`; by bisection on the inertia (Sylvester), which is
+    soon done if it lies near the `guess`.
     """
     blocks, lift = lateral_variation(problem, phi, multipliers, lateral)
-    low, high, width = 0.0, 10.0, 20.0
+    low, high, width = max(0.9 * guess, 0.0), max(1.1 * guess, 10.0), 20.0
+    if lateral_modes_below(problem, blocks, lift, low) > 0:
+        return _eigenvalue_below(problem, (blocks, lift), 0.0, low)
     while lateral_modes_below(problem, blocks, lift, high) == 0 and high < 1e15:
         low = high
         high += width
         width *= 2.0
-    return _eigenvalue_below(problem, (blocks, lift), low, high, precision)
+    return _eigenvalue_below(problem, (blocks, lift), low, high)
 
 
 @njit
@@ -133,11 +136,11 @@ def lateral_eigenvalue_below(problem, phi, multipliers, lateral, most):
     blocks, lift = lateral_variation(problem, phi, multipliers, lateral)
     if lateral_modes_below(problem, blocks, lift, most) == 0:
         return most
-    return _eigenvalue_below(problem, (blocks, lift), 0.0, most, PRECISION)
+    return _eigenvalue_below(problem, (blocks, lift), 0.0, most)
 
 
 @njit
-def _eigenvalue_below(problem, variation, low, high, precision):
+def _eigenvalue_below(problem, variation, low, high):
     """The smallest eigenvalue, which lies below `high` and, unless negative, above `low`."""
     blocks, lift = variation
     width = 10.0
@@ -145,7 +148,7 @@ def _eigenvalue_below(problem, variation, low, high, precision):
         high = min(low, high)
         low = high - width
         width *= 2.0
-    while high - low > precision * max(abs(high), abs(low), 1e-3):
+    while high - low > PRECISION * max(abs(high), abs(low), 1e-3):
         middle = 0.5 * (low + high)
         if lateral_modes_below(problem, blocks, lift, middle) > 0:
             high = middle
@@ -167,6 +170,6 @@ def lateral_pair(rod, edges, angles, table, forces):
     for j in range(m // 2):
         pairs[j] = edges[2 * j] + edges[2 * j + 1]
         halfway[j] = table[2 * j + 1, 2]
-    coarse = lateral_eigenvalue(released(make_problem(rod, pairs)), halfway, multipliers, lateral, PRECISION)
-    fine = lateral_eigenvalue(released(make_problem(rod, edges)), angles, multipliers, lateral, PRECISION)
+    coarse = lateral_eigenvalue(released(make_problem(rod, pairs)), halfway, multipliers, lateral, 0.0)
+    fine = lateral_eigenvalue(released(make_problem(rod, edges)), angles, multipliers, lateral, coarse)
     return coarse, fine
