@@ -19,6 +19,9 @@ from curveline.loading.snap import check_steps
 from curveline.planning import make_plan
 from curveline.planning.doors import nearest_shape
 from curveline.planning.goals import check_goal
+from curveline.planning.journey import goal_of, travel_to
+from curveline.planning.layout import home
+from curveline.planning.moves import Stage, Travel
 from curveline.planning.proof import Prover, Refused
 from curveline.rod.absence import why_none
 from curveline.rod.equilibrium import ClampedRod
@@ -340,3 +343,16 @@ def test_gentler_limits_quiet_the_warning_of_a_stiff_rod(strain: float) -> None:
 
 def warnings(display: Display) -> list[Suspicion]:
     return suspicions(display, Ability(Held(None, None)))
+
+
+def test_a_prover_with_few_steps_gives_up_and_shares_what_it_knows() -> None:
+    display = read_display("single")
+    whole = Prover(display, lambda: None)
+    shape = nearest_shape(whole, ("peak",))
+    begin = Travel((), Stage(home(display), (None,)))
+    assert travel_to(whole.like(display, 10), begin, goal_of(shape)).moves
+    with pytest.raises(Refused, match="too many steps"):
+        travel_to(whole.like(display, 1), begin, goal_of(shape))
+    weak = replace(display, drive=replace(display.drive, max_force=3.0))
+    with pytest.raises(Refused, match="extruding takes"):
+        travel_to(whole.like(weak), begin, goal_of(shape))

@@ -89,6 +89,7 @@ def _advance(prover: Prover, travel: Travel, leg: Leg) -> Travel:
 
 def _step(prover: Prover, travel: Travel, leg: Leg) -> Travel:
     """Prove a single step."""
+    prover.begin_step()
     display, stage, goal = prover.display, travel.stage, leg.goal
     _check_limits(display, goal)
     check_reach(prover, goal)

@@ -106,6 +106,7 @@ class Prover:
         self.tell = tell
         self.drive = drive_table(display)
         self.bearing = flat_segment(display, *_nodes(Pose(display.span, 0.0, 0.0, 0.0, display.span))).bearing
+        self._steps_left = math.inf
         self._showable: dict[Pose, Showable] = {}
         self._elsewhere: dict[Pose, tuple[Equilibrium, ...]] = {}
         self._ways: dict[tuple[Pose, Pose, tuple[float, ...]], Followed] = {}
@@ -113,14 +114,20 @@ class Prover:
         self._allowed: dict[tuple[Pose, Pose, Box], Passed] = {}
         self._funnels: dict[tuple[Pose, str], float] = {}
 
-    def like(self, display: Display) -> Prover:
-        """A prover for a `display` with the same rod between its nodes, but others motors or limits.
+    def like(self, display: Display, steps: float = math.inf) -> Prover:
+        """A prover for a `display` with the same rod between its nodes, but maybe other motors or limits.
 
-        What was worked out of the rod holds there, too.
+        What was worked out of the rod holds there, too. It refuses everything after so many `steps`.
         """
         other = copy.copy(self)
-        other.display, other.drive = display, drive_table(display)
+        other.display, other.drive, other._steps_left = display, drive_table(display), steps
         return other
+
+    def begin_step(self) -> None:
+        """To be called before a step of the whole display is looked at; Refused if it is one too many."""
+        self._steps_left -= 1
+        if self._steps_left < 0:
+            raise Refused("too many steps were tried", is_hopeless=True)
 
     def rod(self, pose: Pose) -> ClampedRod:
         """The rod between two nodes."""
