@@ -356,3 +356,18 @@ def test_a_prover_with_few_steps_gives_up_and_shares_what_it_knows() -> None:
     weak = replace(display, drive=replace(display.drive, max_force=3.0))
     with pytest.raises(Refused, match="extruding takes"):
         travel_to(whole.like(weak), begin, goal_of(shape))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_lengths_that_a_warning_advises_are_quiet(seed: int) -> None:
+    chance = random.Random(f"lengths {seed}")
+    span = mm(round(chance.uniform(150.0, 900.0), 4))
+    ranges = {"no-home": Range(1.1 * span, 1.8 * span), "little-slack": Range(span, 1.01 * span)}
+    for code, allowed in ranges.items():
+        single = read_display("single")
+        display = replace(single, span=span, limits=replace(single.limits, length=allowed))
+        (hint,) = (each.hint for each in warnings(display) if each.code == code)
+        number = mm(float(re.findall(NUMBER, hint)[0]))
+        better = Range(number, allowed.high) if code == "no-home" else Range(allowed.low, number)
+        changed = replace(display, limits=replace(single.limits, length=better))
+        assert not {"no-home", "out-of-reach", "little-slack"} & {each.code for each in warnings(changed)}
