@@ -17,16 +17,12 @@ from curveline.rod.course import FELL, LEFT, PULLED, RETURNED, Event, State, is_
 from curveline.rod.showable import showable_states
 from curveline.rod.space import SpatialSegment
 from curveline.rod.tracking import identify, tracked
-from curveline.scene import STRAIGHT, Display, Node
+from curveline.scene import BUCKLED, LOST, STRAIGHT, UNNAMED, Display, Node
 from curveline.simulation import DEFAULT_TOLERANCE, flat_segment
 from curveline.units import deg, mm
 
 Counts = tuple[int, int, int]
 Motion = Sequence[tuple[float, tuple[Counts, ...]]]
-
-LOST = "lost"
-BUCKLED = "buckled"
-"""What the state of a rod is called that is none, and one that lies out of the plane."""
 
 SNAPS = (FELL, LEFT, RETURNED)
 """What happens to a rod when it snaps."""
@@ -83,7 +79,7 @@ def _course(motion: Motion, segment: int) -> Iterator[tuple[float, tuple[Counts,
 
 def known_state(segment: SpatialSegment, name: str) -> State | None:
     """The state of the rod of a flat segment that is called `name`; None if the display can show none."""
-    if name in ("", STRAIGHT, LOST, BUCKLED):
+    if name in ("", STRAIGHT, *UNNAMED):
         return None
     state = showable_states(segment.rod, segment.section, DEFAULT_TOLERANCE).called(name)
     return None if state is None else tracked(state)

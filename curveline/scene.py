@@ -19,6 +19,10 @@ PEAK = "peak"
 VALLEY = "valley"
 STRAIGHT = "straight"
 """What the state of a segment is called: the last one if it has no rod to spare."""
+LOST = "lost"
+BUCKLED = "buckled"
+UNNAMED = (LOST, BUCKLED)
+"""What a segment is said to be whose rod is in no stable state, or out of the plane; it is not known again by that."""
 
 Vector = tuple[float, float, float]
 DOWN: Vector = (0.0, -1.0, 0.0)

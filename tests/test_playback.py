@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from curveline.plan import Plan
-from curveline.playback import LOST, replay
-from curveline.scene import STRAIGHT
+from curveline.playback import replay
+from curveline.scene import LOST, STRAIGHT
 from curveline.shapefile import read_display
 from curveline.units import deg, mm
 from playing import SHAPES, Counts, Frame, counts_of, motion, next_plan, plan, scene

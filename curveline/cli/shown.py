@@ -24,12 +24,12 @@ from curveline.radio.asking import was_last_run
 from curveline.radio.nodestatus import NodeStatus
 from curveline.radio.preflight import START_TOLERANCE, run_tag
 from curveline.radio.runfolder import run_names
+from curveline.scene import UNNAMED
 
 RUNS_SEEN = 50
 BYTES_READ = MAX_BYTES
 RUNS_ASKED = 4
 """How many runs, the newest first, are looked at and, if the nodes stand where they led, asked about."""
-LOST = "lost"
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def shown_states(radio: Radio, drive: DriveTable, nodes: Sequence[NodeStatus], r
 
 def remembered_states(rod: Sequence[str]) -> Shown:
     """What a mock display remembers of its rod."""
-    return Shown(tuple("" if name == LOST else name for name in rod), "the mock display remembers")
+    return Shown(tuple("" if name in UNNAMED else name for name in rod), "the mock display remembers")
 
 
 def check_granted(plan: Plan, radio: Radio, nodes: Sequence[NodeStatus], runs: Path) -> str:

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from curveline.plan import Plan, Step
-from curveline.playback import LOST, Counts, Motion, Playback, replay
+from curveline.playback import Counts, Motion, Playback, replay
 from curveline.radio.preflight import START_TOLERANCE
-from curveline.scene import STRAIGHT, Display
+from curveline.scene import BUCKLED, LOST, STRAIGHT, UNNAMED, Display
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,8 @@ class Job:
 
 def posture(state: str) -> str:
     """A state as part of a sentence."""
+    if state == BUCKLED:
+        return "buckled out of the plane"
     return state if state in (STRAIGHT, LOST) else f"in the {state}"
 
 
@@ -71,7 +73,7 @@ def _begin(job: Job, counts: Sequence[Counts], rod: Sequence[str]) -> tuple[str,
         return tuple(rod)
     known = (*rod, *job.plan.granted[len(rod) :])
     return tuple(
-        granted if name in ("", LOST) else name for name, granted in zip(known, job.plan.granted, strict=False)
+        granted if name in ("", *UNNAMED) else name for name, granted in zip(known, job.plan.granted, strict=False)
     )
 
 

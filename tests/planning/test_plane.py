@@ -45,7 +45,8 @@ LEAVING = {
     "70 deg, 820 mm": shape(((0.0, 70.0), (0.0, -70.0)), 820.0, "valley"),
     "70 deg, 860 mm": shape(((0.0, 70.0), (0.0, -70.0)), 860.0, "valley"),
     "3 x 3 mm": shape(((0.0, 30.0), (0.0, -30.0)), 600.0, "valley", strip(3.0, 3.0)),
-    "3 x 3 mm, steep": shape(STEEP, 808.9, "peak", strip(3.0, 3.0)),
+    "steep": shape(STEEP, 808.9, "peak"),
+    "steep, 3 x 3 mm": shape(STEEP, 808.9, "peak", strip(3.0, 3.0)),
 }
 
 
@@ -58,12 +59,21 @@ def test_plan_denies_what_simulate_denies(scene: Scene) -> None:
         make_plan(scene)
 
 
-@pytest.mark.parametrize("width", [2.4, 3.0])
-def test_a_valley_beside_a_peak_that_leaves_the_plane_is_planned(width: float) -> None:
-    scene = shape(STEEP, 808.9, "valley", strip(width, 3.0))
+@pytest.mark.parametrize("display", [SINGLE, strip(3.0, 2.4), strip(2.4, 2.4)], ids=["built in", "3 mm", "2.4 mm"])
+def test_a_valley_beside_a_peak_that_leaves_the_plane_is_planned(display: Display) -> None:
+    scene = shape(STEEP, 808.9, "valley", display)
     (segment,) = simulate(scene)
     assert segment.wanted is not None
     assert make_plan(scene).wanted == ("valley",)
+
+
+def test_the_eigenvalues_of_the_reproduction() -> None:
+    """Fault 8: those of the valley, in the plane and out of it, and of the peak out of it."""
+    (segment,) = simulate(shape(STEEP, 808.9, "valley"), model="planar")
+    found = {state.name: judge(state, section_of(SINGLE)) for state in segment.states}
+    assert found["valley"].state.lowest_eigenvalue == pytest.approx(79.5, abs=0.1)
+    assert found["valley"].sideways.eigenvalue == pytest.approx(62.5, abs=0.5)
+    assert found["buckled-1"].sideways.eigenvalue == pytest.approx(-0.845, abs=0.01)
 
 
 def test_the_margin_of_a_plan_is_that_of_the_state_that_simulate_shows() -> None:
