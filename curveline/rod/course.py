@@ -21,13 +21,16 @@ from curveline.rod.continuation import FOLLOW_EDGES, land, stays_in_plane, sway,
 from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose, make_problem, mesh, released
 from curveline.rod.space import SpatialSegment
-from curveline.rod.tracking import TrackedState, on_edges
-from curveline.rod.way import straight
+from curveline.rod.tracking import TrackedState, on_edges, reached
+from curveline.rod.way import Way, pose_at, straight
 
 SLACKEST_STRAIGHT = 2e-4
 """Below this excess of length over chord, as a fraction, the rod counts as straight: play and stretch take it up."""
-FINE_EDGES = 4 * FOLLOW_EDGES
+FINER_EDGES = (4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
 """Edges of a state that coarser ones lose: their folds come earlier than those of the rod."""
+
+LOOKS = 4
+"""Steps of a way from pose to pose in which it is tried whether finer edges keep a state."""
 
 BUCKLED = "buckled"
 FELL = "fell"
@@ -211,33 +214,48 @@ def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[
 
     The last is True if the rod leaves its plane on the next way.
     """
-    bearing = segment.bearing
+    done, held, leaves = _passed_on(poses, segment.bearing, held)
+    for n in FINER_EDGES:
+        if done == len(poses) - 1:
+            break
+        begin, end = (Pose(*poses[place].tolist()) for place in (done, done + 1))
+        fine = on_edges(segment.moved_to(begin).rod, held, n) if n > held.angles.size else None
+        # Whether finer edges help is soon told, and mostly they do not: the rod falls.
+        if fine is not None and _is_kept(segment, fine, straight(begin, end)):
+            further, held, leaves = _passed_on(poses[done:], segment.bearing, fine)
+            done += further
+    return done, held, leaves
+
+
+def _is_kept(segment: SpatialSegment, held: TrackedState, way: Way) -> bool:
+    """True if a state is still there at the end of a way, in few steps."""
+    here: TrackedState | None = held
+    for step in range(1, LOOKS + 1):
+        if here is not None:
+            here = reached(segment.moved_to(pose_at(way, step / LOOKS)).rod, here)
+    return here is not None
+
+
+def _passed_on(poses: Array, bearing: Bearing, held: TrackedState) -> tuple[int, TrackedState, bool]:
+    """As `_passed`, on the edges that the state is on; the state is that at the last pose it came to."""
     done, angles, forces, leaves = pass_through(poses, bearing, held.angles, held.forces)
-    here = TrackedState(angles, forces)
-    if done == len(poses) - 1 or held.angles.size >= FINE_EDGES:
-        return done, here, leaves
-    # On a way that was begun, the state belongs to a place in the midst of it; the rod is asked at the pose before.
-    _, angles, forces, _ = pass_through(poses[: done + 1], bearing, held.angles, held.forces)
-    fine = on_edges(segment.moved_to(Pose(*poses[done].tolist())).rod, TrackedState(angles, forces), FINE_EDGES)
-    if fine is None:
-        return done, here, leaves
-    further, angles, forces, leaves = pass_through(poses[done:], bearing, fine.angles, fine.forces)
-    return done + further, TrackedState(angles, forces), leaves
+    return done, TrackedState(angles, forces), leaves
 
 
 @njit
 def pass_through(poses, bearing, phi, multipliers):
     """Follow the stable state `phi (n,)`, `multipliers (2,)` through `poses (m, 5)` from the first on.
 
-    Returns how many of the ways between them it passed to the end, all or those before it was lost, the state, and
-    whether it was lost because the rod left its plane.
+    Returns how many of the ways between them it passed to the end, all or those before it was lost, the state at the
+    end of these, and whether it was lost because the rod left its plane.
     """
     for k in range(1, poses.shape[0]):
         begin, end = poses[k - 1], poses[k]
         way = straight(
             Pose(begin[0], begin[1], begin[2], begin[3], begin[4]), Pose(end[0], end[1], end[2], end[3], end[4])
         )
-        reached, phi, multipliers, leaves = travel(way, bearing, phi, multipliers)
-        if reached < 1.0:
+        share, angles, forces, leaves = travel(way, bearing, phi, multipliers)
+        if share < 1.0:
             return k - 1, phi, multipliers, leaves
+        phi, multipliers = angles, forces
     return poses.shape[0] - 1, phi, multipliers, False

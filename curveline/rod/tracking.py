@@ -58,8 +58,14 @@ def on_edges(rod: ClampedRod, held: TrackedState, n: int) -> TrackedState | None
         angles = refine_angles(coarse, held.angles, n // held.angles.size)
     else:
         angles = held.angles.reshape(n, -1).mean(axis=1)
-    free = released(make_problem(scaled, mesh(scaled.at, n)))
-    found, angles, forces = try_step(free, angles, held.forces, LARGEST_MOVE)
+    return reached(rod, TrackedState(angles, held.forces))
+
+
+def reached(rod: ClampedRod, held: TrackedState) -> TrackedState | None:
+    """The stable state of a rod next to the one that is `held`; None if there is none on its edges."""
+    scaled = rod.scaled()
+    free = released(make_problem(scaled, mesh(scaled.at, held.angles.size)))
+    found, angles, forces = try_step(free, held.angles, held.forces, LARGEST_MOVE)
     return TrackedState(angles, forces) if found else None
 
 
