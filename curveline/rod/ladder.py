@@ -23,7 +23,7 @@ SCALARS = 7
 EIGENVALUE = 6
 COLUMNS = 6
 HONESTY = 0.15
-DOUBT = 0.2
+DOUBT = 1.0
 """Eigenvalue, as a part of its change by halving the edges, below which the next halving is asked, too."""
 MOST_DOUBTED = 6000
 """Edges from which on that is not done: what is still undecided lies at its bifurcation to within 1e-6."""

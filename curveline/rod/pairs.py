@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from curveline.rod.dips import bottom, bottom_near, let_go
-from curveline.rod.problem import Array, ScaledRod, make_problem, refine_angles
+from curveline.rod.problem import Array, ScaledRod, largest_change, make_problem, refine_angles
 from curveline.rod.search import divided, doubtful
 from curveline.rod.sweep import BARELY, Found, Near, nothing_found
 
@@ -17,6 +17,9 @@ PARTS = 4
 """Parts of an edge from one look at a dip to the next: a fold moves with the square of the edge, 0.1 % at 100 edges."""
 FINEST = 2000
 """Edges from which on no finer ones are tried: a fold is then known to 1e-7."""
+SAME_DIP = 1e-2
+"""Edges' angles [rad] that differ by less at the bottom belong to one dip: two lie farther from each other, or both are
+followed in vain, since the bottom is found to about a thousandth."""
 
 Finer = dict[int, tuple[Array, Found]]
 """Edges and what was found on them, by their number."""
@@ -42,16 +45,15 @@ def pairs_near(scaled: ScaledRod, edges: Array, near: Near) -> tuple[Finer, bool
     """
     finer: Finer = {}
     clear = True
-    seen: list[float] = []
+    seen: list[Array] = []
     for place in range(int(near.filled[0])):
         phi, force = near.shapes[place].copy(), near.forces[place].copy()
         sign = math.copysign(1.0, force[2])
         problem = make_problem(scaled, edges)
         height, bend = bottom(problem, near.heights[place], phi, force, sign)
-        where = float(phi @ edges) + 10.0 * height
-        if any(abs(where - other) < 1e-4 for other in seen):
+        if any(largest_change(phi, other) < SAME_DIP for other in seen):
             continue
-        seen.append(where)
+        seen.append(phi.copy())
         clear = _seek_pair(scaled, edges, Dip(height, bend, sign, phi, force), finer) and clear
     return finer, clear
 

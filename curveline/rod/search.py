@@ -30,7 +30,7 @@ SEEK_PARTS = 4
 DOUBTFUL = 2.0
 """Eigenvalue that 24 edges, too few by about a hundredth, cannot tell from zero."""
 ASTRAY = 0.6
-"""A spline is nearer than this [rad] to the equilibrium that it stands for, in all but one of a thousand scenes."""
+"""Turn of an edge [rad] from a spline to an equilibrium, from which on that is not the one it stands for."""
 
 RELAX = Effort(turn=0.5, close=1e-7, iterations=150)
 
@@ -99,8 +99,9 @@ def search_edges(rod, n):
     since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. A
     spline may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
     nothing new it is swept as well, from its own height; where Newton finds nothing either, it tries once more on finer
-    edges, since a state may exist on those alone. Returns two pairs of edges and `Found`, the places that are worth a
-    closer look, and whether an equilibrium is `doubtful`.
+    edges, since a state may exist on those alone. Where Newton goes astray, the ridge that the spline lies on is swept.
+    Returns two pairs of edges and `Found`, the places that are worth a closer look, and whether an equilibrium is
+    `doubtful`.
     """
     edges = mesh(rod.at, n)
     seek_edges = divided(edges, SEEK_PARTS)

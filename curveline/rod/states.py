@@ -1,6 +1,8 @@
 """Every stable state of a segment: relaxed from two spline guesses, then sought by sweeps over the mean height.
 
 Energy descent from any set of guesses misses states whose basin is tiny near a fold; the sweeps do not rely on basins.
+What a coarse rod cannot tell, because it has its folds and pitchforks elsewhere by the square of its edges, is asked of
+finer ones: see `pairs`, and `_search_harder`.
 """
 
 from __future__ import annotations

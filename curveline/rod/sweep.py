@@ -18,7 +18,7 @@ from curveline.rod.planar import Effort, descend, newton
 from curveline.rod.problem import Array, copy_into, largest_change, mean_height, released, sharpest_turn
 
 CAPACITY = 24
-NEAR_PLACES = 8
+NEAR_PLACES = 16
 
 NUDGE = 0.03
 """S-shaped disturbance [rad] that takes a constrained rod off an unstable symmetric shape."""
