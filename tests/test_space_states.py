@@ -121,6 +121,21 @@ def test_a_strip_that_is_rolled_by_less_is_highest_where_it_can_be(angle: float,
     assert sorted(names(steep)) == ["back-1", "front-1"]
 
 
+TWISTED = {290.0: (1205.4, 1235.0), 305.0: (1294.9, 1263.8)}
+"""Energies [mJ] of a strip whose right node is rolled so far [deg], by an independent solver for 2 GPa."""
+
+
+@pytest.mark.parametrize("roll", TWISTED)
+def test_all_states_of_a_twisted_strip_are_found(roll: float) -> None:
+    twisted = bare(scene_of(*rolled(0.0, roll), 600.0), clamp=0.0, youngs_modulus=2e9, shear_modulus=2e9 / 2.7)
+    states = only(twisted).states
+    assert all(state.stable for state in states)
+    for energy in TWISTED[roll]:
+        alike = [state for state in states if state.energy * 1e3 == pytest.approx(energy, abs=0.6)]
+        assert len(alike) >= 2, "a state and its twin"
+    assert min(state.lowest_eigenvalue for state in states) > 2.0
+
+
 Change = Callable[[Scene, float], Scene]
 
 
@@ -201,25 +216,36 @@ SYMMETRIC = {
 }
 
 
+def nudged(scene: Scene, rng: np.random.Generator) -> Scene:
+    """The scene with every input changed by a billionth, up or down."""
+    for change in CHANGES.values():
+        scene = change(scene, TINY * float(rng.choice([-1.0, 1.0])))
+    return scene
+
+
 @pytest.mark.parametrize("scene", SYMMETRIC.values(), ids=SYMMETRIC)
-def test_names_do_not_change_with_a_billionth_of_any_input(scene: Scene) -> None:
-    here = names(scene)
+def test_names_do_not_change_with_a_billionth_of_all_inputs(scene: Scene) -> None:
+    here, rng = names(scene), np.random.default_rng(3)
     assert here
-    for what, change in CHANGES.items():
-        for step in (TINY, -TINY):
-            assert names(change(scene, step)) == here, (what, step)
+    for _ in range(4):
+        assert names(nudged(scene, rng)) == here
 
 
-def test_names_of_random_scenes_do_not_change_with_a_billionth_of_any_input() -> None:
+@pytest.mark.parametrize("name", ["level", "an S, no weight", "falls into the valley", "buckled"])
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_names_do_not_change_with_a_billionth_of_any_input(name: str, change: Change) -> None:
+    for step in (TINY, -TINY):
+        assert names(change(SYMMETRIC[name], step)) == names(SYMMETRIC[name]), step
+
+
+def test_names_of_random_scenes_do_not_change_with_a_billionth_of_all_inputs() -> None:
     rng = np.random.default_rng(412)
-    for number in range(16):
+    for number in range(24):
         angles, yaws, rolls = (np.radians(rng.uniform(-size, size, 2)) for size in (50.0, 20.0, 90.0))
-        in_space = number % 2
+        in_space = number % 4 == 3
         nodes = [
             Node(0.0, float(a), yaw=in_space * float(y), roll=in_space * float(r))
             for a, y, r in zip(angles, yaws, rolls, strict=True)
         ]
         scene = scene_of(nodes[0], nodes[1], float(rng.uniform(560.0, 850.0)), (float(rng.uniform(2.4, 10.0)), 2.4))
-        here = names(scene)
-        for what, change in CHANGES.items():
-            assert names(change(scene, TINY)) == here, (number, what)
+        assert names(nudged(scene, rng)) == names(scene), number

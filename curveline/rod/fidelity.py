@@ -18,11 +18,11 @@ from curveline.rod.contact import nearest_parts
 from curveline.rod.equilibrium import PLANAR, ClampedRod, Equilibrium
 from curveline.rod.lateral import PRECISION, lateral_pair
 from curveline.rod.problem import Array, ScaledRod
-from curveline.rod.relax import Ending
+from curveline.rod.relax import Ending, descend
 from curveline.rod.response import middle_angles, response
 from curveline.rod.section import Section
 from curveline.rod.space import SpatialSegment, lift, relax_in_space
-from curveline.rod.spatial import positions
+from curveline.rod.spatial import Shape, SpatialRod, positions
 from curveline.units import to_deg, to_mm, told_apart
 
 SAFETY = 1.5
@@ -63,6 +63,10 @@ class Lateral(NamedTuple):
     def leaves(self) -> bool:
         """True if the rod certainly leaves its plane; a neutral one may do neither."""
         return self.eigenvalue < -self.uncertainty
+
+
+UNKNOWN = Lateral(math.nan, math.inf)
+"""Of a state that lies in no plane."""
 
 
 class Probe(NamedTuple):
@@ -195,16 +199,19 @@ def space_bound(segment: SpatialSegment, judged: Judged) -> Bound:
     return Bound(gap, "solved again in space with all that points out of the plane")
 
 
-def spatial_left_out(segment: SpatialSegment, start: Equilibrium, state: Equilibrium) -> dict[str, Bound]:
-    """Every term that the spatial model of `state` leaves out; it was reached from the planar `start`."""
+def spatial_left_out(
+    segment: SpatialSegment, resting: tuple[SpatialRod, Shape], state: Equilibrium
+) -> dict[str, Bound]:
+    """Every term that the spatial model of `state` leaves out; it was refined from a `resting` shape on few edges."""
     bounds = {"contact": contact_bound(state, segment.section)}
     if segment.section.weight > 0.0 and not any(segment.weight):
-        heavy = replace(segment, weight=(0.0, -segment.section.weight, 0.0))
-        (rod, light), (_, loaded) = relax_in_space(segment, start), relax_in_space(heavy, start)
+        rod, shape = resting
+        heavy = replace(segment, weight=(0.0, -segment.section.weight, 0.0)).spatial_rod(rod.edges)
+        loaded = descend(heavy, shape)
         whole = segment.section.weight * segment.rod.free_length
         bound = Bound(farthest(segment.rod), f"under its weight of {whole:.2g} N this state was not found again")
         if loaded.ending is Ending.SETTLED:
-            gap = _apart(segment, positions(rod, light.shape), positions(rod, loaded.shape))
+            gap = _apart(segment, positions(rod, shape), positions(heavy, loaded.shape))
             bound = Bound(gap, f"solved again with the free rod's weight of {whole:.2g} N")
         bounds["gravity"] = bound
     return bounds

@@ -8,10 +8,12 @@ from typing import NamedTuple
 
 from curveline.rod.approach import soften
 from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, Outcome, refine
-from curveline.rod.fidelity import Bound, Judged, judge, probe, space_bound, spatial_left_out
+from curveline.rod.fidelity import UNKNOWN, Bound, Judged, judge, probe, space_bound, spatial_left_out
 from curveline.rod.identity import GONE, are_twins, named, placed, same_curve
-from curveline.rod.space import SpatialSegment
-from curveline.rod.spatial_ladder import refine_in_space
+from curveline.rod.relax import at_rest
+from curveline.rod.space import SpatialSegment, relax_in_space
+from curveline.rod.spatial_ladder import refine_shape
+from curveline.rod.spatial_search import Resting, search_in_space
 from curveline.rod.states import find_states
 from curveline.units import millimetres
 
@@ -82,8 +84,8 @@ def beyond(segment: SpatialSegment) -> tuple[str, ...]:
 
 def _choice(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float) -> tuple[str, list[str]]:
     """The smallest model that the scene allows, and why."""
-    if sideways := beyond(segment):
-        return SPATIAL, [f"the segment needs all three dimensions for {' and '.join(sideways)}"]
+    if segment.needs_space:
+        return SPATIAL, [f"the segment needs all three dimensions for {' and '.join(beyond(segment))}"]
     if unstable := _leaving(judged):
         return SPATIAL, [unstable]
     for state, _, bounds in _shown(judged):
@@ -131,21 +133,28 @@ def _stretched(
 
 
 def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float, why: list[str]) -> list[Judged]:
-    """The states in space that planar ones lead to; those that leave a plane come after those that stay in theirs.
+    """Every stable state in space; those to which planar ones lead that leave their plane come after those that stay.
 
-    Where none is found, the planar one stays in the list, with the outcome that says so, and is called lost.
+    Where neither a planar state nor the search leads to any, the planar ones stay in the list and are called lost.
     """
     states: list[Judged] = []
     origins: list[str] = []
     beside: list[Equilibrium] = []
+    lost: list[Judged] = []
+    seeds: list[Resting] = []
     is_flat = segment.is_nearly_flat
     for start, sideways, _ in sorted(judged, key=lambda each: not each.sideways.stays):
-        state = refine_in_space(segment, start, tolerance)
+        rod, relaxed = relax_in_space(segment, start)
+        state = refine_shape(segment, rod, relaxed, tolerance)
+        state = _seen(
+            segment, state.but(winding=start.winding, rod=start.rod, iterations=start.iterations + state.iterations)
+        )
         if state.outcome in GONE:
             why.append(f"{start.name} was not found in space: {state.outcome.value}")
-            state = start.but(outcome=state.outcome, stable=False)
-        state = state.but(leaves_plane=is_flat and _lies_outside(state))
-        if is_flat and (state.leaves_plane or not state.stable):
+            lost.append(Judged(start.but(outcome=state.outcome, stable=False), sideways, {}))
+            continue
+        seeds.append((rod, relaxed.shape))
+        if state.leaves_plane:
             beside.append(start)
         if (other := _listed(state, states)) >= 0:
             why.append(f"{start.name} falls, in space, into a state that is listed already, that of {origins[other]}")
@@ -154,8 +163,30 @@ def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: floa
         if state.leaves_plane:
             why.append(f"{start.name} buckles towards the viewer, and might as well buckle the other way")
         origins.append(start.name)
-        states.append(Judged(state, sideways, spatial_left_out(segment, start, state)))
-    return _placed(states, beside if is_flat else [])
+        states.append(Judged(state, sideways, spatial_left_out(segment, (rod, relaxed.shape), state)))
+    states += _further(segment, states, seeds, tolerance, why)
+    beside += [each.state for each in lost]
+    return _placed(states or lost, beside if is_flat else [])
+
+
+def _further(
+    segment: SpatialSegment, states: Sequence[Judged], seeds: Sequence[Resting], tolerance: float, why: list[str]
+) -> list[Judged]:
+    """States in space to which no planar one leads; `why` takes how many."""
+    out: list[Judged] = []
+    for rod, shape in search_in_space(segment, seeds):
+        state = _seen(segment, refine_shape(segment, rod, at_rest(shape), tolerance))
+        if state.outcome not in GONE and state.stable and _listed(state, [*states, *out]) < 0:
+            out.append(Judged(state, UNKNOWN, spatial_left_out(segment, (rod, shape), state)))
+    if out:
+        count = f"{len(out)} states that no planar one leads" if len(out) > 1 else "a state that no planar one leads"
+        why.append(f"the search in space met {count} to")
+    return out
+
+
+def _seen(segment: SpatialSegment, state: Equilibrium) -> Equilibrium:
+    """A state in space, said to leave its plane where nothing pushes it out."""
+    return state.but(leaves_plane=segment.is_nearly_flat and _lies_outside(state))
 
 
 def _lies_outside(state: Equilibrium) -> bool:

@@ -32,6 +32,9 @@ from curveline.rod.descent import (
 from curveline.rod.problem import Array
 from curveline.rod.spatial import Shape, SpatialRod, assemble, metric
 
+BESIDE = 0.2
+"""Largest turn of an edge [rad] that leads to an equilibrium beside a start, and steps to find it in."""
+FEW = 20
 KRYLOV = 120
 """Most vectors for the lowest mode; some twenty are the rule."""
 CLOSE = 1e-7
@@ -55,6 +58,11 @@ class Relaxed(NamedTuple):
     ending: Ending
     iterations: int
     residual: float
+
+
+def at_rest(shape: Shape) -> Relaxed:
+    """A shape that is known to be in equilibrium, as a relaxation that took nothing."""
+    return Relaxed(shape, Ending.SETTLED, 0, 0.0)
 
 
 ENDINGS = (Ending.SETTLED, Ending.EXHAUSTED, Ending.BROKEN)
@@ -91,6 +99,27 @@ def newton(rod: SpatialRod, shape: Shape, iterations: int = 60) -> Relaxed:
             return Relaxed(shape, Ending.BROKEN, iteration, residual)
         shape = bounded(rod, shape, joined(rod, shape, gap, np.ascontiguousarray(solution.T)))[0]
     return Relaxed(shape, Ending.EXHAUSTED, iterations, residual)
+
+
+def settle(rod: SpatialRod, shape: Shape, iterations: int = 200) -> Relaxed:
+    """Go downhill from `shape`, or, if that leads far, to a stable equilibrium beside it that Newton's method finds.
+
+    Near a fold the Hessian at a good start may be indefinite, although the equilibrium beside it is stable.
+    """
+    below = descend(rod, shape, iterations)
+    if below.ending is Ending.SETTLED and largest_turn(below.shape, shape) <= BESIDE:
+        return below
+    beside = newton(rod, shape, FEW)
+    taken = below.iterations + beside.iterations
+    if beside.ending is not Ending.SETTLED or largest_turn(beside.shape, shape) > BESIDE:
+        return below._replace(iterations=taken)
+    return (beside if is_stable(rod, beside.shape) else below)._replace(iterations=taken)
+
+
+def largest_turn(after: Shape, before: Shape) -> float:
+    """Largest angle [rad] by which an edge's frame turned."""
+    alike = np.abs(np.sum(after.frames * before.frames, axis=1))
+    return float(2.0 * np.max(np.arccos(np.minimum(alike, 1.0)))) if np.all(np.isfinite(alike)) else math.inf
 
 
 def lowest_mode(rod: SpatialRod, shape: Shape) -> tuple[float, Array]:

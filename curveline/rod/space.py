@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from curveline.rod._jit import njit
 from curveline.rod.approach import fitting_mesh
 from curveline.rod.equilibrium import ClampedRod, Equilibrium
 from curveline.rod.problem import Array, Bearing, Pose
-from curveline.rod.relax import Ending, Relaxed, descend, is_stable, lowest_mode, newton
+from curveline.rod.relax import Ending, Relaxed, descend, is_stable, largest_turn, lowest_mode, newton
 from curveline.rod.rotations import exponential, multiply
 from curveline.rod.section import Section
 from curveline.rod.spatial import Shape, SpatialRod, moved
@@ -67,11 +66,19 @@ class SpatialSegment:
     @property
     def is_nearly_flat(self) -> bool:
         """True if what points out of the plane is no more than changes of a billionth make of nothing."""
-        rod = self.rod
-        unit = rod.free_length**2 / rod.stiffness
-        forces = (self.weight[2] * rod.free_length * unit, *(load[3] * unit for load in self.loads))
-        aside = (*self.yaw, *self.roll, *forces, self.lateral_curvature * rod.free_length)
-        return max(map(abs, aside)) < NEARLY
+        forces = (self.weight[2] * self.rod.free_length, *(load[3] for load in self.loads))
+        turned = (*self.yaw, *self.roll, self.lateral_curvature * self.rod.free_length)
+        return max(map(abs, (*turned, *(force * self._unit for force in forces)))) < NEARLY
+
+    @property
+    def needs_space(self) -> bool:
+        """True if a planar model, whose weight points straight down, leaves out more of the scene than rounding."""
+        return not self.is_nearly_flat or abs(self.weight[0]) * self.rod.free_length * self._unit >= NEARLY
+
+    @property
+    def _unit(self) -> float:
+        """One over the unit of force, EI / L^2."""
+        return self.rod.free_length**2 / self.rod.stiffness
 
     def part(self, share: float) -> SpatialSegment:
         """The same segment with a `share` of all that points out of the plane."""
@@ -207,7 +214,7 @@ def relax_in_space(segment: SpatialSegment, state: Equilibrium) -> tuple[Spatial
         nearer = segment.part(now).spatial_rod(rod.edges)
         trial = descend(nearer, relaxed.shape)
         if step > SMALLEST_PART and (
-            trial.ending is not Ending.SETTLED or _turn(trial.shape, relaxed.shape) > LARGEST_TURN
+            trial.ending is not Ending.SETTLED or largest_turn(trial.shape, relaxed.shape) > LARGEST_TURN
         ):
             step *= 0.5
             continue
@@ -225,15 +232,9 @@ def _rested(segment: SpatialSegment, state: Equilibrium) -> tuple[SpatialRod, Sh
     for n in RESTING_EDGES:
         rod, shape = lift(segment, state, n)
         found = newton(rod, shape)
-        if found.ending is Ending.SETTLED and _turn(found.shape, shape) < LARGEST_TURN:
+        if found.ending is Ending.SETTLED and largest_turn(found.shape, shape) < LARGEST_TURN:
             shape = found.shape
         if is_stable(rod, shape):
             return rod, shape, False
         rests.append((rod, shape))
     return *rests[0], True
-
-
-def _turn(after: Shape, before: Shape) -> float:
-    """Largest angle [rad] by which an edge's frame turned."""
-    alike = np.abs(np.sum(after.frames * before.frames, axis=1))
-    return float(2.0 * np.max(np.arccos(np.minimum(alike, 1.0)))) if np.all(np.isfinite(alike)) else math.inf

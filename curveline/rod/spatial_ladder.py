@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ from curveline.rod.hermite import integral
 from curveline.rod.ladder import ROUNDING
 from curveline.rod.link import turns
 from curveline.rod.problem import Array, halved
-from curveline.rod.relax import NEUTRAL, Ending, descend, is_stable, lowest_mode
+from curveline.rod.relax import NEUTRAL, Ending, Relaxed, is_stable, lowest_mode, settle
 from curveline.rod.rotations import between, exponential, logarithm, matrix_of, multiply
 from curveline.rod.space import SpatialSegment, relax_in_space, stays_in_plane
 from curveline.rod.space_curve import SpaceCurve
@@ -138,9 +137,8 @@ def refined(rod, shape):
     return Shape(strain, frames)
 
 
-def climb(segment: SpatialSegment, state: Equilibrium, tolerance: float) -> Climbed:
-    """Relax a planar `state` in space and refine it until its error is below `tolerance`, in units of the length."""
-    rod, relaxed = relax_in_space(segment, state)
+def climb(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tolerance: float) -> Climbed:
+    """Refine a state on the edges of `rod` until its error is below `tolerance`, in units of the length."""
     here = _level(rod, relaxed.shape)
     best, places, error = here, rod.edges, math.inf
     iterations = relaxed.iterations
@@ -150,7 +148,7 @@ def climb(segment: SpatialSegment, state: Equilibrium, tolerance: float) -> Clim
         lowest_before, lowest = lowest, lowest_mode(rod, relaxed.shape)[0]
         places = rod.edges
         finer = segment.spatial_rod(np.asarray(halved(rod.edges)))
-        relaxed = descend(finer, refined(rod, relaxed.shape))
+        relaxed = settle(finer, refined(rod, relaxed.shape))
         rod = finer
         iterations += relaxed.iterations
         before, coarse, here = best, here, _level(rod, relaxed.shape)
@@ -211,34 +209,48 @@ def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: floa
 
     Never raises for numerical reasons: see `Outcome`.
     """
-    rod, length = segment.rod, segment.rod.free_length
-    leaves = not stays_in_plane(segment, state)
-    climbed = climb(segment, state, tolerance / length)
+    rod, relaxed = relax_in_space(segment, state)
+    found = refine_shape(segment, rod, relaxed, tolerance)
+    return found.but(
+        name=state.name,
+        wanted=state.wanted,
+        winding=state.winding,
+        rod=state.rod,
+        iterations=state.iterations + found.iterations,
+        leaves_plane=not stays_in_plane(segment, state),
+    )
+
+
+def refine_shape(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tolerance: float) -> Equilibrium:
+    """The state that has `relaxed` on the edges of `rod`, refined to `tolerance` [m]."""
+    planar, length = segment.rod, segment.rod.free_length
+    climbed = climb(segment, rod, relaxed, tolerance / length)
     space = _curve(segment, climbed)
     table = _front(space)
-    force, moment = space.forces[:, :2].copy(), space.moments[:, 2].copy()
-    level, unit = climbed.level, rod.stiffness / length
+    level = climbed.level
     is_flat = space.depth < 0.5 * segment.section.thickness
-    return replace(
-        state,
+    return Equilibrium(
+        name="",
         outcome=_outcome(climbed, tolerance / length),
         stable=climbed.is_stable and not climbed.passed and float(level.eigenvalue) > -NEUTRAL,
-        energy=float(level.energy + level.potential) * unit,
+        wanted=False,
+        energy=float(level.energy + level.potential) * planar.stiffness / length,
         error=climbed.error * length,
         vertices=climbed.vertices,
-        iterations=state.iterations + climbed.iterations,
+        iterations=climbed.iterations,
         lowest_eigenvalue=float(level.eigenvalue),
+        winding=planar.winding,
         crosses_itself=is_flat and bool(crosses_itself(table)),
-        wraps_clamp=is_flat and bool(crosses_tails(table, tail_of(rod))),
+        wraps_clamp=is_flat and bool(crosses_tails(table, tail_of(planar))),
         clearance=_clearance(space),
         mean_height=_mean_height(space),
-        clamp_force=force,
-        clamp_moment=moment,
+        clamp_force=space.forces[:, :2].copy(),
+        clamp_moment=space.moments[:, 2].copy(),
         max_curvature=float(np.max(level.bends)) / length,
         vertices_table=table,
         edges=space.edges,
+        rod=planar,
         model=SPATIAL,
-        leaves_plane=leaves,
         space=space,
     )
 

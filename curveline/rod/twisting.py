@@ -46,11 +46,22 @@ def twisted(rod: SpatialRod, shape: Shape, angle: float) -> tuple[SpatialRod, Sh
 
     In the start the turn is spread evenly along the rod, so that no vertex twists by more than its share.
     """
-    middles = np.cumsum(rod.edges) - 0.5 * rod.edges
-    shares = angle * middles / np.sum(rod.edges)
-    frames = np.array([spun(frame, share) for frame, share in zip(shape.frames, shares, strict=True)])
     ends = np.array([rod.frames[0], spun(rod.frames[1], angle)])
-    return rod._replace(frames=ends), Shape(shape.strain, frames)
+    return rod._replace(frames=ends), spread_twist(rod, shape, angle)
+
+
+@njit
+def spread_twist(rod, shape, angle):
+    """The shape with its frames turned about their tangents by up to `angle` [rad], evenly along the rod."""
+    n = rod.edges.size
+    frames, turn, vector = np.empty((n, 4)), np.empty(4), np.zeros(3)
+    whole, at = np.sum(rod.edges), 0.0
+    for j in range(n):
+        vector[2] = angle * (at + 0.5 * rod.edges[j]) / whole
+        at += rod.edges[j]
+        exponential(vector, turn)
+        multiply(shape.frames[j], turn, frames[j])
+    return Shape(shape.strain, frames, np.empty((0, 4)))
 
 
 def wind(rod: SpatialRod, shape: Shape, angle: float) -> tuple[SpatialRod, Relaxed]:

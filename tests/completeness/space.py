@@ -29,7 +29,7 @@ from .kirchhoff import DEGREES, EVEN, Solution, descend, linking, rod_of, shoot
 
 Array = NDArray[np.float64]
 
-STARTS = 32
+STARTS = 40
 FOLLOWED = 40
 """Steps along a change."""
 FINEST = 1e-6
@@ -41,6 +41,14 @@ CLAIMED = 1e-3
 TURNS = 1.0
 """States whose linking number differs by more than this have passed through themselves."""
 CONFIDENCE = 1.96
+
+
+LEAST = np.array(
+    [-0.2, -1.3, -1.3, -1.0, -1.0, -12.0, -12.0, -1.0, -1.0, -1.0, 0.1, -40.0, -40.0, -40.0, math.log(0.04)]
+)
+MOST = -LEAST
+MOST[10], MOST[14] = 0.9, math.log(0.8)
+"""Of a scene's numbers: see `segment_of`."""
 
 
 class Case(NamedTuple):
@@ -67,6 +75,7 @@ class Tally:
 def segment_of(numbers: Array, size: tuple[float, float], clamp: float) -> SpatialSegment:
     """The segment of 15 numbers: dx, height, angles, yaws, rolls, weight (3), where a load is, load (3), and length."""
     width, thickness = size
+    numbers = np.clip(numbers, LEAST, MOST)
     rod = Material(2.45e9, width, thickness, 0.048, 0.03, 0.0, 2.0, 2.45e9 / 2.7)
     height, start, end = numbers[0:3]
     yaw, roll, weight, load = numbers[3:5], numbers[5:7], numbers[7:10], numbers[10:14]

@@ -1,0 +1,246 @@
+"""Every stable state of a segment in space: descents from many curves, then all that a roll of the last clamp meets.
+
+Energy descent from any set of curves misses states whose basin is tiny near a fold. Whatever was met is therefore
+followed up and down the roll of the last clamp, over two turns and more, in steps that are halved where it would jump;
+where it falls at a fold, what it falls into is followed both ways, too. What is met at the roll asked for is a state.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.rod._jit import njit
+from curveline.rod.link import turns
+from curveline.rod.problem import Array
+from curveline.rod.relax import Ending, Relaxed, descend, largest_turn, settle
+from curveline.rod.rotations import between, exponential, logarithm, multiply
+from curveline.rod.space import SpatialSegment
+from curveline.rod.spatial import Shape, SpatialRod, positions
+from curveline.rod.spatial_ladder import SLIPPED, refined
+from curveline.rod.twisting import spread_twist, spun
+
+EDGES = 48
+FLAT_EDGES = 24
+"""Edges to search with; in a flat segment, all but the states out of the plane are known from it."""
+SAME = 1e-4
+"""Vertices of two relaxed shapes that are nearer to each other than this part of the length are the same."""
+STEP = math.radians(15.0)
+"""Roll [rad] from one place of a survey to the next."""
+RANGE = 4.0 * math.pi
+"""Up to this roll [rad] all is followed, and on by `BEYOND` places."""
+BEYOND = 8
+JUMP = 0.35
+"""An edge that turns by more than this [rad] beside what the roll itself turns it by may have left its branch."""
+LEAST_PART = 1.0 / 16.0
+"""Of a step, below which a jump is a fall."""
+WORK = 300_000
+"""Edges times iterations of one search, about half a second: of rods that bend in thin layers not all can be tried."""
+ITERATIONS = 80
+DIRECTIONS = 8
+OFF = 0.1
+"""Turn of the first direction [rad] out of the plane: no start is as symmetric as the scene."""
+BUMP = 2.5
+"""Turn [rad] of a rod's middle about itself against its ends."""
+LEAST_SLACK = 0.02
+
+
+Relaxing = Callable[[SpatialRod, Shape, int], Relaxed]
+
+
+class Curve(NamedTuple):
+    """A start: what tangents are turned by [rad] from the shortest way from clamp to clamp.
+
+    An `arch` towards `direction` about the chord, counted from up to the viewer, and a `bump`, by which the middle is
+    rolled against both ends: a strip's states often differ by the side that their middle turns up.
+    """
+
+    direction: float
+    arch: float
+    bump: float
+
+
+@dataclass
+class _Survey:
+    """Shapes that were met, by the number of `STEP`s of roll beyond what is asked for, and the work done."""
+
+    segment: SpatialSegment
+    rod: SpatialRod
+    places: range
+    met: dict[int, list[tuple[Array, Shape]]] = field(default_factory=dict)
+    work: int = 0
+
+    def rod_at(self, place: float) -> SpatialRod:
+        """The rod with its last clamp rolled further, by `place` steps."""
+        return self.rod._replace(frames=np.array([self.rod.frames[0], spun(self.rod.frames[1], place * STEP)]))
+
+    def relax(self, place: float, shape: Shape, relaxing: Relaxing) -> Shape | None:
+        """The stable shape that a shape leads to; None if none is reached."""
+        relaxed = relaxing(self.rod_at(place), shape, ITERATIONS)
+        self.work += relaxed.iterations * self.rod.edges.size
+        return relaxed.shape if relaxed.ending is Ending.SETTLED else None
+
+    def add(self, place: int, shape: Shape) -> bool:
+        """Keep a shape; False if it was met before."""
+        here = np.asarray(positions(self.rod_at(place), shape))
+        others = self.met.setdefault(place, [])
+        if any(np.max(np.abs(here - there)) < SAME for there, _ in others):
+            return False
+        others.append((here, shape))
+        return True
+
+    def keeps_turns(self, place: int, shape: Shape) -> bool:
+        """True if a shape has the turns that the clamps put into it: see `link`."""
+        asked = self.segment.roll[1] - self.segment.roll[0] + place * STEP
+        return abs(turns(self.rod_at(place), shape) - asked / (2.0 * math.pi)) <= SLIPPED
+
+
+Resting = tuple[SpatialRod, Shape]
+"""A stable shape, and the rod that is cut as it is."""
+
+
+def search_in_space(segment: SpatialSegment, seeds: Sequence[Resting]) -> list[Resting]:
+    """Stable shapes of a segment that are none of the `seeds`."""
+    is_flat = segment.is_nearly_flat
+    rod = segment.spatial_rod(segment.edges(FLAT_EDGES if is_flat else EDGES))
+    survey = _Survey(segment, rod, _places(segment.roll[1] - segment.roll[0]))
+    for own, shape in seeds:
+        _take(survey, _on(rod, own, shape), settle)
+    known = len(survey.met.get(0, []))
+    for curve in starts(rod, is_flat):
+        if survey.work < WORK:
+            _take(survey, started(segment, rod, curve), descend)
+    if not is_flat:
+        _survey_roll(survey)
+    return [(rod, shape) for _, shape in survey.met.get(0, [])[known:]]
+
+
+def _places(roll: float) -> range:
+    """Places of a survey: from no roll to `RANGE` and a little further, no more than two turns to either side."""
+    least = min(0.0, math.copysign(RANGE, roll)) - roll
+    most = max(0.0, math.copysign(RANGE, roll)) - roll
+    return range(max(math.floor(least / STEP), -48), min(math.ceil(most / STEP), 48) + 1)
+
+
+def _on(rod: SpatialRod, own: SpatialRod, shape: Shape) -> Shape | None:
+    """A shape of its `own` rod on the edges of `rod`; None if these cannot be had by halving."""
+    while own.edges.size < rod.edges.size:
+        shape = refined(own, shape)
+        own = own._replace(edges=np.repeat(0.5 * own.edges, 2))
+    return shape if own.edges.size == rod.edges.size else None
+
+
+def _take(survey: _Survey, shape: Shape | None, relaxing: Relaxing) -> None:
+    """Keep what a start leads to, if that has the turns asked for."""
+    relaxed = None if shape is None else survey.relax(0, shape, relaxing)
+    if relaxed is not None and survey.keeps_turns(0, relaxed):
+        survey.add(0, relaxed)
+
+
+def _survey_roll(survey: _Survey) -> None:
+    """Follow all shapes both ways, and all that they fall into."""
+    queue = [(0, shape, way) for _, shape in survey.met.get(0, []) for way in (1, -1)]
+    while queue and survey.work < WORK:
+        fallen = _follow(survey, *queue.pop(0))
+        if fallen is not None:
+            queue += [(*fallen, 1), (*fallen, -1)]
+
+
+def _follow(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[int, Shape] | None:
+    """Follow a shape until it meets what is known or the end; what it falls into, and where, if that is new."""
+    while place + way in survey.places and survey.work < WORK:
+        ahead, fell = _step(survey, place, shape, way)
+        place += way
+        if ahead is None or (fell and not survey.keeps_turns(place, ahead)) or not survey.add(place, ahead):
+            return None
+        if fell:
+            return place, ahead
+        shape = ahead
+    return None
+
+
+def _step(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[Shape | None, bool]:
+    """The shape one place on, None if there is none, and whether it fell there."""
+    done, part = 0.0, 1.0
+    fell = False
+    while done < 1.0:
+        part = min(part, 1.0 - done)
+        start = spread_twist(survey.rod, shape, way * part * STEP)
+        ahead = survey.relax(place + way * (done + part), start, settle)
+        jumped = ahead is None or largest_turn(ahead, start) > JUMP
+        if jumped and part > LEAST_PART:
+            part *= 0.5
+            continue
+        if ahead is None:
+            return None, True
+        shape, fell = ahead, fell or jumped
+        done += part
+        part *= 2.0
+    return shape, fell
+
+
+def starts(rod: SpatialRod, is_flat: bool) -> Iterator[Curve]:
+    """Curves from which descents lead to most states; in a flat segment only those on one side of the plane."""
+    slack = 2.0 * math.sqrt(max(1.0 - float(np.linalg.norm(rod.chord)), LEAST_SLACK))
+    directions = OFF + 2.0 * math.pi / DIRECTIONS * np.arange(DIRECTIONS // 2 if is_flat else DIRECTIONS)
+    for direction in directions.tolist():
+        yield Curve(direction, slack, 0.0)
+        yield Curve(direction, slack, BUMP)
+        yield Curve(direction, slack, -BUMP)
+
+
+def started(segment: SpatialSegment, rod: SpatialRod, curve: Curve) -> Shape:
+    """The shape of a start."""
+    frames = started_frames(rod, segment.roll[1] - segment.roll[0], curve)
+    return Shape(np.zeros(rod.edges.size), frames)
+
+
+@njit
+def across_chord(chord):
+    """Unit vectors across a chord (3,): up in the display's plane, and from there a quarter turn towards the viewer."""
+    along = np.array([1.0, 0.0, 0.0])
+    reach = np.sqrt(np.sum(chord**2))
+    if np.hypot(chord[0], chord[1]) > 1e-9:
+        along = chord / reach
+    level = np.hypot(along[0], along[1])
+    up = np.array([-along[1] / level, along[0] / level, 0.0])
+    front = np.array([-along[2] * up[1], along[2] * up[0], level])
+    return up, front
+
+
+@njit
+def started_frames(rod, roll, curve):
+    """Frames (n, 4) of a start: those of the shortest way from clamp to clamp, twisted evenly, and turned."""
+    n = rod.edges.size
+    first, last, q, turn, product = rod.frames[0], np.empty(4), np.empty(4), np.empty(4), np.empty(4)
+    way, vector, out = np.empty(3), np.zeros(3), np.empty((n, 4))
+    vector[2] = -roll
+    exponential(vector, turn)
+    multiply(rod.frames[1], turn, last)
+    between(first, last, q)
+    logarithm(q, way)
+    up, front = across_chord(rod.chord)
+    c, s = np.cos(curve.direction), np.sin(curve.direction)
+    at = 0.0
+    for j in range(n):
+        middle = at + 0.5 * rod.edges[j]
+        at += rod.edges[j]
+        for axis in range(3):
+            vector[axis] = middle * way[axis]
+        exponential(vector, turn)
+        multiply(first, turn, q)
+        vector[0] = vector[1] = 0.0
+        vector[2] = middle * roll + curve.bump * np.sin(np.pi * middle)
+        exponential(vector, turn)
+        multiply(q, turn, product)
+        # An arch towards a direction turns about what lies across it.
+        bent = curve.arch * np.sin(2.0 * np.pi * middle)
+        for axis in range(3):
+            vector[axis] = bent * (c * front[axis] - s * up[axis])
+        exponential(vector, turn)
+        multiply(turn, product, out[j])
+    return out
