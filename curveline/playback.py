@@ -13,8 +13,9 @@ import numpy as np
 
 from curveline.plan import DriveTable, drive_table
 from curveline.rod.aside import Aside
-from curveline.rod.course import FELL, LEFT, PULLED, RETURNED, Event, State, is_slack, ride
+from curveline.rod.course import FELL, LEFT, PULLED, RETURNED, Event, State, ride
 from curveline.rod.showable import showable_states
+from curveline.rod.slack import is_slack
 from curveline.rod.space import SpatialSegment
 from curveline.rod.tracking import identify, tracked
 from curveline.scene import BUCKLED, LOST, STRAIGHT, UNNAMED, Display, Node

@@ -23,9 +23,10 @@ from curveline.errors import InvalidInput
 from curveline.plan import NodeTarget, Plan, drive_table
 from curveline.playback import known_state, name_of
 from curveline.rod import _jit
-from curveline.rod.course import FELL, has_spare, ride
+from curveline.rod.course import FELL, ride
 from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.problem import Array, Bearing
+from curveline.rod.slack import has_spare
 from curveline.rod.space import SpatialSegment
 from curveline.scene import BUCKLED, LOST, STRAIGHT, Display, Node
 from curveline.simulation import flat_segment

@@ -17,10 +17,11 @@ from curveline.plan import NodeTarget, Plan
 from curveline.playback import SNAPS, Counts, Snap, known_state, name_of, segment_at
 from curveline.radio.motion import axes_of, plan_move
 from curveline.rod.aside import Aside, seen
-from curveline.rod.course import State, is_slack, ride
+from curveline.rod.course import State, ride
 from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.problem import Array
 from curveline.rod.showable import showable_states
+from curveline.rod.slack import is_slack
 from curveline.rod.space import SpatialSegment
 from curveline.rod.tracking import refined
 from curveline.scene import STRAIGHT, Display, Node

@@ -19,7 +19,7 @@ from curveline.rod.arclength import Reach, trace
 from curveline.rod.continuation import start_along
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.fidelity import lateral, probe
-from curveline.rod.identity import named
+from curveline.rod.identity import called
 from curveline.rod.ladder import vertex_table
 from curveline.rod.problem import make_problem, mesh, released
 from curveline.rod.special_points import Fall, Kind, SpecialPoint, critical, falls
@@ -28,8 +28,6 @@ from curveline.rod.way import Way
 from curveline.scene import Scene
 from curveline.units import rounded_up
 
-SAME = 5e-3
-"""Curves that are nearer to each other than this part of the length are one."""
 JUST = 1e-4
 """How long before the snap-through, as a part of its load, the last stable state is shown."""
 TRACE_EDGES = 96
@@ -322,9 +320,4 @@ def _name(state: Equilibrium | None, loads: ClampedRod) -> str:
     """What a state is called among all of a rod under the same loads; names do not depend on how far it stretches."""
     if state is None:
         return UNKNOWN
-    gaps = {
-        other.name: float(np.max(np.abs(other.curve(33) - state.curve(33))))
-        for other in find_states(replace(loads, stretching=math.inf), ROUGH * loads.length)
-    }
-    nearest = min(gaps, key=gaps.__getitem__, default="")
-    return nearest if nearest and gaps[nearest] < SAME * state.rod.length else named([state])[0].name
+    return called(state, find_states(replace(loads, stretching=math.inf), ROUGH * loads.length))

@@ -22,6 +22,7 @@ from curveline.rod.equilibrium import SPATIAL, ClampedRod, Equilibrium
 from curveline.rod.models import Ask, model_states
 from curveline.rod.problem import Pose
 from curveline.rod.showable import Showable, showable_states
+from curveline.rod.slack import is_slack, missing, out_of_line
 from curveline.rod.tracking import TrackedState, identify, on_edges, refined, tracked, why_not_shown
 from curveline.rod.way import between, straight
 from curveline.scene import PEAK, STRAIGHT, VALLEY, Display, Node
@@ -33,14 +34,12 @@ LEAST_STABILITY = 0.05
 LEAST_PAST_FOLD = 0.15
 """The bias into a funnel must exceed the one at which the other state ceases to exist by this fraction."""
 
-FIRST_EXCESS = 5e-4
-"""Below this excess of the free rod over its chord, as a fraction, it counts as straight: play and stretch decide."""
 TAUT = mm(0.05)
 """A rod may be shorter than its chord by this: encoder counts and rounding."""
 OUT_OF_LINE = deg(5.0)
 """Without rod to spare, a clamp that points further away from the chord [rad] asks for more than motors give: under a
 pull T, bending back to the chord takes up sqrt(EI/T)/4 times the angle squared of the rod; of two such clamps of the
-built-in displays, at the 8 N of their motors, all of `FIRST_EXCESS`."""
+built-in displays, at the 8 N of their motors, all that a straight rod may have to spare."""
 SAME_STATE = 0.02
 """Edges of one state, followed on two ways, differ by less than this [rad]."""
 EDGES = (FOLLOW_EDGES, 4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
@@ -138,7 +137,7 @@ class Prover:
         if pose not in self._showable:
             rod = self.rod(pose)
             self._showable[pose] = (
-                Showable() if is_straight(rod) else showable_states(rod, section_of(self.display), DEFAULT_TOLERANCE)
+                showable_states(rod, section_of(self.display), DEFAULT_TOLERANCE) if is_slack(rod) else Showable()
             )
         return self._showable[pose]
 
@@ -288,8 +287,8 @@ class Prover:
         """What any of the states at `pose` asks; Refused if the rod is taut there."""
         if pose not in self._weighed:
             rod = self.rod(pose)
-            is_pulled = is_straight(rod) and out_of_line(rod) > OUT_OF_LINE
-            if is_pulled or rod.free_length < math.hypot(*rod.free_chord) - TAUT:
+            is_pulled = not is_slack(rod) and out_of_line(rod) > OUT_OF_LINE
+            if is_pulled or missing(rod) > TAUT:
                 raise Refused(f"in uneven progress the rod would be pulled taut at {describe(pose)}")
             found = self.showable(pose)
             self._weighed[pose] = reduce(Demand.joined, map(demand_of_state, (*found.states, *found.leaving)), Demand())
@@ -307,15 +306,3 @@ def too_near(inside: float, outside: float) -> str:
 def _nodes(pose: Pose) -> tuple[tuple[Node, Node], float]:
     """The nodes that make a pose, and the rod between them."""
     return (Node(0.0, pose.start), Node(pose.y, pose.end)), pose.length
-
-
-def is_straight(rod: ClampedRod) -> bool:
-    """True if there is no rod to spare between the clamps."""
-    return rod.free_length <= math.hypot(*rod.free_chord) * (1.0 + FIRST_EXCESS)
-
-
-def out_of_line(rod: ClampedRod) -> float:
-    """How far the clamps point away from the straight line between them, the larger of two angles [rad]."""
-    x, y = rod.free_chord
-    line = math.atan2(y, x)
-    return max(abs(rod.start - line), abs(rod.end - line))

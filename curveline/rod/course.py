@@ -13,19 +13,16 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curveline.rod._jit import njit
 from curveline.rod.aside import Aside, back_in_plane, go_aside, pushed_off
 from curveline.rod.continuation import FOLLOW_EDGES, land, stays_in_plane, sway, travel
-from curveline.rod.equilibrium import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose, make_problem, mesh, released
+from curveline.rod.slack import has_spare
 from curveline.rod.space import SpatialSegment
 from curveline.rod.tracking import TrackedState, on_edges, reached
 from curveline.rod.way import Way, pose_at, straight
 
-SLACKEST_STRAIGHT = 2e-4
-"""Below this excess of length over chord, as a fraction, the rod counts as straight: play and stretch take it up."""
 FINER_EDGES = (4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
 """Edges of a state that coarser ones lose: their folds come earlier than those of the rod."""
 
@@ -159,20 +156,6 @@ class _Rider:
 
     def _at(self, place: int) -> SpatialSegment:
         return self.segment.moved_to(self._pose(place))
-
-
-def has_spare(poses: Array, bearing: Bearing) -> NDArray[np.bool_]:
-    """True (m,) where there is rod to spare between the clamps at `poses (m, 5)`."""
-    x, y, start, end, length = poses.T
-    half = 0.5 * bearing.clamp
-    chord = np.hypot(x - half * (np.cos(start) + np.cos(end)), y - half * (np.sin(start) + np.sin(end)))
-    spare: NDArray[np.bool_] = length - bearing.clamp > chord * (1.0 + SLACKEST_STRAIGHT)
-    return spare
-
-
-def is_slack(rod: ClampedRod) -> bool:
-    """True if `rod` has any to spare."""
-    return bool(has_spare(np.array([rod.pose]), rod.bearing)[0])
 
 
 def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> TrackedState | None:

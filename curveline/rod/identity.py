@@ -45,6 +45,9 @@ LEVEL = 1e-6
 a billionth in any number of a scene makes of it, a hundred times over, and more near a fold."""
 ASIDE = 2.0
 """Mean distance from the display's plane over that from the chord, from which on a curve lies outside the plane."""
+ALIKE = 5e-3
+"""Curves of one state of a rod by two models, one of which lets it stretch, differ by less than this part of the length,
+and those of two states by more, except just before a fold."""
 POINTS = 33
 """Of a curve, to compare it by."""
 MOMENTS = 8
@@ -59,6 +62,14 @@ def same_curve(one: Equilibrium, other: Equilibrium) -> bool:
 def are_twins(one: Equilibrium, other: Equilibrium) -> bool:
     """True if two states of one rod are each other's reflection in the display's plane."""
     return _agree(one, other, -1.0)
+
+
+def called(state: Equilibrium, others: Sequence[Equilibrium]) -> str:
+    """The name of the one of `others` that is `state` by another model of the rod; that of `state` alone if none is."""
+    gaps = [float(np.max(np.abs(other.curve(POINTS) - state.curve(POINTS)))) for other in others]
+    if gaps and min(gaps) < ALIKE * state.rod.length:
+        return others[gaps.index(min(gaps))].name
+    return named([state])[0].name
 
 
 def _agree(one: Equilibrium, other: Equilibrium, side: float) -> bool:
