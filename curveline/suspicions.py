@@ -20,6 +20,7 @@ from curveline.capability import (
 from curveline.plan import MAX_STEP_SECONDS
 from curveline.planning.gates import ANGLES
 from curveline.scene import DOWN, Display
+from curveline.sections import Rectangle
 from curveline.shapefile import builtin_displays, read_display
 from curveline.units import gpa, mm, rounded_down, to_deg, to_gpa, to_mm, told_apart
 
@@ -60,7 +61,7 @@ def suspicions(display: Display, ability: Ability) -> list[Suspicion]:
         *_departures(ability.departures),
         *_rod_budget(display),
         *_lengths(display, ability.held),
-        *_plane(ability.leaving),
+        *_plane(display, ability.leaving),
         *_rod(display, ability.held),
         *_geometry(display),
         *_motors(display),
@@ -99,12 +100,14 @@ def _departures(departures: Departures) -> Iterator[Suspicion]:
         yield Suspicion("no-way", key, message, hint if remedy else otherwise)
 
 
-def _plane(leaving: tuple[Leaving, ...]) -> Iterator[Suspicion]:
+def _plane(display: Display, leaving: tuple[Leaving, ...]) -> Iterator[Suspicion]:
     """States that a real rod would leave the plane from."""
+    is_strip = isinstance(display.rod.section, Rectangle)
+    key, wider = ("width_mm", "rod") if is_strip else ("diameter_mm", "strip")
     for each in leaving:
         lengths = f"{to_mm(each.low):.0f} to {to_mm(each.high):.0f} mm of rod"
         message = f"between level nodes the {each.state} would leave the plane at {lengths}"
-        yield Suspicion("leaves-plane", "rod.width_mm", message, "take a rod that is wider across than thick")
+        yield Suspicion("leaves-plane", f"rod.{key}", message, f"take a {wider} that is wider across than thick")
 
 
 def _rod_budget(display: Display) -> Iterator[Suspicion]:

@@ -27,7 +27,8 @@ FINER_EDGES = (4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
 """Edges of a state that coarser ones lose: their folds come earlier than those of the rod."""
 
 LOOKS = 4
-"""Steps of a way from pose to pose in which it is tried whether finer edges keep a state."""
+"""Steps of a way from pose to pose in which it is tried whether finer edges keep a state; if they do not even keep it
+through the first, still finer ones are not tried."""
 
 BUCKLED = "buckled"
 FELL = "fell"
@@ -204,19 +205,23 @@ def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[
         begin, end = (Pose(*poses[place].tolist()) for place in (done, done + 1))
         fine = on_edges(segment.moved_to(begin).rod, held, n) if n > held.angles.size else None
         # Whether finer edges help is soon told, and mostly they do not: the rod falls.
-        if fine is not None and _is_kept(segment, fine, straight(begin, end)):
+        kept = _kept_for(segment, fine, straight(begin, end)) if fine is not None else LOOKS - 1
+        if fine is not None and kept == LOOKS:
             further, held, leaves = _passed_on(poses[done:], segment.bearing, fine)
             done += further
+        elif kept == 0:
+            break
     return done, held, leaves
 
 
-def _is_kept(segment: SpatialSegment, held: TrackedState, way: Way) -> bool:
-    """True if a state is still there at the end of a way, in few steps."""
-    here: TrackedState | None = held
-    for step in range(1, LOOKS + 1):
-        if here is not None:
-            here = reached(segment.moved_to(pose_at(way, step / LOOKS)).rod, here)
-    return here is not None
+def _kept_for(segment: SpatialSegment, held: TrackedState, way: Way) -> int:
+    """At how many of the `LOOKS` at a way, one after the other, a state is still there."""
+    for look in range(LOOKS):
+        here = reached(segment.moved_to(pose_at(way, (look + 1) / LOOKS)).rod, held)
+        if here is None:
+            return look
+        held = here
+    return LOOKS
 
 
 def _passed_on(poses: Array, bearing: Bearing, held: TrackedState) -> tuple[int, TrackedState, bool]:
