@@ -224,8 +224,22 @@ def test_a_state_just_before_its_fold_is_found_and_none_after(angle_deg: float, 
         assert states[1].lowest_eigenvalue == pytest.approx(eigenvalue, rel=0.06)
 
 
+@pytest.mark.parametrize(("share", "count"), [(0.999, 2), (0.9999, 2), (0.99999, 2), (1.00001, 1), (1.001, 1)])
+def test_a_symmetric_state_ends_at_its_pitchfork_and_not_before(share: float, count: int) -> None:
+    # Reference C: with 1.32 spans of rod and both ends turned against each other that is at 57.73902789 deg.
+    angle = share * math.radians(57.73902789)
+    assert len(find_states(ClampedRod((1.0, 0.0), angle, -angle, 1.32, 0.0, 1.0, 0.0), 1e-5)) == count
+
+
 @pytest.mark.parametrize(
-    ("share", "names"), [(0.98, ["peak", "valley"]), (0.995, ["peak", "valley"]), (1.01, ["valley"])]
+    ("share", "names"),
+    [
+        (0.98, ["peak", "valley"]),
+        (0.995, ["peak", "valley"]),
+        (0.9999, ["peak", "valley"]),
+        (1.0001, ["valley"]),
+        (1.01, ["valley"]),
+    ],
 )
 def test_a_loaded_arch_is_found_until_it_snaps(share: float, names: list[str]) -> None:
     # Reference S1: a centre load of 166.4424 N on EI = 1 takes the arch's stability by a bifurcation.
