@@ -100,8 +100,8 @@ def search_edges(rod, n):
     spline may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
     nothing new it is swept as well, from its own height; where Newton finds nothing either, it tries once more on finer
     edges, since a state may exist on those alone. Where Newton goes astray, the ridge that the spline lies on is swept.
-    Returns two pairs of edges and `Found`, the places that are worth a closer look, and whether an equilibrium is
-    `doubtful`.
+    Returns two pairs of edges and `Found`, the places that are worth a closer look, and whether finer edges may
+    show more: where an equilibrium is `doubtful`, or a ridge was lost.
     """
     edges = mesh(rod.at, n)
     seek_edges = divided(edges, SEEK_PARTS)
@@ -137,7 +137,7 @@ def search_edges(rod, n):
                 if ways[i] > 0.0:
                     sweep_heights(problem, (found.shapes[swept], held), 1.0 - 2.0 * i, found, near)
         swept += 1
-    return (edges, found), (seek_edges, sought), near, doubtful(problem, found, -DOUBTFUL)
+    return (edges, found), (seek_edges, sought), near, near.lost[0] > 0.0 or doubtful(problem, found, -DOUBTFUL)
 
 
 @njit
@@ -163,8 +163,9 @@ def doubtful(problem, found, least):
     free = released(problem)
     share = (24.0 / problem.edges.size) ** 2
     for i in range(int(found.filled[0])):
-        if found.unstable[i] < 2.0:
+        unstable = int(found.unstable[i])
+        if unstable < 2:
             variation = second_variation(free, found.shapes[i], found.multipliers[i])
-            if modes_below(free, variation, DOUBTFUL * share) != modes_below(free, variation, least * share):
+            if modes_below(free, variation, share * (least if unstable == 1 else DOUBTFUL)) != unstable:
                 return True
     return False

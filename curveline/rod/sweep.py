@@ -60,25 +60,29 @@ class Found(NamedTuple):
 class Near(NamedTuple):
     """Where a sweep's slope of the energy came near zero: three heights each, and the rod in the middle one.
 
-    `heights (c, 3)`, `shapes (c, n)`, multipliers `forces (c, 3)`, `filled (1,)` how many.
+    `heights (c, 3)`, `shapes (c, n)`, multipliers `forces (c, 3)`, `filled (1,)` how many. `lost (1,)` counts the
+    ridges that could not be followed to where they end.
     """
 
     heights: Array
     shapes: Array
     forces: Array
     filled: Array
+    lost: Array
 
 
 @njit
 def nowhere_near(n):
     """An empty `Near` for rods of n edges."""
-    return Near(np.empty((NEAR_PLACES, 3)), np.empty((NEAR_PLACES, n)), np.empty((NEAR_PLACES, 3)), np.zeros(1))
+    return Near(
+        np.empty((NEAR_PLACES, 3)), np.empty((NEAR_PLACES, n)), np.empty((NEAR_PLACES, 3)), np.zeros(1), np.zeros(1)
+    )
 
 
 @njit
 def no_ridge(n):
     """A `Near` for one place, where a sweep of rods of n edges left a ridge."""
-    return Near(np.empty((1, 3)), np.empty((1, n)), np.empty((1, 3)), np.zeros(1))
+    return Near(np.empty((1, 3)), np.empty((1, n)), np.empty((1, 3)), np.zeros(1), np.zeros(1))
 
 
 @njit
@@ -252,6 +256,8 @@ def follow_heights(problem, start, direction, out, least):
         kept = forces.copy()
         iterations, unstable = newton(problem, guess, forces, FOLLOW)
         if least < 0.0:
+            if iterations < 0:
+                near.lost[0] += 1.0
             if iterations < 0 or not is_ridge(problem, guess, forces, least):
                 return
         elif iterations < 0 or unstable != 0:

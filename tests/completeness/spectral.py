@@ -24,7 +24,7 @@ from scipy.linalg import eigh, null_space
 
 Array = NDArray[np.float64]
 
-MODES = (24, 48, 96, 160)
+MODES = (24, 48, 96, 160, 256)
 """Polynomials, the more where the fewer do not resolve the angle."""
 RESOLVED = 1e-8
 """Largest of the last four coefficients, as a part of the largest one (or of 1, if that is less)."""
