@@ -66,7 +66,9 @@ def model_states(segment: SpatialSegment, ask: Ask) -> Modelled:
         judged = _in_space(segment, judged, ask.tolerance, why)
     else:
         why += [unstable for unstable in [_leaving(judged)] if unstable]
-        judged = _placed([_flagged(segment, each) for each in judged])
+        judged = [_flagged(segment, each) for each in judged]
+        # The states have been named among each other; what leaves the plane is renamed, and listed last.
+        judged = _placed(judged) if any(each.state.leaves_plane for each in judged) else judged
     return _modelled(segment, ask, model, judged, why)
 
 
