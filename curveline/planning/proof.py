@@ -146,9 +146,7 @@ class Prover:
         return self.showable(pose).states
 
     def elsewhere(self, pose: Pose) -> tuple[Equilibrium, ...]:
-        """The states out of the plane in which the rod may be at a pose, if it leaves the plane there."""
-        if not self.showable(pose).leaving:
-            return ()
+        """The states out of the plane that the rod has at a pose."""
         if pose not in self._elsewhere:
             segment = flat_segment(self.display, *_nodes(pose))
             found = model_states(segment, Ask(COARSE_CURVE, (0,), SPATIAL)).states
@@ -224,9 +222,10 @@ class Prover:
             looks = [between(before, after, share) for share in shares]
             corners = set(box.corners())
             demand = reduce(Demand.joined, (self.weigh(pose) for pose in (*looks, *corners)))
-            aside = [state for pose in looks for state in self.elsewhere(pose)]
+            leaves = [pose for pose in looks if self.showable(pose).leaving]
+            aside = [state for pose in leaves for state in self.elsewhere(pose)]
             demand = reduce(Demand.joined, map(demand_of_state, aside), demand)
-            states = (*self.states(after), *self.elsewhere(after))
+            states = (*self.states(after), *(self.elsewhere(after) if leaves else ()))
             lowest = min((state.lowest_eigenvalue for state in states), default=STIFFEST)
             names = "|".join(state.name for state in states) or STRAIGHT
             margin_of = f"{STABILITY}; any state will do"
@@ -241,7 +240,7 @@ class Prover:
                 f"the other state ceases to exist only {100 * margin:.0f} % before the end of the bias",
                 is_hopeless=True,
             )
-        if aside := self.elsewhere(after):
+        if self._may_be_aside(before, after) and (aside := self.elsewhere(after)):
             names = " and ".join(state.name for state in aside)
             raise Refused(f"at {describe(after)} the rod may be out of the plane: {names}", is_hopeless=True)
         passed = self.allow(before, after, box)
@@ -249,6 +248,13 @@ class Prover:
         lowest = state.lowest_eigenvalue
         margin_of = f"bias past the fold of the {VALLEY if wanted == PEAK else PEAK}"
         return Passed(tracked(state), wanted, lowest, margin, margin_of, passed.demand, passed.corners)
+
+    def _may_be_aside(self, before: Pose, after: Pose) -> bool:
+        """True if the rod may leave the plane on a way, or may have done so while it was fed to where that begins."""
+        fed = before._replace(length=self.display.span)
+        ways = ((fed, before), (before, after))
+        looks = (between(*way, look / LOOKS) for way in ways for look in range(LOOKS + 1))
+        return any(self.showable(pose).leaving for pose in looks)
 
     def past_fold(self, pose: Pose, wanted: str) -> float:
         """By how much, as a fraction, the bias at `pose` exceeds the one that leaves only the `wanted` state.

@@ -46,8 +46,8 @@ a billionth in any number of a scene makes of it, a hundred times over, and more
 ASIDE = 2.0
 """Mean distance from the display's plane over that from the chord, from which on a curve lies outside the plane."""
 ALIKE = 5e-3
-"""Curves of one state by two models of a rod, one of which lets it stretch, differ by less than this part of the length,
-those of two states by more, except just before a fold."""
+"""Curves of one state by two models of a rod, one of which lets it stretch, differ by less than this part of the
+length, those of two states by more, except just before a fold."""
 POINTS = 33
 """Of a curve, to compare it by."""
 MOMENTS = 8
