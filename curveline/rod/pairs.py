@@ -10,11 +10,13 @@ from typing import NamedTuple
 
 from curveline.rod.dips import bottom, bottom_near, let_go
 from curveline.rod.problem import Array, ScaledRod, largest_change, make_problem, refine_angles
-from curveline.rod.search import divided, doubtful
+from curveline.rod.search import DOUBTFUL, divided, doubtful
 from curveline.rod.sweep import BARELY, Found, Near, nothing_found
 
 PARTS = 4
 """Parts of an edge from one look at a dip to the next: a fold moves with the square of the edge, 0.1 % at 100 edges."""
+COARSE = 24.0
+"""Edges that cannot tell an eigenvalue between `BARELY` and `DOUBTFUL` from zero; others by the square of theirs."""
 FINEST = 2000
 """Edges from which on no finer ones are tried: a fold is then known to 1e-7."""
 SAME_DIP = 1e-2
@@ -71,7 +73,8 @@ def _seek_pair(scaled: ScaledRod, edges: Array, dip: Dip, finer: Finer) -> bool:
         problem = make_problem(scaled, edges)
         found = finer.setdefault(n, (edges, nothing_found(n)))[1]
         is_there = slope < 0.0 and let_go(problem, (height, bend), phi.copy(), force.copy(), sign, found)
-        if n > FINEST or (is_there and not doubtful(problem, found, BARELY)):
+        share = (COARSE / n) ** 2
+        if n > FINEST or (is_there and not doubtful(problem, found, share * BARELY, share * DOUBTFUL)):
             return True
         phi = refine_angles(problem, phi, PARTS)
         edges = divided(edges, PARTS)

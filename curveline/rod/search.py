@@ -28,7 +28,7 @@ SEEK_PARTS = 4
 """Parts of an edge where a spline leads to no equilibrium of the coarse rod: that has its folds earlier."""
 
 DOUBTFUL = 2.0
-"""Eigenvalue that 24 edges, too few by about a hundredth, cannot tell from zero."""
+"""Eigenvalue below which a state lies near a fold, or near a cusp, where others hide in dips that coarse edges lack."""
 ASTRAY = 0.6
 """Turn of an edge [rad] from a spline to an equilibrium, from which on that is not the one it stands for."""
 
@@ -137,7 +137,12 @@ def search_edges(rod, n):
                 if ways[i] > 0.0:
                     sweep_heights(problem, (found.shapes[swept], held), 1.0 - 2.0 * i, found, near)
         swept += 1
-    return (edges, found), (seek_edges, sought), near, near.lost[0] > 0.0 or doubtful(problem, found, -DOUBTFUL)
+    return (
+        (edges, found),
+        (seek_edges, sought),
+        near,
+        near.lost[0] > 0.0 or doubtful(problem, found, -DOUBTFUL, DOUBTFUL),
+    )
 
 
 @njit
@@ -154,18 +159,16 @@ def may_be_stable(rod, edges, found):
 
 
 @njit
-def doubtful(problem, found, least):
+def doubtful(problem, found, least, most):
     """True if finer edges may show that an equilibrium is stable, is not, or is none, or others beside it.
 
-    For n edges cannot tell its eigenvalue from zero: it lies between `least` and `DOUBTFUL` on 24 edges, and n^-2 times
-    that on others.
+    For its lowest eigenvalue lies between `least` and `most`.
     """
     free = released(problem)
-    share = (24.0 / problem.edges.size) ** 2
     for i in range(int(found.filled[0])):
         unstable = int(found.unstable[i])
         if unstable < 2:
             variation = second_variation(free, found.shapes[i], found.multipliers[i])
-            if modes_below(free, variation, share * (least if unstable == 1 else DOUBTFUL)) != unstable:
+            if modes_below(free, variation, least if unstable == 1 else most) != unstable:
                 return True
     return False
