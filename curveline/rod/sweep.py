@@ -26,6 +26,8 @@ STRIDE = 0.025
 """Step of the mean height in a sweep, in units of the length."""
 STRIDE_SHARE = 0.15
 """Longest step, too, as a part of the largest mean height that the rod can have: a taut one has its states close by."""
+FEW = 48
+"""Edges up to which steps are that long: more of them are swept with where a narrow dip may lie between two steps."""
 BARELY = -8.0
 """Lowest eigenvalue of a coarse equilibrium that finer edges may show to be stable after all."""
 RIDGE = -40.0
@@ -244,6 +246,8 @@ def follow_heights(problem, start, direction, out, least):
     slopes = np.array([slope_before, held[2]])
     highest = BEYOND * highest_mean(np.hypot(problem.targets[0], problem.targets[1]))
     stride = direction * min(STRIDE, highest * STRIDE_SHARE)
+    if phi.size > FEW:
+        stride *= 0.5
     for _ in range(MOST_STEPS):
         height += stride
         if abs(height) > highest and problem.compliance[0] == 0.0:
