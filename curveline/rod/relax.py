@@ -104,16 +104,20 @@ def newton(rod: SpatialRod, shape: Shape, iterations: int = 60) -> Relaxed:
 def settle(rod: SpatialRod, shape: Shape, iterations: int = 200) -> Relaxed:
     """Go downhill from `shape`, or, if that leads far, to a stable equilibrium beside it that Newton's method finds.
 
-    Near a fold the Hessian at a good start may be indefinite, although the equilibrium beside it is stable.
+    Near a fold the Hessian at a good start may be indefinite, although the equilibrium beside it is stable; and on very
+    many edges a descent may take hundreds of steps where Newton's method takes five.
     """
-    below = descend(rod, shape, iterations)
+    below = descend(rod, shape, min(FEW, iterations))
     if below.ending is Ending.SETTLED and largest_turn(below.shape, shape) <= BESIDE:
         return below
     beside = newton(rod, shape, FEW)
     taken = below.iterations + beside.iterations
-    if beside.ending is not Ending.SETTLED or largest_turn(beside.shape, shape) > BESIDE:
-        return below._replace(iterations=taken)
-    return (beside if is_stable(rod, beside.shape) else below)._replace(iterations=taken)
+    is_beside = beside.ending is Ending.SETTLED and largest_turn(beside.shape, shape) <= BESIDE
+    if is_beside and is_stable(rod, beside.shape):
+        return beside._replace(iterations=taken)
+    if below.ending is Ending.EXHAUSTED and iterations > FEW:
+        below = descend(rod, below.shape, iterations - FEW)
+    return below._replace(iterations=taken + below.iterations)
 
 
 def largest_turn(after: Shape, before: Shape) -> float:

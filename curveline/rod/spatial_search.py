@@ -16,11 +16,11 @@ import numpy as np
 
 from curveline.rod._jit import njit
 from curveline.rod.link import turns
-from curveline.rod.problem import Array
-from curveline.rod.relax import Ending, Relaxed, descend, largest_turn, settle
+from curveline.rod.problem import Array, halved
+from curveline.rod.relax import NEUTRAL, Ending, Relaxed, descend, largest_turn, lowest_mode, settle
 from curveline.rod.rotations import between, exponential, logarithm, multiply
 from curveline.rod.space import SpatialSegment
-from curveline.rod.spatial import Shape, SpatialRod, positions
+from curveline.rod.spatial import Shape, SpatialRod, energy, positions
 from curveline.rod.spatial_ladder import SLIPPED, refined
 from curveline.rod.twisting import spread_twist, spun
 
@@ -29,6 +29,8 @@ FLAT_EDGES = 24
 """Edges to search with; in a flat segment, all but the states out of the plane are known from it."""
 SAME = 1e-4
 """Vertices of two relaxed shapes that are nearer to each other than this part of the length are the same."""
+ALIKE = 1e-7
+"""Energies of relaxed shapes that differ by less, relative, are the same."""
 STEP = math.radians(15.0)
 """Roll [rad] from one place of a survey to the next."""
 RANGE = 4.0 * math.pi
@@ -36,10 +38,12 @@ RANGE = 4.0 * math.pi
 BEYOND = 8
 JUMP = 0.35
 """An edge that turns by more than this [rad] beside what the roll itself turns it by may have left its branch."""
+FINER = 2
+"""Times that edges are halved to look closer at a fold."""
 LEAST_PART = 1.0 / 16.0
 """Of a step, below which a jump is a fall."""
-WORK = 300_000
-"""Edges times iterations of one search, about half a second: of rods that bend in thin layers not all can be tried."""
+WORK = 400_000
+"""Edges times iterations of one search, half a second or more: of rods that bend in thin layers not all can be tried."""
 ITERATIONS = 80
 DIRECTIONS = 8
 OFF = 0.1
@@ -64,14 +68,34 @@ class Curve(NamedTuple):
     bump: float
 
 
+class Met(NamedTuple):
+    """A shape that was met, where its vertices are (n+1, 3), and its energy."""
+
+    vertices: Array
+    energy: float
+    shape: Shape
+
+    def is_near(self, other: Met) -> bool:
+        """True if two shapes are the same."""
+        return bool(np.max(np.abs(self.vertices - other.vertices)) < SAME)
+
+    def is_alike(self, other: Met) -> bool:
+        """True if two shapes may differ by a motion that costs nothing, such as turning a round rod's arch."""
+        return abs(self.energy - other.energy) < ALIKE * max(abs(self.energy), 1.0)
+
+
 @dataclass
 class _Survey:
-    """Shapes that were met, by the number of `STEP`s of roll beyond what is asked for, and the work done."""
+    """Shapes that were met, by the number of `STEP`s of roll beyond what is asked for, and the work done.
+
+    `lost` are those that fell just before what is asked for, and where they last were.
+    """
 
     segment: SpatialSegment
     rod: SpatialRod
     places: range
-    met: dict[int, list[tuple[Array, Shape]]] = field(default_factory=dict)
+    met: dict[int, list[Met]] = field(default_factory=dict)
+    lost: list[tuple[int, Shape]] = field(default_factory=list)
     work: int = 0
 
     def rod_at(self, place: float) -> SpatialRod:
@@ -86,11 +110,14 @@ class _Survey:
 
     def add(self, place: int, shape: Shape) -> bool:
         """Keep a shape; False if it was met before."""
-        here = np.asarray(positions(self.rod_at(place), shape))
+        rod = self.rod_at(place)
+        here = Met(np.asarray(positions(rod, shape)), float(energy(rod, shape)), shape)
         others = self.met.setdefault(place, [])
-        if any(np.max(np.abs(here - there)) < SAME for there, _ in others):
+        if any(here.is_near(other) for other in others):
             return False
-        others.append((here, shape))
+        if any(here.is_alike(other) for other in others) and lowest_mode(rod, shape)[0] < NEUTRAL:
+            return False
+        others.append(here)
         return True
 
     def keeps_turns(self, place: int, shape: Shape) -> bool:
@@ -116,7 +143,8 @@ def search_in_space(segment: SpatialSegment, seeds: Sequence[Resting]) -> list[R
             _take(survey, started(segment, rod, curve), descend)
     if not is_flat:
         _survey_roll(survey)
-    return [(rod, shape) for _, shape in survey.met.get(0, [])[known:]]
+    met = [(rod, met.shape) for met in survey.met.get(0, [])[known:]]
+    return met + [closer for place, shape in survey.lost for closer in _looked_closer(survey, place, shape)]
 
 
 def _places(roll: float) -> range:
@@ -143,7 +171,7 @@ def _take(survey: _Survey, shape: Shape | None, relaxing: Relaxing) -> None:
 
 def _survey_roll(survey: _Survey) -> None:
     """Follow all shapes both ways, and all that they fall into."""
-    queue = [(0, shape, way) for _, shape in survey.met.get(0, []) for way in (1, -1)]
+    queue = [(0, met.shape, way) for met in survey.met.get(0, []) for way in (1, -1)]
     while queue and survey.work < WORK:
         fallen = _follow(survey, *queue.pop(0))
         if fallen is not None:
@@ -154,6 +182,8 @@ def _follow(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[int, S
     """Follow a shape until it meets what is known or the end; what it falls into, and where, if that is new."""
     while place + way in survey.places and survey.work < WORK:
         ahead, fell = _step(survey, place, shape, way)
+        if place + way == 0 and fell:
+            survey.lost.append((place, shape))
         place += way
         if ahead is None or (fell and not survey.keeps_turns(place, ahead)) or not survey.add(place, ahead):
             return None
@@ -161,6 +191,20 @@ def _follow(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[int, S
             return place, ahead
         shape = ahead
     return None
+
+
+def _looked_closer(survey: _Survey, place: int, shape: Shape) -> list[Resting]:
+    """What finer edges keep of a shape that fell on the way from a neighbouring `place`: these move folds a little."""
+    rod = survey.rod
+    for _ in range(FINER):
+        shape = refined(survey.rod_at(place)._replace(edges=rod.edges), shape)
+        rod = survey.segment.spatial_rod(np.asarray(halved(rod.edges)))
+    fine = _Survey(survey.segment, rod, survey.places)
+    here = fine.relax(place, shape, settle)
+    if here is None:
+        return []
+    ahead, fell = _step(fine, place, here, -place)
+    return [] if ahead is None or fell else [(rod, ahead)]
 
 
 def _step(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[Shape | None, bool]:
@@ -188,7 +232,8 @@ def starts(rod: SpatialRod, is_flat: bool) -> Iterator[Curve]:
     slack = 2.0 * math.sqrt(max(1.0 - float(np.linalg.norm(rod.chord)), LEAST_SLACK))
     directions = OFF + 2.0 * math.pi / DIRECTIONS * np.arange(DIRECTIONS // 2 if is_flat else DIRECTIONS)
     for direction in directions.tolist():
-        yield Curve(direction, slack, 0.0)
+        if not is_flat:
+            yield Curve(direction, slack, 0.0)
         yield Curve(direction, slack, BUMP)
         yield Curve(direction, slack, -BUMP)
 

@@ -41,9 +41,9 @@ STEP = 1e-5
 
 
 class Rod(NamedTuple):
-    """A rod in units of its free length and EI; `stiffness (4,)` about m1, m2, t and of stretch, `rest (3,)` curvatures.
+    """A rod in units of its free length and EI; `stiffness (4,)` about m1, m2, t, and of stretch.
 
-    `weight (3,)` per length, `at (k,)` and `forces (k, 3)` the dead loads, clamps `first (4,)` and `last (4,)` as
+    `rest (3,)` curvatures, `weight (3,)` per length, `at (k,)` and `forces (k, 3)` the dead loads, clamps `first (4,)` and `last (4,)` as
     quaternions of frames m1, m2, t, the last one lifted along the way that the roll of the clamps asks for.
     """
 
@@ -58,7 +58,7 @@ class Rod(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """An equilibrium: the `wrench (6,)` at its begin, stations' `poses (k, 7)`, and how many conjugate points it has."""
+    """An equilibrium: the `wrench (6,)` at its begin, stations' `poses (k, 7)`, and its number of conjugate points."""
 
     wrench: Array
     poses: Array
@@ -194,7 +194,7 @@ def missed(rod: Rod, pose: Array) -> Array:
 
 
 def shoot(rod: Rod, wrench: Array, tries: int = 40) -> Solution | None:
-    """The equilibrium that Newton's method, damped, reaches from a `wrench (6,)`; None if it reaches none of this lift."""
+    """The equilibrium that Newton's method, damped, reaches from a `wrench (6,)`; None if there is none of this lift."""
     places = places_of(rod)
     poses = integrated(rod, wrench, places)
     gap = missed(rod, poses[-1])
@@ -426,7 +426,7 @@ def settled(rod, x, noise):
 
 
 def descend(rod: Rod, coefficients: Array) -> Array | None:
-    """The wrench (6,) at the begin of a stable rod that is reached downhill from curvatures' `coefficients`; or None."""
+    """The wrench (6,) at the begin of a stable rod that is downhill from curvatures' `coefficients`; or None."""
     noise = np.random.default_rng(1).normal(0.0, 0.02, (12, *coefficients.shape))
     noise[5:] = 0.0
     x, force, gap = settled(rod, coefficients, noise)
@@ -455,7 +455,7 @@ def linking(rod: Rod, solution: Solution) -> float:
 
 @njit
 def gauss(points):
-    """Writhe of a closed polygon: the solid angles of all pairs of its edges (Banchoff 1976; van Oosterom's formula)."""
+    """Writhe of a closed polygon: the solid angles of all pairs of its edges (Banchoff 1976)."""
     count = points.shape[0]
     total = 0.0
     for i in range(count):

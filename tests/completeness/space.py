@@ -29,7 +29,7 @@ from .kirchhoff import DEGREES, EVEN, Solution, descend, linking, rod_of, shoot
 
 Array = NDArray[np.float64]
 
-STARTS = 40
+STARTS = 30
 FOLLOWED = 40
 """Steps along a change."""
 FINEST = 1e-6
@@ -38,6 +38,8 @@ SAME = 1e-4
 """Exact curves that are nearer to each other, over the length, are one."""
 CLAIMED = 1e-3
 """How far, over the length, the product's curve may be from the exact one beside it."""
+FINE = 1e-8
+"""Tolerance [m] for forces that shooting may start from, where those of the default one do not do."""
 TURNS = 1.0
 """States whose linking number differs by more than this have passed through themselves."""
 CONFIDENCE = 1.96
@@ -112,6 +114,11 @@ def drawn(rng: np.random.Generator) -> tuple[Array, tuple[float, float], float]:
     """Numbers, width and thickness, and clamp of a random scene."""
     numbers = np.zeros(15)
     numbers[0:3] = rng.uniform([-0.15, -0.9, -0.9], [0.15, 0.9, 0.9]) * rng.integers(0, 2)
+    sizes = ((10.0, 2.4), (10.0, rng.uniform(1.0, 3.0)), (rng.uniform(3.0, 10.0), rng.uniform(1.0, 3.0)), (3.0, 3.0))
+    width, thickness = sizes[rng.integers(0, len(sizes))]
+    if width == thickness:
+        # Between clamps in line, the arch of a rod of two equal stiffnesses turns about its chord for nothing.
+        numbers[0:3] = rng.uniform([-0.15, -0.9, -0.9], [0.15, 0.9, 0.9])
     if rng.integers(0, 2):
         numbers[3:5] = rng.uniform(-0.5, 0.5, 2)
     tilt = rng.uniform(-math.pi / 2, math.pi / 2) * rng.integers(0, 2)
@@ -123,8 +130,6 @@ def drawn(rng: np.random.Generator) -> tuple[Array, tuple[float, float], float]:
     if rng.integers(0, 3) == 0:
         numbers[11:14] = rng.normal(0.0, 8.0, 3)
     numbers[14] = rng.uniform(math.log(0.04), math.log(0.6))
-    sizes = ((10.0, 2.4), (10.0, rng.uniform(1.0, 3.0)), (rng.uniform(3.0, 10.0), rng.uniform(1.0, 3.0)), (3.0, 3.0))
-    width, thickness = sizes[rng.integers(0, len(sizes))]
     return numbers, (1e-3 * width, 1e-3 * thickness), 0.02 * rng.integers(0, 2)
 
 
@@ -195,7 +200,7 @@ def around(scene, found: list[Solution], rng: np.random.Generator) -> Case:  # t
         else:
             step *= 0.5
     if share >= 1.0:
-        return Case(scene(1.0), state, 0.0)
+        return Case(scene(share), state, 0.0)
     back = float(np.exp(rng.uniform(math.log(1e-3), math.log(1e-1))))
     kept = share - min(back, share)
     nearest = min(trail, key=lambda each: abs(each[0] - kept))
@@ -219,6 +224,17 @@ def exact(segment: SpatialSegment, state: Equilibrium) -> Solution | None:
     return found if np.max(np.abs(gap)) < CLAIMED + 20.0 / at.size**2 else None
 
 
+def sharper(segment: SpatialSegment, state: Equilibrium) -> Equilibrium:
+    """The same state with forces to more digits, which shooting a taut rod needs to begin with."""
+    others = model_states(segment, Ask(FINE, (0,), "spatial")).states
+    return min(
+        others,
+        key=lambda other: float(
+            np.max(np.abs(other.curve(65) - state.curve(65)) + np.abs(other.depth(65) - state.depth(65))[:, None])
+        ),
+    )
+
+
 def judge(case: Case, rng: np.random.Generator, tally: Tally, starts: int = STARTS) -> None:
     """Hold the product's states of a scene against those that are there."""
     segment = case.segment
@@ -230,7 +246,7 @@ def judge(case: Case, rng: np.random.Generator, tally: Tally, starts: int = STAR
         true.append(case.known)
     claimed = []
     for state in states:
-        found = exact(segment, state)
+        found = exact(segment, state) or exact(segment, sharper(segment, state))
         if found is None or not belongs(segment, found):
             tally.invented.append(f"scene {tally.scenes}: {state.name}, eigenvalue {state.lowest_eigenvalue:.3g}")
         if found is not None:
@@ -276,9 +292,8 @@ def main() -> None:
     print(
         f"scenes with a miss: {tally.scenes_missed}, {tally.scenes_missed / tally.scenes:.2%} [{low:.2%}, {high:.2%}]"
     )
-    print(
-        f"CPU time of a scene: median {1e3 * np.median(tally.seconds):.0f} ms, largest {1e3 * max(tally.seconds):.0f} ms"
-    )
+    middle, most = 1e3 * np.median(tally.seconds), 1e3 * max(tally.seconds)
+    print(f"CPU time of a scene: median {middle:.0f} ms, largest {most:.0f} ms")
 
 
 if __name__ == "__main__":
