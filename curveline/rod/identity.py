@@ -156,10 +156,10 @@ def _ordered(states: Sequence[Equilibrium], moment: int = 0) -> list[Equilibrium
     """
     if len(states) < 2 or moment == MOMENTS:
         return list(states)
-    ordered = sorted(states, key=lambda state: -_moment(state, moment))
-    groups: list[list[Equilibrium]] = [ordered[:1]]
-    for before, state in pairwise(ordered):
-        if _moment(before, moment) - _moment(state, moment) > _doubt(before) + _doubt(state):
+    moments = sorted(((_moment(state, moment), state) for state in states), key=lambda pair: -pair[0])
+    groups = [[moments[0][1]]]
+    for (above, before), (below, state) in pairwise(moments):
+        if above - below > _doubt(before) + _doubt(state):
             groups.append([])
         groups[-1].append(state)
     return [state for group in groups for state in _ordered(group, moment + 1)]

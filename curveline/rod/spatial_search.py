@@ -43,9 +43,11 @@ FINER = 2
 LEAST_PART = 1.0 / 16.0
 """Of a step, below which a jump is a fall."""
 WORK = 400_000
-"""Edges times iterations of one search, half a second or more: of rods that bend in thin layers not all can be tried."""
+"""Edges times iterations of one search, most of a second: of rods that bend in thin layers not all are tried."""
 ITERATIONS = 80
 DIRECTIONS = 8
+FLAT_DIRECTIONS = 3
+"""Directions of arches: all about the chord, or in a flat segment on one side of its plane."""
 OFF = 0.1
 """Turn of the first direction [rad] out of the plane: no start is as symmetric as the scene."""
 BUMP = 2.5
@@ -120,6 +122,10 @@ class _Survey:
         others.append(here)
         return True
 
+    def drop_last(self, place: int) -> None:
+        """Forget the shape that was added last."""
+        self.met[place].pop()
+
     def keeps_turns(self, place: int, shape: Shape) -> bool:
         """True if a shape has the turns that the clamps put into it: see `link`."""
         asked = self.segment.roll[1] - self.segment.roll[0] + place * STEP
@@ -165,8 +171,8 @@ def _on(rod: SpatialRod, own: SpatialRod, shape: Shape) -> Shape | None:
 def _take(survey: _Survey, shape: Shape | None, relaxing: Relaxing) -> None:
     """Keep what a start leads to, if that has the turns asked for."""
     relaxed = None if shape is None else survey.relax(0, shape, relaxing)
-    if relaxed is not None and survey.keeps_turns(0, relaxed):
-        survey.add(0, relaxed)
+    if relaxed is not None and survey.add(0, relaxed) and not survey.keeps_turns(0, relaxed):
+        survey.drop_last(0)
 
 
 def _survey_roll(survey: _Survey) -> None:
@@ -185,7 +191,10 @@ def _follow(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[int, S
         if place + way == 0 and fell:
             survey.lost.append((place, shape))
         place += way
-        if ahead is None or (fell and not survey.keeps_turns(place, ahead)) or not survey.add(place, ahead):
+        if ahead is None or not survey.add(place, ahead):
+            return None
+        if fell and not survey.keeps_turns(place, ahead):
+            survey.drop_last(place)
             return None
         if fell:
             return place, ahead
@@ -230,7 +239,8 @@ def _step(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[Shape | 
 def starts(rod: SpatialRod, is_flat: bool) -> Iterator[Curve]:
     """Curves from which descents lead to most states; in a flat segment only those on one side of the plane."""
     slack = 2.0 * math.sqrt(max(1.0 - float(np.linalg.norm(rod.chord)), LEAST_SLACK))
-    directions = OFF + 2.0 * math.pi / DIRECTIONS * np.arange(DIRECTIONS // 2 if is_flat else DIRECTIONS)
+    whole, count = (math.pi, FLAT_DIRECTIONS) if is_flat else (2.0 * math.pi, DIRECTIONS)
+    directions = OFF + whole / count * np.arange(count)
     for direction in directions.tolist():
         if not is_flat:
             yield Curve(direction, slack, 0.0)

@@ -43,8 +43,8 @@ STEP = 1e-5
 class Rod(NamedTuple):
     """A rod in units of its free length and EI; `stiffness (4,)` about m1, m2, t, and of stretch.
 
-    `rest (3,)` curvatures, `weight (3,)` per length, `at (k,)` and `forces (k, 3)` the dead loads, clamps `first (4,)` and `last (4,)` as
-    quaternions of frames m1, m2, t, the last one lifted along the way that the roll of the clamps asks for.
+    `rest (3,)` curvatures, `weight (3,)` per length, `at (k,)` and `forces (k, 3)` the dead loads, clamps `first (4,)`
+    and `last (4,)` as quaternions of frames m1, m2, t, the last one lifted along the way that their roll asks for.
     """
 
     stiffness: Array
@@ -194,7 +194,7 @@ def missed(rod: Rod, pose: Array) -> Array:
 
 
 def shoot(rod: Rod, wrench: Array, tries: int = 40) -> Solution | None:
-    """The equilibrium that Newton's method, damped, reaches from a `wrench (6,)`; None if there is none of this lift."""
+    """The equilibrium that Newton's method, damped, reaches from a `wrench (6,)`; None if none is of this lift."""
     places = places_of(rod)
     poses = integrated(rod, wrench, places)
     gap = missed(rod, poses[-1])
