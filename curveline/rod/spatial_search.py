@@ -23,6 +23,7 @@ from curveline.rod.space import SpatialSegment
 from curveline.rod.spatial import Shape, SpatialRod, energy, positions
 from curveline.rod.spatial_ladder import SLIPPED, refined
 from curveline.rod.twisting import spread_twist, spun
+from curveline.units import deg
 
 EDGES = 48
 FLAT_EDGES = 24
@@ -31,11 +32,11 @@ SAME = 1e-4
 """Vertices of two relaxed shapes that are nearer to each other than this part of the length are the same."""
 ALIKE = 1e-7
 """Energies of relaxed shapes that differ by less, relative, are the same."""
-STEP = math.radians(15.0)
+STEP = deg(15.0)
 """Roll [rad] from one place of a survey to the next."""
 RANGE = 4.0 * math.pi
-"""Up to this roll [rad] all is followed, and on by `BEYOND` places."""
-BEYOND = 8
+BEYOND = deg(120.0)
+"""Roll [rad] up to which all is followed, and by how much beyond what is asked for if that is more."""
 JUMP = 0.35
 """An edge that turns by more than this [rad] beside what the roll itself turns it by may have left its branch."""
 FINER = 2
@@ -45,9 +46,6 @@ LEAST_PART = 1.0 / 16.0
 WORK = 400_000
 """Edges times iterations of one search, most of a second: of rods that bend in thin layers not all are tried."""
 ITERATIONS = 80
-DIRECTIONS = 8
-FLAT_DIRECTIONS = 3
-"""Directions of arches: all about the chord, or in a flat segment on one side of its plane."""
 OFF = 0.1
 """Turn of the first direction [rad] out of the plane: no start is as symmetric as the scene."""
 BUMP = 2.5
@@ -55,6 +53,17 @@ BUMP = 2.5
 LEAST_SLACK = 0.02
 
 
+class Sides(NamedTuple):
+    """Towards which sides arches go: `number` of them in a `whole` angle about the chord [rad], with which `bumps`."""
+
+    whole: float
+    number: int
+    bumps: tuple[float, ...]
+
+
+ALL_SIDES = Sides(2.0 * math.pi, 8, (0.0, BUMP, -BUMP))
+ONE_SIDE = Sides(math.pi, 3, (BUMP, -BUMP))
+"""Of a flat segment, whose states come in twins, and whose arches in the plane are known."""
 Relaxing = Callable[[SpatialRod, Shape, int], Relaxed]
 
 
@@ -144,7 +153,7 @@ def search_in_space(segment: SpatialSegment, seeds: Sequence[Resting]) -> list[R
     for own, shape in seeds:
         _take(survey, _on(rod, own, shape), settle)
     known = len(survey.met.get(0, []))
-    for curve in starts(rod, is_flat):
+    for curve in starts(rod, ONE_SIDE if is_flat else ALL_SIDES):
         if survey.work < WORK:
             _take(survey, started(segment, rod, curve), descend)
     if not is_flat:
@@ -154,10 +163,11 @@ def search_in_space(segment: SpatialSegment, seeds: Sequence[Resting]) -> list[R
 
 
 def _places(roll: float) -> range:
-    """Places of a survey: from no roll to `RANGE` and a little further, no more than two turns to either side."""
-    least = min(0.0, math.copysign(RANGE, roll)) - roll
-    most = max(0.0, math.copysign(RANGE, roll)) - roll
-    return range(max(math.floor(least / STEP), -48), min(math.ceil(most / STEP), 48) + 1)
+    """Places of a survey: from no roll to `RANGE` and `BEYOND` what is asked for, at most `RANGE` to either side."""
+    ends = (0.0, math.copysign(RANGE, roll))
+    least = min(*ends, roll - BEYOND) - roll
+    most = max(*ends, roll + BEYOND) - roll
+    return range(math.floor(max(least, -RANGE) / STEP), math.ceil(min(most, RANGE) / STEP) + 1)
 
 
 def _on(rod: SpatialRod, own: SpatialRod, shape: Shape) -> Shape | None:
@@ -236,16 +246,12 @@ def _step(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[Shape | 
     return shape, fell
 
 
-def starts(rod: SpatialRod, is_flat: bool) -> Iterator[Curve]:
-    """Curves from which descents lead to most states; in a flat segment only those on one side of the plane."""
+def starts(rod: SpatialRod, sides: Sides) -> Iterator[Curve]:
+    """Curves from which descents lead to most states."""
     slack = 2.0 * math.sqrt(max(1.0 - float(np.linalg.norm(rod.chord)), LEAST_SLACK))
-    whole, count = (math.pi, FLAT_DIRECTIONS) if is_flat else (2.0 * math.pi, DIRECTIONS)
-    directions = OFF + whole / count * np.arange(count)
-    for direction in directions.tolist():
-        if not is_flat:
-            yield Curve(direction, slack, 0.0)
-        yield Curve(direction, slack, BUMP)
-        yield Curve(direction, slack, -BUMP)
+    for side in range(sides.number):
+        for bump in sides.bumps:
+            yield Curve(OFF + sides.whole / sides.number * side, slack, bump)
 
 
 def started(segment: SpatialSegment, rod: SpatialRod, curve: Curve) -> Shape:

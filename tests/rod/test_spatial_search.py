@@ -14,7 +14,7 @@ from curveline.rod.relax import descend, is_stable, lowest_mode
 from curveline.rod.section import Section
 from curveline.rod.space import SpatialSegment
 from curveline.rod.spatial import SpatialRod, positions
-from curveline.rod.spatial_search import Curve, search_in_space, started, starts
+from curveline.rod.spatial_search import ALL_SIDES, Curve, search_in_space, started, starts
 
 from .rods import STIFFNESS
 from .spatial_rods import matrix
@@ -33,7 +33,7 @@ def rod_of(segment: SpatialSegment, n: int = 48) -> SpatialRod:
 def test_starts_begin_and_end_in_their_clamps_with_the_turns_asked_for(roll: float) -> None:
     segment = replace(TWISTED, yaw=(0.3, -0.2), roll=(0.2, 0.2 + roll))
     rod = rod_of(segment, 400)
-    for curve in starts(rod, is_flat=False):
+    for curve in starts(rod, ALL_SIDES):
         shape = started(segment, rod, curve)
         for clamp, edge in ((0, 0), (1, -1)):
             assert np.max(np.abs(matrix(shape.frames[edge]) - matrix(rod.frames[clamp]))) < 0.06
