@@ -37,7 +37,7 @@ Search = Callable[[ClampedRod, float], list[Equilibrium]]
 class Result(NamedTuple):
     """A scene, how many states exist that a display can show, what was missed and what invented, in words.
 
-    `unmet` counts the states that the search lists, rightly, but no random start led to: what the yardstick lacks.
+    `unmet` counts the states that the search lists, rightly, but no start of the yardstick led to: what that lacks.
     """
 
     scene: Scene
