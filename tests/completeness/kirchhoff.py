@@ -20,7 +20,7 @@ from scipy.integrate._ivp import dop853_coefficients as dop
 from curveline.rod.space import SpatialSegment
 
 Array = NDArray[np.float64]
-njit: Any = numba.njit(cache=True, error_model="numpy")
+njit: Any = numba.njit(error_model="numpy")
 
 STAGES = dop.N_STAGES
 A, B, C = dop.A[:STAGES, :STAGES].copy(), dop.B.copy(), dop.C[:STAGES].copy()
