@@ -24,6 +24,7 @@ from curveline.rod.models import Ask, model_states
 from curveline.rod.section import Section
 from curveline.rod.space import SpatialSegment
 from curveline.scene import Rod as Material
+from curveline.sections import Rectangle
 
 from .kirchhoff import DEGREES, EVEN, Solution, descend, linking, rod_of, shoot
 
@@ -77,9 +78,8 @@ class Tally:
 
 def segment_of(numbers: Array, size: tuple[float, float], clamp: float) -> SpatialSegment:
     """The segment of 15 numbers: dx, height, angles, yaws, rolls, weight (3), where a load is, load (3), and length."""
-    width, thickness = size
     numbers = np.clip(numbers, LEAST, MOST)
-    rod = Material(2.45e9, width, thickness, 0.048, 0.03, 0.0, 2.0, 2.45e9 / 2.7)
+    rod = Material(2.45e9, Rectangle(*size), 0.048, 0.03, 0.0, 2.0, 2.45e9 / 2.7)
     height, start, end = numbers[0:3]
     yaw, roll, weight, load = numbers[3:5], numbers[5:7], numbers[7:10], numbers[10:14]
     flexible = rod.bending_stiffness
@@ -98,7 +98,12 @@ def segment_of(numbers: Array, size: tuple[float, float], clamp: float) -> Spati
         loads=((float(load[0]), float(forces[0]), float(forces[1])),) if acts else (),
     )
     section = Section(
-        rod.stretching_stiffness, thickness, width, 0.0, rod.lateral_bending_stiffness, rod.twisting_stiffness
+        rod.stretching_stiffness,
+        rod.thickness,
+        rod.polar_gyration,
+        0.0,
+        rod.lateral_bending_stiffness,
+        rod.twisting_stiffness,
     )
     loads = ((float(load[0]), *(float(part) for part in forces)),) if acts else ()
     return SpatialSegment(

@@ -24,10 +24,10 @@ from curveline.rod.way import between, straight
 from .rods import STIFFNESS, WEIGHT
 
 RODS = 60
-STRIP = Section(58_800.0, 2.4e-3, 6.0e-3, WEIGHT, 0.49, 0.0355)
-HELD = Section(58_800.0, 2.4e-3, 6.0e-3, WEIGHT, 50.0, 50.0)
+STRIP = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, 0.49, 0.0355)
+HELD = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, 50.0, 50.0)
 """Of a rod that never leaves its plane."""
-ROUND = Section(17_000.0, 3.0e-3, 2.1e-3, WEIGHT, STIFFNESS, STIFFNESS / 1.35)
+ROUND = Section(17_000.0, 3.0e-3, 1.06e-3, WEIGHT, STIFFNESS, STIFFNESS / 1.35)
 
 
 def segment(rod: ClampedRod, section: Section = STRIP) -> SpatialSegment:

@@ -19,7 +19,7 @@ from curveline.rod.spatial_search import ALL_SIDES, Curve, search_in_space, star
 from .rods import STIFFNESS
 from .spatial_rods import matrix
 
-SECTION = Section(58_800.0, 2.4e-3, 1e-2, 0.0, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
+SECTION = Section(58_800.0, 2.4e-3, 2.97e-3, 0.0, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
 TWISTED = SpatialSegment(
     ClampedRod((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, STIFFNESS, 0.0), SECTION, roll=(0.0, math.radians(290.0))
 )
