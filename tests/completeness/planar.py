@@ -171,15 +171,12 @@ def main() -> int:
         results = [_one(task) for task in tasks]
     print(table(results))
     unmet, states = sum(each.unmet for each in results), sum(each.states for each in results)
-    print(
-        f"random starts did not lead to {unmet} of the {states} states, which the search lists and the method confirms"
-    )
+    print(f"of the {states} states {unmet} were listed, and confirmed, that no start of the yardstick led to")
     faults = [each for each in results if each.missed or each.invented]
     for each in faults:
         back = f"{each.scene.kind} {each.scene.back:.2e}"
-        print(
-            f"\n{each.number}: {back}: missed {list(each.missed)}, invented {list(each.invented)}\n  {each.scene.rod}"
-        )
+        print(f"\n{each.number}: {back}: missed {list(each.missed)}, invented {list(each.invented)}")
+        print(f"  {each.scene.rod}")
     return int(bool(faults))
 
 
