@@ -34,8 +34,26 @@ def searched(rod: ClampedRod, tolerance: float, windings: tuple[int, ...]) -> li
     return states
 
 
+LEVEL = 1e-6
+"""Heights over the length up to which no name says on which side of another curve, or of the chord, a curve lies."""
+
+
 def names(states: list[Equilibrium]) -> list[str]:
     return [state.name for state in states if state.simple]
+
+
+def names_of_one(states: list[Equilibrium]) -> list[str]:
+    """What a single state is called: by its side, unless it has none."""
+    (height,) = (state.mean_height / state.rod.length for state in states if state.simple)
+    if abs(height) < LEVEL:
+        return ["middle-1"]
+    return ["peak"] if height > 0.0 else ["valley"]
+
+
+def names_of_two(states: list[Equilibrium]) -> list[str]:
+    """What two states are called: peak and valley, unless neither is the higher one."""
+    higher, lower = (state.mean_height / state.rod.length for state in states if state.simple)
+    return ["peak", "valley"] if higher - lower > 2.0 * LEVEL else ["middle-1", "middle-2"]
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
@@ -55,9 +73,9 @@ def test_a_verified_equilibrium_or_a_sentence(row: Row) -> None:
         assert all(row.change in state.outcome.value for state in states)
         assert names(states) == ["peak", "valley"]
     elif row.expect == "pair":
-        assert names(states) == ["peak", "valley"]
+        assert names(states) == names_of_two(states)
     elif row.expect == "one":
-        assert names(states) in (["peak"], ["valley"])
+        assert names(states) == names_of_one(states)
     else:
         assert states
 
