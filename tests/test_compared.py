@@ -14,7 +14,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from curveline.capability import Held, buckling_force
+from curveline.capability import Ability, Held, buckling_force
 from curveline.errors import InvalidInput
 from curveline.plan import AxisDrive, Plan, drive_table
 from curveline.planning.demand import Demand, overload
@@ -115,7 +115,7 @@ def test_what_a_shape_gets_wrong_by_a_hair_is_seen(tmp_path: Path, nodes: str, l
 
 def test_what_looks_odd_by_a_hair_is_seen() -> None:
     def odd(display: Display) -> dict[str, str]:
-        return {each.code: each.message for each in suspicions(display, Held(0.5, 0.9))}
+        return {each.code: each.message for each in suspicions(display, Ability(Held(0.5, 0.9)))}
 
     span = DISPLAY.span
     short = replace(DISPLAY, limits=replace(DISPLAY.limits, length=replace(DISPLAY.limits.length, high=span / HAIR)))

@@ -12,7 +12,7 @@ import pytest
 
 import curveline
 from curveline import results
-from curveline.capability import held_lengths
+from curveline.capability import ability_of
 from curveline.errors import InvalidInput
 from curveline.planning import make_plan
 from curveline.results import Report, Settings
@@ -157,24 +157,28 @@ def test_hints_say_which_keys_to_keep(tmp_path: Path) -> None:
         assert hint in found.hint
 
 
+SHAPE = "level-down-valley"
+
+
 @pytest.mark.parametrize("section", [ROUND, TUBE])
 def test_curves_depend_on_the_section_by_its_stiffness_alone_and_plans_know_its_strain(section: CrossSection) -> None:
     """A square of equal stiffness bends the same; its surface is strained less, in proportion to its size."""
     display = read_display("single")
     thickness = (12.0 * section.second_moment) ** 0.25
-    # As stiff as the strip; a strain that is no reason for other steps. Hanging rods stay in their plane.
+    # As stiff as the strip; a strain that is no reason for other steps. Nodes that are tilted keep a round rod in its
+    # plane, and only until then, in which it may be anywhere, does it matter how stiff it is against twist.
     modulus = display.rod.bending_stiffness / section.second_moment
     as_stiff = replace(display.rod, youngs_modulus=modulus, shear_modulus=modulus, max_strain=0.3)
     made, states = {}, {}
     for each in (section, Rectangle(thickness, thickness)):
-        scene = on_display("level-neutral-valley", replace(display, rod=replace(as_stiff, section=each)))
+        scene = on_display(SHAPE, replace(display, rod=replace(as_stiff, section=each)))
         made[each] = make_plan(scene)
         (found,) = simulate(scene, model="planar")
         states[each] = found.wanted
     round_, square = made.values()
     ratio = section.thickness / thickness
-    for one, other in zip(round_.steps, square.steps, strict=True):
-        assert one.targets == other.targets
+    assert [step.targets for step in round_.steps] == [step.targets for step in square.steps]
+    for one, other in zip(round_.steps[2:], square.steps[2:], strict=True):
         assert one.max_strain == pytest.approx(ratio * other.max_strain, rel=1e-6)
         assert one.max_moment_Nmm == pytest.approx(other.max_moment_Nmm, rel=1e-6)
     wanted, same = states.values()
@@ -184,7 +188,7 @@ def test_curves_depend_on_the_section_by_its_stiffness_alone_and_plans_know_its_
     limit = 0.99 * 0.5 * section.thickness * wanted.max_curvature
     brittle = replace(display, rod=replace(as_stiff, section=section, max_strain=limit))
     with pytest.raises(curveline.errors.CurvelineError, match="bend to a radius"):
-        make_plan(on_display("level-neutral-valley", brittle))
+        make_plan(on_display(SHAPE, brittle))
 
 
 def test_out_of_the_plane_a_round_rod_is_as_stiff_as_in_it_and_turns_with_its_own_inertia() -> None:
@@ -214,7 +218,7 @@ def test_results_say_what_rod_it_was(tmp_path: Path) -> None:
 def test_what_looks_odd_of_a_round_rod_is_said_by_its_own_keys(tmp_path: Path) -> None:
     def odd(**rod: float) -> dict[str, str]:
         display = display_with(tmp_path, **rod)
-        return {each.code: each.key for each in suspicions(display, held_lengths(display))}
+        return {each.code: each.key for each in suspicions(display, ability_of(display))}
 
     # As thick as the built-in strip, but that is no estimate of another rod's diameter.
     assert "rod.diameter_mm" not in odd(diameter_mm=2.4)["not-measured"]

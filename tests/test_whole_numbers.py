@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from curveline import results, scene, sections
-from curveline.capability import held_lengths, reaches
+from curveline.capability import ability_of, reaches
 from curveline.errors import CurvelineError
 from curveline.loading import files as loadfiles
 from curveline.loading.maps import load_map
@@ -70,7 +70,7 @@ def test_plan_and_check() -> None:
     made = [_planned(shape(number)) for number in (int, float)]
     assert made[0] == made[1]
     assert reaches(display(int)) == reaches(display(float))
-    odd = [suspicions(each, held_lengths(each)) for each in map(display, (int, float))]
+    odd = [suspicions(each, ability_of(each)) for each in map(display, (int, float))]
     assert odd[0] == odd[1]
 
 
