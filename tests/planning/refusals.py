@@ -257,7 +257,8 @@ def main() -> None:
         print(f"  {what:30s}{count:5d}  {100.0 * count / asked.targets:5.1f} %")
     for what, count in reasons.most_common():
         print(f"    refused, good: {what:40s}{count:5d}")
-    print(f"  processor time: slowest refusal {slowest:.1f} s, mean of all {np.mean(spent):.2f} s, median {np.median(spent):.2f} s")
+    mean, median = np.mean(spent), np.median(spent)
+    print(f"  processor time: slowest refusal {slowest:.1f} s, mean of all {mean:.2f} s, median {median:.2f} s")
 
 
 def kind_of(reason: str) -> str:
