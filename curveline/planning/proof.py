@@ -17,7 +17,7 @@ from curveline.plan import drive_table
 from curveline.planning.demand import Demand, demand_of, demand_of_state
 from curveline.planning.layout import Box, describe
 from curveline.rod.approach import layer
-from curveline.rod.continuation import FOLLOW_EDGES, STIFFEST, coarse_start, follow, stiffness_of
+from curveline.rod.continuation import FOLLOW_EDGES, STIFFEST, coarse_start, follow, stiffness_of, travel
 from curveline.rod.equilibrium import SPATIAL, ClampedRod, Equilibrium
 from curveline.rod.models import Ask, model_states
 from curveline.rod.problem import Pose
@@ -266,8 +266,8 @@ class Prover:
                 raise Refused(f"at {describe(pose)} not only the {wanted} exists", is_hopeless=True)
             level = pose._replace(start=0.0, end=0.0)
             way = straight(level, pose)
-            branches = [follow(way, self.bearing, *coarse_start(state)) for state in self.states(level)]
-            gone = max((branch.reached for branch in branches if branch.reached < 1.0), default=0.0)
+            ends = [travel(way, self.bearing, *coarse_start(state))[0] for state in self.states(level)]
+            gone = max((reached for reached in ends if reached < 1.0), default=0.0)
             self._funnels[pose, wanted] = 1.0 / gone - 1.0 if gone > 0.0 else 1.0
         return self._funnels[pose, wanted]
 
