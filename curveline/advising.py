@@ -11,23 +11,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from curveline.changes import ANGLE, HEIGHT, LENGTH, Counted, Hunt, Quantity, part_of, single_rays
-from curveline.rod.fidelity import lateral, probe
-from curveline.rod.states import find_states
+from curveline.rod.models import Ask
+from curveline.rod.showable import showable_states
 from curveline.scene import Scene
-from curveline.simulation import SegmentStates, section_of, simulate, spatial_segment
+from curveline.simulation import SegmentStates, simulate, spatial_segment
 
 LOOKS = 120
 """Values that the coarse sieve sees: some tenths of a second."""
 TRIES = 3
 """Values that the model sees."""
-
-
-@dataclass(frozen=True)
-class Ask:
-    """How a scene was simulated: error [m] and model."""
-
-    tolerance: float
-    model: str
 
 
 def advice_on(scene: Scene, found: tuple[SegmentStates, ...], ask: Ask) -> tuple[str, ...]:
@@ -86,12 +78,10 @@ class _Search:
         return self.index, *(each for each in beside if self._has_planar(self.scene, each))
 
     def _has_planar(self, scene: Scene, segment: int) -> bool:
-        section = section_of(scene.display)
-        states = find_states(spatial_segment(scene, segment).rod, self.ask.tolerance)
-        wanted = next((state for state in states if state.name == scene.segments[segment].state and state.simple), None)
-        if wanted is None or scene.beyond_the_plane:
-            return wanted is not None
-        return lateral(probe(wanted), section).stays
+        described = spatial_segment(scene, segment)
+        found = showable_states(described.rod, described.section, self.ask.tolerance)
+        shown = found.planar if scene.beyond_the_plane else found.states
+        return any(state.name == scene.segments[segment].state for state in shown)
 
 
 def _fits(scene: Scene) -> bool:

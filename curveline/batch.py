@@ -14,11 +14,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
-from curveline.advising import Ask, advice_on
+from curveline.advising import advice_on
 from curveline.errors import CurvelineError
 from curveline.portable import cores
 from curveline.results import Report, Settings, document
 from curveline.rod import _jit
+from curveline.rod.models import Ask
 from curveline.scene import Scene
 from curveline.simulation import simulate
 
@@ -93,7 +94,7 @@ def perform(order: Order, task: Task) -> Answer | CurvelineError:
         return task.scene
     try:
         report = report_on(task.scene, order.settings)
-        ask = Ask(order.settings.tolerance, order.settings.model)
+        ask = Ask(order.settings.tolerance, order.settings.windings, order.settings.model)
         advice = () if task.swept else advice_on(task.scene, report.segments, ask)
         return Answer(report.shortfalls, report.remarks, tuple(make(task, report) for make in order.makers), advice)
     except CurvelineError as error:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
 from curveline.errors import InvalidInput
 from curveline.plan import AXES, MAX_COUNT, UNITS, AxisDrive, drive_table
+from curveline.planning.demand import demand_of_state, load_of
 from curveline.planning.doors import Door, doors_of, has_home
 from curveline.planning.proof import Prover
 from curveline.planning.remedies import remedy
 from curveline.radio.motion import axes_of
-from curveline.rod.equilibrium import Equilibrium
-from curveline.rod.fidelity import lateral, probe
-from curveline.rod.states import find_states
+from curveline.rod.showable import Showable, showable_states
 from curveline.scene import Display, Node
 from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod, section_of
 from curveline.units import mm, to_mm
@@ -246,38 +245,22 @@ def _leaving(display: Display, name: str, lengths: list[float], leave: list[froz
 
 def leaving(display: Display, length: float) -> frozenset[str]:
     """The states of `length` [m] of rod between level, upright nodes that do not certainly stay in their plane."""
-    section = section_of(display)
-    states = [state for state in _level_states(display, length) if state.simple]
-    return frozenset(state.name for state in states if not lateral(probe(state), section).stays)
+    return frozenset(state.name for state in _level_states(display, length).leaving)
 
 
-def _level_states(display: Display, length: float) -> list[Equilibrium]:
-    return find_states(clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), length), DEFAULT_TOLERANCE)
+def _level_states(display: Display, length: float) -> Showable:
+    rod = clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), length)
+    return showable_states(rod, section_of(display), DEFAULT_TOLERANCE)
 
 
 def too_much(display: Display, length: float) -> str:
     """Why rod or motors do not stand every state of `length` [m] of rod between level, upright nodes; empty if so."""
-    for state in _level_states(display, length):
-        if not state.simple:
-            continue
-        if state.max_curvature > display.rod.max_curvature:
+    for state in _level_states(display, length).planar:
+        load = load_of((demand_of_state(state),))
+        if load.curvature > display.rod.max_curvature:
             return TOO_TIGHT
-        if max(_forces(state)) > display.drive.max_force:
+        if load.force > display.drive.max_force:
             return TOO_HARD
-        if max(_moments(state)) > display.drive.max_moment:
+        if load.moment > display.drive.max_moment:
             return TOO_STIFF
     return ""
-
-
-def _forces(state: Equilibrium) -> Iterator[float]:
-    """Forces along and across the rod at level, upright nodes [N]: those of the feeding and of the lifting motors."""
-    for across, up in state.clamp_force.tolist():
-        yield abs(across)
-        yield abs(up)
-
-
-def _moments(state: Equilibrium) -> Iterator[float]:
-    """Moments about the pivots of level, upright nodes [N m]."""
-    half = 0.5 * state.rod.clamp
-    for moment, force, side in zip(state.clamp_moment.tolist(), state.clamp_force.tolist(), (half, -half), strict=True):
-        yield abs(moment + side * force[1])

@@ -7,7 +7,6 @@ The only module with 1e-3 or pi/180 in it. Names say the direction: `mm(x)` read
 from __future__ import annotations
 
 import math
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""
@@ -144,9 +143,16 @@ def between(low: float, high: float, digits: int) -> tuple[float, float]:
 
 def rounded_up(value: float, digits: int) -> float:
     """The least number with so many significant digits that is not below `value`: to advise a lower bound."""
-    return float(Context(prec=digits, rounding=ROUND_CEILING).create_decimal(Decimal(value)))
+    return _rounded(value, digits, "ROUND_CEILING")
 
 
 def rounded_down(value: float, digits: int) -> float:
     """The largest number with so many significant digits that is not above `value`: to advise an upper bound."""
-    return float(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(Decimal(value)))
+    return _rounded(value, digits, "ROUND_FLOOR")
+
+
+def _rounded(value: float, digits: int, rounding: str) -> float:
+    # Every command imports this module, and few advise numbers.
+    from decimal import Context, Decimal
+
+    return float(Context(prec=digits, rounding=rounding).create_decimal(Decimal(value)))

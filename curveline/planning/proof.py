@@ -23,7 +23,7 @@ from curveline.rod.models import Ask, model_states
 from curveline.rod.problem import Pose
 from curveline.rod.showable import Showable, showable_states
 from curveline.rod.slack import is_slack, missing, out_of_line
-from curveline.rod.tracking import TrackedState, identify, on_edges, refined, tracked, why_not_shown
+from curveline.rod.tracking import CLOSE, TrackedState, identify, on_edges, refined, tracked, why_not_shown
 from curveline.rod.way import between, straight
 from curveline.scene import PEAK, STRAIGHT, VALLEY, Display, Node
 from curveline.simulation import DEFAULT_TOLERANCE, clamped_rod, flat_segment, section_of
@@ -40,8 +40,6 @@ OUT_OF_LINE = deg(5.0)
 """Without rod to spare, a clamp that points further away from the chord [rad] asks for more than motors give: under a
 pull T, bending back to the chord takes up sqrt(EI/T)/4 times the angle squared of the rod; of two such clamps of the
 built-in displays, at the 8 N of their motors, all that a straight rod may have to spare."""
-SAME_STATE = 0.02
-"""Edges of one state, followed on two ways, differ by less than this [rad]."""
 EDGES = (FOLLOW_EDGES, 4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
 """A state is followed on the fewest that are short enough for it, and on the next if it is lost on these."""
 PER_LAYER = 1.0
@@ -196,7 +194,7 @@ class Prover:
         followed = [direct]
         for here, there in box.edges(before, after):
             way = self._follow(here, there, holds[here])
-            if holds.setdefault(there, way.end).gap(way.end) > SAME_STATE:
+            if holds.setdefault(there, way.end).gap(way.end) > CLOSE:
                 raise Refused(f"uneven progress by way of {describe(here)} would end in another state")
             followed.append(way)
         corners = set(box.corners()) - {before, after}
@@ -296,8 +294,8 @@ class Prover:
             is_pulled = not is_slack(rod) and out_of_line(rod) > OUT_OF_LINE
             if is_pulled or missing(rod) > TAUT:
                 raise Refused(f"in uneven progress the rod would be pulled taut at {describe(pose)}")
-            found = self.showable(pose)
-            self._weighed[pose] = reduce(Demand.joined, map(demand_of_state, (*found.states, *found.leaving)), Demand())
+            demands = map(demand_of_state, self.showable(pose).planar)
+            self._weighed[pose] = reduce(Demand.joined, demands, Demand())
         return self._weighed[pose]
 
 

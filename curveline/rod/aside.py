@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curveline.rod.continuation import FOLLOW_EDGES, LARGEST_MOVE, stays_in_plane, try_step
-from curveline.rod.problem import Array, Pose, make_problem, mesh, released
-from curveline.rod.relax import Ending, descend, lowest_mode
+from curveline.rod.continuation import FOLLOW_EDGES, is_stable_outside
+from curveline.rod.problem import Array, Pose
+from curveline.rod.relax import Ending, descend, largest_turn, lowest_mode
 from curveline.rod.rotations import matrix_of
 from curveline.rod.space import NUDGE, SpatialSegment, frames_of
 from curveline.rod.spatial import Shape, SpatialRod, moved, positions
-from curveline.rod.tracking import TrackedState
+from curveline.rod.tracking import TrackedState, problem_on, reached
 from curveline.rod.way import straight
 
 EDGES = 24
@@ -36,9 +36,8 @@ class Aside:
 
 def pushed_off(segment: SpatialSegment, held: TrackedState) -> Aside | None:
     """Where the rod of a flat `segment` goes from a state of the plane, pushed off towards the viewer; None if lost."""
-    edges = np.full(EDGES, 1.0 / EDGES)
+    rod = _rod_of(segment)
     angles = held.angles.reshape(EDGES, -1).mean(axis=1)
-    rod = segment.spatial_rod(edges)
     shape = Shape(np.zeros(EDGES), frames_of(angles, np.zeros(EDGES), np.zeros(EDGES)))
     _, mode = lowest_mode(rod, shape)
     _, turn = moved(rod, shape, mode, 1.0)
@@ -54,9 +53,9 @@ def go_aside(poses: Array, segment: SpatialSegment, aside: Aside, place: int) ->
     last, stride = len(poses) - 1, 1
     while place < last:
         there = min(place + stride, last)
-        rod = segment.moved_to(Pose(*poses[there].tolist())).spatial_rod(np.full(EDGES, 1.0 / EDGES))
+        rod = _rod_of(segment.moved_to(Pose(*poses[there].tolist())))
         state = _settled(rod, aside.shape)
-        if stride > 1 and (state is None or _turned(state.shape, aside.shape) > LARGEST_TURN):
+        if stride > 1 and (state is None or largest_turn(state.shape, aside.shape) > LARGEST_TURN):
             stride //= 2
             continue
         if state is None:
@@ -70,8 +69,7 @@ def go_aside(poses: Array, segment: SpatialSegment, aside: Aside, place: int) ->
 
 def back_in_plane(segment: SpatialSegment, aside: Aside) -> TrackedState | None:
     """The state of the plane that a rod is in; None if it is out of it, or would leave it."""
-    rod = segment.spatial_rod(np.full(EDGES, 1.0 / EDGES))
-    if _depth(rod, aside.shape) > FLAT:
+    if _depth(_rod_of(segment), aside.shape) > FLAT:
         return None
     matrix, tangents = np.empty((3, 3)), np.empty((EDGES, 3))
     for j in range(EDGES):
@@ -79,34 +77,35 @@ def back_in_plane(segment: SpatialSegment, aside: Aside) -> TrackedState | None:
         tangents[j] = matrix[:, 2]
     angles = np.unwrap(np.arctan2(tangents[:, 1], tangents[:, 0]))
     places, coarse = ((np.arange(n) + 0.5) / n for n in (FOLLOW_EDGES, EDGES))
-    scaled, pose = segment.rod.scaled(), segment.rod.pose
-    free = released(make_problem(scaled, mesh(scaled.at, FOLLOW_EDGES)))
-    found, angles, forces = try_step(free, np.interp(places, coarse, angles), np.zeros(2), LARGEST_MOVE)
-    if not found or not stays_in_plane(straight(pose, pose), segment.bearing, 0.0, (free, angles, forces)):
-        return None
-    return TrackedState(angles, forces)
+    held = reached(segment.rod, TrackedState(np.interp(places, coarse, angles), np.zeros(2)))
+    return held if held is not None and stays(segment, held) else None
+
+
+def stays(segment: SpatialSegment, held: TrackedState) -> bool:
+    """True if the rod of a flat segment stays in its plane in a state of it."""
+    pose, free = segment.rod.pose, problem_on(segment.rod, held.angles.size)
+    return bool(is_stable_outside(straight(pose, pose), segment.bearing, 0.0, (free, held.angles, held.forces)))
 
 
 def seen(segment: SpatialSegment, aside: Aside, points: int) -> Array:
     """The curve as it looks from the front, (points, 2) [m], equally spaced from pivot to pivot, seen from the left."""
-    rod, n = segment.rod, EDGES
-    free = positions(segment.spatial_rod(np.full(n, 1.0 / n)), aside.shape)[:, :2] * rod.free_length
-    places = np.concatenate([[0.0], 0.5 * rod.clamp + np.linspace(0.0, rod.free_length, n + 1), [rod.length]])
+    rod = segment.rod
+    free = positions(_rod_of(segment), aside.shape)[:, :2] * rod.free_length
+    places = np.concatenate([[0.0], 0.5 * rod.clamp + np.linspace(0.0, rod.free_length, EDGES + 1), [rod.length]])
     curve = np.vstack([[0.0, 0.0], np.array(rod.free_start) + free, rod.chord])
     at = np.linspace(0.0, rod.length, points)
     return np.column_stack([np.interp(at, places, side) for side in curve.T])
+
+
+def _rod_of(segment: SpatialSegment) -> SpatialRod:
+    """The rod of a segment on the edges of an `Aside`."""
+    return segment.spatial_rod(np.full(EDGES, 1.0 / EDGES))
 
 
 def _settled(rod: SpatialRod, shape: Shape) -> Aside | None:
     """Downhill from a shape; None if that leads nowhere."""
     relaxed = descend(rod, shape)
     return Aside(relaxed.shape) if relaxed.ending is Ending.SETTLED else None
-
-
-def _turned(after: Shape, before: Shape) -> float:
-    """Largest angle by which an edge's frame turned [rad]."""
-    alike = np.abs(np.sum(after.frames * before.frames, axis=1))
-    return float(2.0 * np.max(np.arccos(np.minimum(alike, 1.0))))
 
 
 def _depth(rod: SpatialRod, shape: Shape) -> float:

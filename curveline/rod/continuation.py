@@ -60,7 +60,7 @@ TRACK = Effort(turn=0.2, close=1e-7, iterations=12)
 LAND = Effort(turn=0.3, close=1e-7, iterations=400)
 
 
-class Dip(NamedTuple):
+class Weakest(NamedTuple):
     """Where on a way an eigenvalue of a state is lowest: the fraction, the eigenvalue [EI/L^2], the state there."""
 
     fraction: float
@@ -83,8 +83,8 @@ class Branch(NamedTuple):
     reached: float
     phi: Array
     multipliers: Array
-    inside: Dip
-    outside: Dip
+    inside: Weakest
+    outside: Weakest
     leaves_plane: bool
 
 
@@ -180,8 +180,8 @@ def follow(way, bearing, phi, multipliers):
     step = 0.0
     leaves = False
     least = np.inf
-    inside = Dip(0.0, np.inf, phi, multipliers)
-    outside = Dip(0.0, np.inf, phi, multipliers)
+    inside = Weakest(0.0, np.inf, phi, multipliers)
+    outside = Weakest(0.0, np.inf, phi, multipliers)
     while count < samples.shape[0] and counts.sum() == phi.size:
         fraction = min(1.0, reached + step)
         free = problem_at(way, bearing, fraction, counts)
@@ -202,9 +202,9 @@ def follow(way, bearing, phi, multipliers):
             samples[count, 2:] = node_loads(way, fraction, bearing, free, phi, multipliers)
             count += 1
             if lowest < inside.eigenvalue:
-                inside = Dip(fraction, lowest, phi, multipliers)
+                inside = Weakest(fraction, lowest, phi, multipliers)
             if aside < least:
-                outside = Dip(fraction, aside, phi, multipliers)
+                outside = Weakest(fraction, aside, phi, multipliers)
             if is_still(way):
                 reached = 1.0
             if reached == 1.0:
@@ -265,7 +265,7 @@ def travel(way, bearing, phi, multipliers):
         fraction = min(1.0, reached + step)
         free = problem_at(way, bearing, fraction, counts)
         found, trial, force = try_step(free, phi, multipliers, TRAVEL_MOVE)
-        leaves = found and not stays_in_plane(way, bearing, fraction, (free, trial, force))
+        leaves = found and not is_stable_outside(way, bearing, fraction, (free, trial, force))
         if found and not leaves:
             phi = trial
             multipliers = force
@@ -277,7 +277,7 @@ def travel(way, bearing, phi, multipliers):
 
 
 @njit
-def stays_in_plane(way, bearing, fraction, state):
+def is_stable_outside(way, bearing, fraction, state):
     """True if a `state`, problem, angles and multipliers, is stable out of its plane, too."""
     free, phi, multipliers = state
     if is_held_in_plane(bearing):

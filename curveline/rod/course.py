@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod._jit import njit
-from curveline.rod.aside import Aside, back_in_plane, go_aside, pushed_off
-from curveline.rod.continuation import FOLLOW_EDGES, land, stays_in_plane, sway, travel
-from curveline.rod.problem import Array, Bearing, Pose, make_problem, mesh, released
+from curveline.rod.aside import Aside, back_in_plane, go_aside, pushed_off, stays
+from curveline.rod.continuation import FOLLOW_EDGES, land, sway, travel
+from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.slack import has_spare
 from curveline.rod.space import SpatialSegment
 from curveline.rod.tracking import TrackedState, on_edges, reached
@@ -128,7 +128,7 @@ class _Rider:
         self.events.append(Event(kind, place, state))
         if state is None:
             self._step_on()
-        elif not _stays(self._at(place), self.bearing, state):
+        elif not stays(self._at(place), state):
             self._leave(state)
 
     def _leave(self, held: TrackedState) -> None:
@@ -186,13 +186,6 @@ def _landed(pose: Pose, bearing: Bearing, held: TrackedState) -> TrackedState | 
     return TrackedState(angles, forces) if landed else None
 
 
-def _stays(segment: SpatialSegment, bearing: Bearing, held: TrackedState) -> bool:
-    """True if the rod stays in its plane in a state of it."""
-    scaled, pose = segment.rod.scaled(), segment.rod.pose
-    free = released(make_problem(scaled, mesh(scaled.at, held.angles.size)))
-    return bool(stays_in_plane(straight(pose, pose), bearing, 0.0, (free, held.angles, held.forces)))
-
-
 def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[int, TrackedState, bool]:
     """How many of the ways between `poses` a state passes, on finer edges where it takes them, and where it is then.
 
@@ -204,13 +197,15 @@ def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[
             break
         begin, end = (Pose(*poses[place].tolist()) for place in (done, done + 1))
         fine = on_edges(segment.moved_to(begin).rod, held, n) if n > held.angles.size else None
+        if fine is None:
+            continue
         # Whether finer edges help is soon told, and mostly they do not: the rod falls.
-        kept = _kept_for(segment, fine, straight(begin, end)) if fine is not None else LOOKS - 1
-        if fine is not None and kept == LOOKS:
+        kept = _kept_for(segment, fine, straight(begin, end))
+        if kept == 0:
+            break
+        if kept == LOOKS:
             further, held, leaves = _passed_on(poses[done:], segment.bearing, fine)
             done += further
-        elif kept == 0:
-            break
     return done, held, leaves
 
 

@@ -21,6 +21,11 @@ class Showable(NamedTuple):
     leaving: tuple[Equilibrium, ...] = ()
     outside: tuple[float, ...] = ()
 
+    @property
+    def planar(self) -> tuple[Equilibrium, ...]:
+        """All of them."""
+        return (*self.states, *self.leaving)
+
     def called(self, name: str) -> Equilibrium | None:
         """The state of a name, if it can be shown."""
         return next((state for state in self.states if state.name == name), None)

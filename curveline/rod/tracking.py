@@ -16,10 +16,11 @@ import numpy as np
 from curveline.rod.continuation import FOLLOW_EDGES, LARGEST_MOVE, coarse_start, try_step
 from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
 from curveline.rod.identity import same_curve
-from curveline.rod.problem import Array, make_problem, mesh, refine_angles, released
+from curveline.rod.problem import Array, Problem, make_problem, mesh, refine_angles, released
 
 CLOSE = 0.02
-"""Edges of one state, on a coarse rod and on a fine one, differ by less than this [rad], but near folds."""
+"""Edges of one state differ by less than this [rad] on a coarse rod and on a fine one, but near folds, or followed on
+two ways."""
 CLEAR = 3.0
 """How often as far away the next state must be for the nearest to be told by its angles alone."""
 TOLERANCE = 1e-5
@@ -52,10 +53,8 @@ def on_edges(rod: ClampedRod, held: TrackedState, n: int) -> TrackedState | None
     """The same state on `n` edges, as many times more or fewer; None if the rod has no such stable state on these."""
     if held.angles.size == n:
         return held
-    scaled = rod.scaled()
     if held.angles.size < n:
-        coarse = released(make_problem(scaled, mesh(scaled.at, held.angles.size)))
-        angles = refine_angles(coarse, held.angles, n // held.angles.size)
+        angles = refine_angles(problem_on(rod, held.angles.size), held.angles, n // held.angles.size)
     else:
         angles = held.angles.reshape(n, -1).mean(axis=1)
     return reached(rod, TrackedState(angles, held.forces))
@@ -63,10 +62,16 @@ def on_edges(rod: ClampedRod, held: TrackedState, n: int) -> TrackedState | None
 
 def reached(rod: ClampedRod, held: TrackedState) -> TrackedState | None:
     """The stable state of a rod next to the one that is `held`; None if there is none on its edges."""
-    scaled = rod.scaled()
-    free = released(make_problem(scaled, mesh(scaled.at, held.angles.size)))
+    free = problem_on(rod, held.angles.size)
     found, angles, forces = try_step(free, held.angles, held.forces, LARGEST_MOVE)
     return TrackedState(angles, forces) if found else None
+
+
+def problem_on(rod: ClampedRod, n: int) -> Problem:
+    """A rod without loads cut into `n` equal edges."""
+    scaled = rod.scaled()
+    problem: Problem = released(make_problem(scaled, mesh(scaled.at, n)))
+    return problem
 
 
 def identify(rod: ClampedRod, held: TrackedState, states: Sequence[Equilibrium]) -> Equilibrium | None:
