@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from curveline.advising import Ask, advice_on
+from curveline.advising import advice_on
 from curveline.capability import Ability, Held, departures_of
 from curveline.changes import ANGLE, HEIGHT, LENGTH, Quantity
 from curveline.errors import Infeasible, InvalidInput
@@ -25,6 +25,7 @@ from curveline.planning.moves import Stage, Travel
 from curveline.planning.proof import Prover, Refused
 from curveline.rod.absence import why_none
 from curveline.rod.equilibrium import ClampedRod
+from curveline.rod.models import Ask
 from curveline.rod.states import find_states
 from curveline.scene import Display, Node, Range, Scene, Segment
 from curveline.shapefile import builtin_text, read_display, read_shape
@@ -205,7 +206,7 @@ def test_with_what_is_advised_the_wanted_state_is_there(seed: int) -> None:
     chance = random.Random(f"simulate {seed}")
     asked = a_scene(chance, chance.choice([(0.1, 1.0), (1.0, 20.0), (20.0, 150.0)]))
     found = tuple(simulate(asked))
-    advice = advice_on(asked, found, Ask(DEFAULT_TOLERANCE, AUTO))
+    advice = advice_on(asked, found, Ask(DEFAULT_TOLERANCE, (0,), AUTO))
     assert len(advice) <= (found[0].wanted is None)
     for sentence in advice:
         better = advised(sentence, asked)
@@ -219,7 +220,7 @@ def test_most_missing_states_lead_to_advice() -> None:
         asked = a_scene(random.Random(f"missing {seed}"), (1.0, 60.0))
         found = tuple(simulate(asked))
         if found[0].wanted is None:
-            missing.append(bool(advice_on(asked, found, Ask(DEFAULT_TOLERANCE, AUTO))))
+            missing.append(bool(advice_on(asked, found, Ask(DEFAULT_TOLERANCE, (0,), AUTO))))
     assert len(missing) > 10
     assert sum(missing) >= 0.9 * len(missing)
 
@@ -231,7 +232,7 @@ def test_advice_on_a_row_keeps_what_its_neighbours_have(seed: int) -> None:
     angles = tuple(round(chance.uniform(-50, 50), 1) for _ in range(5))
     asked = row(lengths, "".join(chance.choice("pv") for _ in range(4)), angles)
     found = tuple(simulate(asked))
-    for sentence in advice_on(asked, found, Ask(DEFAULT_TOLERANCE, AUTO)):
+    for sentence in advice_on(asked, found, Ask(DEFAULT_TOLERANCE, (0,), AUTO)):
         segment = int(sentence.removeprefix("segment ").partition(":")[0]) - 1
         after = simulate(advised(sentence, asked))
         assert after[segment].wanted is not None
