@@ -13,7 +13,7 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from curveline.planning.demand import Demand, load_of
+from curveline.planning.demand import load_of
 from curveline.planning.proof import LEAST_PAST_FOLD, Prover, Refused
 from curveline.rod.problem import Pose
 from curveline.rod.way import between
@@ -99,9 +99,9 @@ def _headroom(prover: Prover, wanted: str, biases: tuple[float, float], length: 
     if margin < LEAST_PAST_FOLD:
         raise Refused(f"the other state ceases to exist only {100 * margin:.0f} % before the end of the bias")
     # The most is asked for where the other state is about to go.
-    demand = Demand()
-    for share in (0.0, JUST_BEFORE / (1.0 + margin), 1.0):
-        demand = demand.joined(prover.weigh(between(level, biased, share)))
+    demand = prover.weigh(level).joined(prover.weigh(biased))
+    just_before = between(level, biased, JUST_BEFORE / (1.0 + margin))
+    demand = demand.joined(prover.weigh_on_the_way(level, just_before))
     # In a row the node between two segments bears both.
     demands = (demand, demand) if 0.0 in biases else (demand,)
     return min(1.0 - load_of(demands).share(prover.display), margin)

@@ -287,6 +287,17 @@ class Prover:
             raise Refused(f"the state comes within {reason}", is_hopeless=is_hopeless)
         return found
 
+    def weigh_on_the_way(self, before: Pose, after: Pose) -> Demand:
+        """What the states at `before` ask at `after`, as far as a straight way leads them there: near folds they are
+        sooner followed than found."""
+        way, bearing = straight(before, after), self.rod(before).bearing
+        demand = Demand()
+        for state in self.showable(before).planar:
+            reached, angles, forces, _ = travel(way, bearing, *coarse_start(state))
+            if reached == 1.0:
+                demand = demand.joined(demand_of(follow(straight(after, after), bearing, angles, forces).samples))
+        return demand
+
     def weigh(self, pose: Pose) -> Demand:
         """What any of the states at `pose` asks; Refused if the rod is taut there."""
         if pose not in self._weighed:
