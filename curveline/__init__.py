@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from curveline.shapefile import read_shape as read_shape
-    from curveline.simulation import simulate as simulate
+    from curveline.shapes.files import read_shape as read_shape
+    from curveline.simulation.simulate import simulate as simulate
 
-_HOMES = {"read_shape": "curveline.shapefile", "simulate": "curveline.simulation"}
+_HOMES = {"read_shape": "curveline.shapes.files", "simulate": "curveline.simulation.simulate"}
 
 __all__ = ["__version__", "read_shape", "simulate"]
 

@@ -1,5 +1,5 @@
 """`python -m curveline` is the same as `curveline`."""
 
-from curveline.cli import main
+from curveline.cli.app import main
 
 main()

@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from curveline.plan import NodeTarget, Plan
-from curveline.planning import make_plan
+from curveline.plan_file import NodeTarget, Plan
+from curveline.planning.tours import make_plan
 from curveline.scene import Scene
-from curveline.shapefile import read_shape
+from curveline.shapes.files import read_shape
 
 FILES = {path.stem: path for path in sorted((Path(__file__).parent.parent / "shapes").glob("*.toml"))}
 SHAPES = {name: path for name, path in FILES.items() if name.endswith(("-peak", "-valley"))}

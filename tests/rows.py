@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from curveline.bench.row import PATTERN as PATTERN
-from curveline.bench.row import row as row
-from curveline.bench.row import row_display as row_display
+from curveline.bench.many_segments import PATTERN as PATTERN
+from curveline.bench.many_segments import row as row
+from curveline.bench.many_segments import row_display as row_display

@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import pytest
 
-from curveline.changes import ANGLE, Quantity
 from curveline.errors import CurvelineError, Infeasible
-from curveline.planning import make_plan
 from curveline.planning.advice import TRIES, Advice, nearest
-from curveline.planning.goals import check_goal
-from curveline.planning.proof import Prover
+from curveline.planning.feasibility import check_goal
+from curveline.planning.tours import make_plan
+from curveline.planning.verification import Verifier
 from curveline.scene import Load, Node, Scene, Segment
-from curveline.shapefile import read_display
+from curveline.shapes.files import read_display
+from curveline.simulation.changes import ANGLE, Quantity
 from curveline.units import deg, mm, nmm, to_deg
 from playing import scene
 
@@ -50,7 +50,7 @@ def works(tried: Scene) -> str:
 def exists(tried: Scene) -> bool:
     """Whether the shape itself is possible, seen without the module under test."""
     try:
-        check_goal(Prover(tried.display, lambda: None), tried)
+        check_goal(Verifier(tried.display, lambda: None), tried)
     except Infeasible:
         return False
     return True

@@ -10,27 +10,27 @@ from pathlib import Path
 
 import pytest
 
-from curveline.advising import advice_on
-from curveline.capability import Ability, Held, departures_of
-from curveline.changes import ANGLE, HEIGHT, LENGTH, Quantity
+from curveline.displays.capability import Ability, Held, departures_of
+from curveline.displays.lint import Suspicion, suspicions
 from curveline.errors import Infeasible, InvalidInput
 from curveline.loading.pushes import Push, check_place
-from curveline.loading.snap import check_steps
-from curveline.planning import make_plan
-from curveline.planning.doors import nearest_shape
-from curveline.planning.goals import check_goal
-from curveline.planning.journey import goal_of, travel_to
+from curveline.loading.snap_through import check_steps
+from curveline.planning.feasibility import check_goal
 from curveline.planning.layout import home
-from curveline.planning.moves import Stage, Travel
-from curveline.planning.proof import Prover, Refused
-from curveline.rod.absence import why_none
-from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.models import Ask
-from curveline.rod.states import find_states
+from curveline.planning.moves import DisplayState, Travel
+from curveline.planning.reachability import nearest_shape
+from curveline.planning.sequence import goal_of, travel_to
+from curveline.planning.tours import make_plan
+from curveline.planning.verification import Refused, Verifier
+from curveline.rod.models.choice import SearchRequest
+from curveline.rod.models.no_state_reason import why_none
+from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.states.planar_states import find_states
 from curveline.scene import Display, Node, Range, Scene, Segment
-from curveline.shapefile import builtin_text, read_display, read_shape
-from curveline.simulation import AUTO, DEFAULT_TOLERANCE, simulate
-from curveline.suspicions import Suspicion, suspicions
+from curveline.shapes.files import builtin_text, read_display, read_shape
+from curveline.simulation.advice import advice_on
+from curveline.simulation.changes import ANGLE, HEIGHT, LENGTH, Quantity
+from curveline.simulation.simulate import AUTO, DEFAULT_TOLERANCE, simulate
 from curveline.units import deg, mm, to_mm
 
 NUMBER = r"(-?\d+(?:\.\d+)?)"
@@ -84,7 +84,7 @@ def test_an_overloaded_node_of_a_row_leads_to_advice_that_works(asked: Scene, no
 @pytest.mark.parametrize(("asked", "node"), OVERLOADED)
 def test_an_overload_names_the_node(asked: Scene, node: int) -> None:
     with pytest.raises(Refused) as found:
-        check_goal(Prover(asked.display, lambda: None), asked)
+        check_goal(Verifier(asked.display, lambda: None), asked)
     assert (found.value.segment, found.value.node) == (0, node)
 
 
@@ -189,7 +189,7 @@ def test_what_is_said_to_be_possible_from_home_is_planned(name: str) -> None:
     )
     for door in doors:
         assert door.is_open
-        shape = nearest_shape(Prover(display, lambda: None), door.wanted)
+        shape = nearest_shape(Verifier(display, lambda: None), door.wanted)
         assert make_plan(shape).wanted == door.wanted
 
 
@@ -206,7 +206,7 @@ def test_with_what_is_advised_the_wanted_state_is_there(seed: int) -> None:
     chance = random.Random(f"simulate {seed}")
     asked = a_scene(chance, chance.choice([(0.1, 1.0), (1.0, 20.0), (20.0, 150.0)]))
     found = tuple(simulate(asked))
-    advice = advice_on(asked, found, Ask(DEFAULT_TOLERANCE, (0,), AUTO))
+    advice = advice_on(asked, found, SearchRequest(DEFAULT_TOLERANCE, (0,), AUTO))
     assert len(advice) <= (found[0].wanted is None)
     for sentence in advice:
         better = advised(sentence, asked)
@@ -220,7 +220,7 @@ def test_most_missing_states_lead_to_advice() -> None:
         asked = a_scene(random.Random(f"missing {seed}"), (1.0, 60.0))
         found = tuple(simulate(asked))
         if found[0].wanted is None:
-            missing.append(bool(advice_on(asked, found, Ask(DEFAULT_TOLERANCE, (0,), AUTO))))
+            missing.append(bool(advice_on(asked, found, SearchRequest(DEFAULT_TOLERANCE, (0,), AUTO))))
     assert len(missing) > 10
     assert sum(missing) >= 0.9 * len(missing)
 
@@ -232,7 +232,7 @@ def test_advice_on_a_row_keeps_what_its_neighbours_have(seed: int) -> None:
     angles = tuple(round(chance.uniform(-50, 50), 1) for _ in range(5))
     asked = row(lengths, "".join(chance.choice("pv") for _ in range(4)), angles)
     found = tuple(simulate(asked))
-    for sentence in advice_on(asked, found, Ask(DEFAULT_TOLERANCE, (0,), AUTO)):
+    for sentence in advice_on(asked, found, SearchRequest(DEFAULT_TOLERANCE, (0,), AUTO)):
         segment = int(sentence.removeprefix("segment ").partition(":")[0]) - 1
         after = simulate(advised(sentence, asked))
         assert after[segment].wanted is not None
@@ -348,9 +348,9 @@ def warnings(display: Display) -> list[Suspicion]:
 
 def test_a_prover_with_few_steps_gives_up_and_shares_what_it_knows() -> None:
     display = read_display("single")
-    whole = Prover(display, lambda: None)
+    whole = Verifier(display, lambda: None)
     shape = nearest_shape(whole, ("peak",))
-    begin = Travel((), Stage(home(display), (None,)))
+    begin = Travel((), DisplayState(home(display), (None,)))
     assert travel_to(whole.like(display, 10), begin, goal_of(shape)).moves
     with pytest.raises(Refused, match="too many steps"):
         travel_to(whole.like(display, 1), begin, goal_of(shape))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,59 +14,33 @@ import curveline
 ROOT = Path(curveline.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
 
-LAYERS = (
-    {"errors", "units"},
-    {"portable", "system_errors"},
-    {"files", "measured", "records", "scene", "sections", "toml_document", "toml_location", "workers"},
-    {"changes", "plan", "radio", "rod", "rod_rules", "shape_models", "shape_rules", "shapefile"},
-    {
-        "advising",
-        "batch",
-        "bench",
-        "capability",
-        "figures",
-        "linkbench",
-        "planning",
-        "playback",
-        "results",
-        "simulation",
-    }
-    | {"explanation", "suspicions", "sweepfiles", "sweeping", "trials", "walkthrough"}
-    | {"loading"},
-    {"driving"},
-    {"cli"},
-)
-LEVEL = {name: level for level, layer in enumerate(LAYERS) for name in layer}
+LEFT_TO_RIGHT = """
+errors units sections scene system plan_file shapes
+rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
+radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
+simulation loading planning replay displays figures outputs driving bench/methods bench
+cli/printing cli cli/commands cli/app
+"""
+ROOMS = LEFT_TO_RIGHT.split()
+"""The folders and modules of the package, each of which may import those to its left."""
+
 APART = {
-    "errors": set(LEVEL) - {"errors"},
-    "units": set(LEVEL) - {"units"},
-    "rod": set(LEVEL) - {"rod", "units", "errors"},
-    "radio": {"rod", "rod_rules", "scene", "sections", "shapefile", "shape_models", "shape_rules"},
-    "plan": {"rod", "radio", "shapefile"},
+    "system": {"scene", "sections"},
+    "rod": set(ROOMS) - {"rod", "units", "errors"},
+    "radio": {"rod", "scene", "sections", "shapes"},
+    "plan_file": {"shapes"},
 }
-"""What a part may not import, although its layer would allow it."""
+"""What a part may not import, although it stands to its left."""
 
 ONLY_IN = {
     "numba": {"rod"},
     "scipy": {"rod"},
-    "numpy": {
-        "rod",
-        "bench",
-        "figures",
-        "loading",
-        "planning",
-        "playback",
-        "results",
-        "simulation",
-        "sweepfiles",
-        "trials",
-        "walkthrough",
-    },
-    "pydantic": {"shape_models", "toml_document"},
+    "numpy": {"rod", "bench", "figures", "loading", "planning", "replay", "simulation"},
+    "pydantic": {"shapes"},
     "typer": {"cli"},
     "matplotlib": set(),
     "rich": set(),
-    "multiprocessing": {"workers"},
+    "multiprocessing": {"system"},
     "cv2": set(),
     "pyrf24": set(),
     "serial": set(),
@@ -88,6 +63,26 @@ def part_of(path: Path) -> str:
     """The folder or module of the package that a file belongs to; empty for the package's own first lines."""
     first = path.relative_to(ROOT).parts[0].removesuffix(".py")
     return "" if first in ("__init__", "__main__") else first
+
+
+def room_of(path: Path) -> str:
+    """The innermost folder that a file is in, commands of one group in that of the commands; or the module itself."""
+    *folders, _ = path.relative_to(ROOT).parts
+    if path == ROOT / "cli" / "app.py":
+        return "cli/app"
+    return "/".join(folders[:2] if folders[:1] == ["cli"] else folders) or part_of(path)
+
+
+def file_of(name: str) -> Path | None:
+    """The file of the package in which a dotted name is defined."""
+    while name.startswith("curveline."):
+        path = ROOT.parent / Path(*name.split("."))
+        if path.with_suffix(".py").exists():
+            return path.with_suffix(".py")
+        if path.is_dir():
+            return path / "__init__.py"
+        name = name.rpartition(".")[0]
+    return None
 
 
 def imports(tree: ast.AST) -> Iterator[tuple[ast.stmt, str]]:
@@ -142,20 +137,40 @@ def module(request: pytest.FixtureRequest) -> tuple[Path, ast.Module]:
     return path, ast.parse(path.read_text(encoding="utf-8"))
 
 
-def test_every_part_has_its_layer() -> None:
-    assert {part_of(path) for path in MODULES} - {""} <= set(LEVEL)
+def imported_by(path: Path) -> Iterator[tuple[ast.stmt, Path]]:
+    """Every file of the package that another one imports, also within functions and for the type checker alone."""
+    for node, name in imports(ast.parse(path.read_text(encoding="utf-8"))):
+        target = file_of(name)
+        if target is not None and target != path:
+            yield node, target
 
 
-def test_imports_lead_down_and_never_back_up(module: tuple[Path, ast.Module]) -> None:
-    path, tree = module
-    part = part_of(path)
-    if not part:
+def test_every_file_is_in_a_room() -> None:
+    assert {room_of(path) for path in MODULES} - {""} == set(ROOMS)
+
+
+def test_imports_lead_to_the_left(module: tuple[Path, ast.Module]) -> None:
+    path, _ = module
+    if not (room := room_of(path)):
         return
-    for node, name in imports(tree):
-        if not name.startswith("curveline.") or (target := name.split(".")[1]) not in LEVEL:
-            continue
-        assert LEVEL[target] <= LEVEL[part], f"line {node.lineno}: {part} imports {target} from above"
-        assert target not in APART.get(part, set()), f"line {node.lineno}: {part} must not know {target}"
+    for node, target in imported_by(path):
+        assert ROOMS.index(room_of(target)) <= ROOMS.index(room), f"line {node.lineno}: {room} imports {target}"
+        apart = APART.get(part_of(path), set())
+        assert part_of(target) not in apart, f"line {node.lineno}: {part_of(path)} must not know {target}"
+
+
+def test_no_file_imports_itself_by_way_of_others() -> None:
+    graph = {path: {target for _, target in imported_by(path)} for path in MODULES}
+    graphlib.TopologicalSorter(graph).prepare()
+
+
+def test_a_class_name_is_bound_once() -> None:
+    homes: dict[str, list[str]] = {}
+    for path in MODULES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                homes.setdefault(node.name, []).append(name_of(path))
+    assert not {name: files for name, files in homes.items() if len(files) > 1}
 
 
 def test_heavy_packages_are_imported_where_they_are_needed(module: tuple[Path, ast.Module]) -> None:
@@ -168,7 +183,7 @@ def test_heavy_packages_are_imported_where_they_are_needed(module: tuple[Path, a
 
 
 def test_no_part_of_the_radio_knows_numpy() -> None:
-    for path in [*(ROOT / "radio").glob("*.py"), ROOT / "plan.py"]:
+    for path in [*(ROOT / "radio").rglob("*.py"), ROOT / "plan_file.py"]:
         packages = {name.split(".")[0] for _, name in imports(ast.parse(path.read_text()))}
         assert not packages & {"numpy", "numba", "scipy"}, path
 
@@ -185,7 +200,9 @@ ONLY_SOMEWHERE = {
 
 def test_only_one_module_knows_the_system(module: tuple[Path, ast.Module]) -> None:
     path, tree = module
-    if part_of(path) in ("portable", "bench"):  # what runs and measures other programs is for Linux and macOS
+    if (
+        name_of(path) == "system/portable.py" or part_of(path) == "bench"
+    ):  # what runs and measures other programs is for Linux and macOS
         return
     names = {f"{part}.{name}" for part, names in ONLY_SOMEWHERE.items() for name in names.split()}
     for node in ast.walk(tree):

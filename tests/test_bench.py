@@ -8,19 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from curveline.bench import cases, quick, report, search, trade
-from curveline.bench.cases import CaseSet, truth
-from curveline.bench.methods import OWN, Method, Solved, one_level
-from curveline.bench.peers import PEERS, collocation, straddling
-from curveline.bench.trade import Point
-from curveline.cli import bench as command
-from curveline.cli.trade import table
-from curveline.errors import InvalidInput
-from curveline.measured import Row
-from curveline.rod.elastica import clamped_arch
-from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod
-from curveline.rod.states import find_states
-from curveline.shapefile import read_shape
+from curveline.bench import quick, report, search, trade
+from curveline.bench.measurement import Measurement
+from curveline.bench.methods import cases, collocation, straddling
+from curveline.bench.methods.cases import CaseSet, truth
+from curveline.bench.methods.own import OWN, Method, Solved, one_level
+from curveline.bench.methods.peers import PEERS
+from curveline.bench.report import BenchReport
+from curveline.bench.trade import TradePoint
+from curveline.bench.trade_figure import draw
+from curveline.cli.commands import bench as command
+from curveline.cli.printing.trade_table import table
+from curveline.rod.planar.elastica import clamped_arch
+from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod
+from curveline.rod.states.planar_states import find_states
+from curveline.shapes.files import read_shape
 from curveline.units import to_deg, to_mm
 
 ROOT = Path(__file__).parents[1]
@@ -38,8 +40,8 @@ def few(method: Method, count: int = 2) -> Method:
     return Method(**{**vars(method), "settings": method.settings[:count]})
 
 
-def point(error: float | None, seconds: float | None) -> Point:
-    return Point("clamps", PLANAR, "one level", 1.0, "edges", 10, error, seconds, 1e-7, 2.0, cases=1, right=1)
+def point(error: float | None, seconds: float | None) -> TradePoint:
+    return TradePoint("clamps", PLANAR, "one level", 1.0, "edges", 10, error, seconds, 1e-7, 2.0, cases=1, right=1)
 
 
 def test_a_state_that_is_not_known_counts_as_missed():
@@ -203,10 +205,12 @@ def test_what_a_peer_needs_for_an_error_is_read_off_its_finest_settings(clamps: 
 
 def test_the_table_fits_a_terminal(clamps: CaseSet):
     wide = [
-        Point(
+        TradePoint(
             "clamps", EXTENSIBLE, "PyElastica", 1e-08, "tol", 100_001, 1.2e-09, 123.4e-6, 123.4e-9, 12.34, True, 2, 2
         ),
-        Point("clamps", EXTENSIBLE, "solve_bvp", 1e-04, "mm", 97, 1.2e-05, 12.34, 1.234e-3, 2.0, False, 1, 2, "1 of 2"),
+        TradePoint(
+            "clamps", EXTENSIBLE, "solve_bvp", 1e-04, "mm", 97, 1.2e-05, 12.34, 1.234e-3, 2.0, False, 1, 2, "1 of 2"
+        ),
     ]
     for line in table(wide):
         assert len(line) <= 80, line
@@ -216,9 +220,9 @@ def test_the_table_fits_a_terminal(clamps: CaseSet):
 
 
 def test_the_document_is_plain_json_and_names_versions_and_machine():
-    rows = [Row("a figure", 1.0, "ms", "< 2", "how")]
-    points = [point(0.1, 1e-3), Point("clamps", SPATIAL, "MuJoCo", None, "edges", note="not installed")]
-    document = json.loads(report.ENCODERS[".json"](rows, points))
+    rows = [Measurement("a figure", 1.0, "ms", "< 2", "how")]
+    points = [point(0.1, 1e-3), TradePoint("clamps", SPATIAL, "MuJoCo", None, "edges", note="not installed")]
+    document = json.loads(report.to_json(BenchReport(rows, points)))
     assert document["rows"] == [{"name": "a figure", "value": 1.0, "unit": "ms", "goal": "< 2", "how": "how"}]
     assert document["machine"]["cores"] == os.cpu_count()
     assert {"python", "numpy", "scipy", "numba", "pyelastica", "mujoco"} == set(document["versions"])
@@ -229,20 +233,10 @@ def test_the_document_is_plain_json_and_names_versions_and_machine():
     assert document["trade"][1]["error_mm"] is None
 
 
-@pytest.mark.parametrize("kind", ["svg", "png"])
+@pytest.mark.parametrize("kind", ["svg", "png", "pdf"])
 def test_the_picture_is_the_same_for_the_same_points(kind: str):
     points = trade.with_front([point(1.0, 1e-3), point(0.5, 2e-3), point(None, None)])
-    points.append(Point("shapes", SPATIAL, "new peer", 50.0, "edges", 51, 0.2, 1e-2, 2e-4, 2.0, True, 1, 1))
-    picture = report.ENCODERS[f".{kind}"]([], points)
-    assert picture[:4] in (b"<?xm", b"\x89PNG")
-    assert picture == report.ENCODERS[f".{kind}"]([], points)
-
-
-def test_a_file_that_may_not_be_written_is_refused_before_anything_is_measured(tmp_path: Path):
-    taken = tmp_path / "trade.json"
-    taken.write_text("mine")
-    with pytest.raises(InvalidInput, match="exists"):
-        report.encoder_of(taken)
-    assert report.encoder_of(taken, force=True) is report.ENCODERS[".json"]
-    with pytest.raises(InvalidInput, match="suffix"):
-        report.encoder_of(tmp_path / "trade.txt")
+    points.append(TradePoint("shapes", SPATIAL, "new peer", 50.0, "edges", 51, 0.2, 1e-2, 2e-4, 2.0, True, 1, 1))
+    picture = draw(BenchReport([], points), kind)
+    assert picture[:4] in (b"<?xm", b"\x89PNG", b"%PDF")
+    assert picture == draw(BenchReport([], points), kind)

@@ -14,14 +14,14 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from curveline.capability import Ability, Held, buckling_force
+from curveline.displays.capability import Ability, Held, buckling_force
+from curveline.displays.lint import suspicions
 from curveline.errors import InvalidInput
-from curveline.plan import AxisDrive, Plan, drive_table
-from curveline.planning.demand import Demand, overload
-from curveline.radio.preflight import check_place
+from curveline.plan_file import AxisDrive, Plan, drive_settings
+from curveline.planning.actuator_loads import ClampLoads, overload
+from curveline.radio.host.preflight import check_place
 from curveline.scene import Display
-from curveline.shapefile import builtin_text, read_display, read_shape
-from curveline.suspicions import suspicions
+from curveline.shapes.files import builtin_text, read_display, read_shape
 from curveline.units import beyond, decimals_of, told_apart
 
 NUMBER = r"(-?\d[\d.]*(?:e[+-]?\d+)?)"
@@ -66,12 +66,12 @@ def test_what_a_motor_lacks_by_a_hair_is_seen(axis: int) -> None:
     most = (DISPLAY.drive.max_force, DISPLAY.drive.max_force, DISPLAY.drive.max_moment)
     high = np.zeros(6)
     high[axis] = HAIR * most[axis]
-    need, have = compared(overload(DISPLAY, (Demand(np.zeros(6), high),)))
+    need, have = compared(overload(DISPLAY, (ClampLoads(np.zeros(6), high),)))
     assert float(need) > float(have)
 
 
 def test_a_bend_that_is_too_tight_by_a_hair_is_seen() -> None:
-    demand = Demand(np.zeros(6), np.zeros(6), HAIR * DISPLAY.rod.max_curvature)
+    demand = ClampLoads(np.zeros(6), np.zeros(6), HAIR * DISPLAY.rod.max_curvature)
     bent, allowed = compared(overload(DISPLAY, (demand,)))
     assert float(bent) < float(allowed)
 
@@ -126,7 +126,7 @@ def test_what_looks_odd_by_a_hair_is_seen() -> None:
 
 
 def test_a_node_that_stands_elsewhere_by_fine_counts_is_seen() -> None:
-    table = drive_table(DISPLAY)
+    table = drive_settings(DISPLAY)
     fine = AxisDrive(1e7, 1.0, 1.0, -1.0, 1.0)
     target = SimpleNamespace(counts=(0, 0, 0))
     plan = cast(Any, SimpleNamespace(start=(target,), drive=replace(table, axes=(fine, fine, fine))))

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from curveline import read_shape
-from curveline.planning import make_plan
-from curveline.playback import replay
-from curveline.radio import open_radio
-from curveline.radio.actions import Policy
-from curveline.radio.journal import Journal, new_run, read_journal
-from curveline.radio.link import Control, send_plan
+from curveline.planning.tours import make_plan
+from curveline.radio.host.actions import Policy
+from curveline.radio.host.journal import Journal, new_run, read_journal
+from curveline.radio.host.link import Control, send_plan
+from curveline.radio.interface import open_radio
+from curveline.replay.playback import replay
 
 PATIENT = Policy(slack_ms=60_000)
 """Waits also for motors of half the speed, which are late enough to end a run as a fault."""

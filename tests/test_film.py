@@ -12,12 +12,22 @@ from PIL import Image
 
 from curveline.figures import falls
 from curveline.figures.common import PIXELS_PER_INCH, WIDTH
-from curveline.rod.dynamics import Fall, Fate, Medium, Pace, at_rest, fall, kicked, medium_of, time_unit
-from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.relax import descend
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment
-from curveline.rod.spatial import SpatialRod, positions
+from curveline.rod.spatial.dynamics import (
+    FallMotion,
+    Fate,
+    Medium,
+    StepControl,
+    at_rest,
+    fall,
+    kicked,
+    medium_of,
+    time_unit,
+)
+from curveline.rod.spatial.energy import SpatialRod, positions
+from curveline.rod.spatial.relax import descend
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import ClampedRod
 from rod.motions import arch, flat_shape
 
 SECTION = Section(58800.0, 0.0024, 0.00297, 0.47, 0.49, 0.035)
@@ -31,7 +41,7 @@ def turned(angle: float) -> SpatialRod:
 
 
 @pytest.fixture(scope="module")
-def film() -> Fall:
+def film() -> FallMotion:
     """A valley whose clamps are turned up too far: it snaps over."""
     spatial, valley = turned(0.0), arch(turned(0.0), -1.0)
     for angle in (0.3, 0.5, 0.7, 0.75):
@@ -40,10 +50,10 @@ def film() -> Fall:
     assert positions(spatial, valley)[8, 1] < -0.05
     spatial = turned(0.9)
     medium = medium_of(SEGMENT)._replace(external=8.0)
-    return fall(spatial, kicked(spatial, valley, 0.1, 1), medium, Pace(accuracy=1e-3))
+    return fall(spatial, kicked(spatial, valley, 0.1, 1), medium, StepControl(accuracy=1e-3))
 
 
-def test_samples_are_at_equal_times_and_between_their_steps(film: Fall) -> None:
+def test_samples_are_at_equal_times_and_between_their_steps(film: FallMotion) -> None:
     times, places = film.sampled(7)
     np.testing.assert_allclose(times, np.linspace(0.0, film.times[-1], 7))
     np.testing.assert_array_equal(places[0], film.places[0])
@@ -54,7 +64,7 @@ def test_samples_are_at_equal_times_and_between_their_steps(film: Fall) -> None:
     np.testing.assert_allclose(places[3], between, atol=1e-14)
 
 
-def test_a_strobe_picture_shows_every_flash_and_how_it_ended(film: Fall) -> None:
+def test_a_strobe_picture_shows_every_flash_and_how_it_ended(film: FallMotion) -> None:
     text = falls.draw_fall(film, SEGMENT, "svg").decode()
     assert text == falls.draw_fall(film, SEGMENT, "svg").decode()
     shades = {part.split(";")[0].split('"')[0] for part in text.split("stroke-opacity: ")[1:]}
@@ -66,14 +76,14 @@ def test_a_strobe_picture_shows_every_flash_and_how_it_ended(film: Fall) -> None
 
 def test_curves_run_from_pivot_to_pivot_in_mm() -> None:
     still = at_rest(SEGMENT.spatial_rod(np.full(16, 1.0 / 16)), flat_shape(np.zeros(16)))
-    far = fall(SEGMENT.spatial_rod(np.full(16, 1.0 / 16)), still, Medium(), Pace(until=1e-4))
+    far = fall(SEGMENT.spatial_rod(np.full(16, 1.0 / 16)), still, Medium(), StepControl(until=1e-4))
     x, y = falls._seen(far.places[0], SEGMENT).T
     assert (x[0], y[0], x[-1], y[-1]) == (0.0, 0.0, 500.0, 0.0)
     assert x[1] == pytest.approx(10.0 * np.cos(0.9))
     assert y[1] == pytest.approx(10.0 * np.sin(0.9))
 
 
-def test_a_film_has_its_frames_and_runs_slowly(film: Fall) -> None:
+def test_a_film_has_its_frames_and_runs_slowly(film: FallMotion) -> None:
     data = falls.animate_fall(film, SEGMENT)
     with Image.open(io.BytesIO(data)) as image:
         frames = []

@@ -11,9 +11,9 @@ from matplotlib.image import imread
 
 import curveline
 from curveline.figures import common, loads
-from curveline.loading.maps import LoadMap, load_map
+from curveline.loading.load_map import LoadMap, load_map
 from curveline.loading.pushes import Push
-from curveline.loading.snap import Loading, load
+from curveline.loading.snap_through import Loading, load
 
 SHAPES = Path(__file__).parent.parent / "shapes"
 

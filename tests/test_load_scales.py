@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 
 import curveline
-from curveline.cli import pushed
+from curveline.cli.printing import load_report
 from curveline.figures import loads
-from curveline.loading.files import document, map_document
-from curveline.loading.maps import load_map
+from curveline.loading.load_map import load_map
 from curveline.loading.pushes import Push, most_on, stand_of
-from curveline.loading.snap import load
+from curveline.loading.results import document, map_document
+from curveline.loading.snap_through import load
 from curveline.scene import Load, Scene
 from curveline.sections import Rectangle
 
@@ -117,12 +117,12 @@ def test_a_map_gives_the_same_answer_at_every_size(size: float) -> None:
 def test_small_numbers_are_printed_with_digits_and_drawn() -> None:
     scene = scaled(1e-3)
     loading, over_all = load(scene, Push(at=0.4)), load_map(scene, Push(), 3)
-    lines = list(pushed.describe(loading))
+    lines = list(load_report.describe(loading))
     rows = [line.split() for line in lines if re.fullmatch(r" *[\d.e-]+ +[\d.]+", line)]
     assert len({deflection for _, deflection in rows}) == len(rows) >= 5
     assert float(rows[-1][1]) == pytest.approx(1e3 * loading.rows[-1][1], rel=2e-3)
     assert "not known" not in "\n".join(lines)
-    table = [line.split() for line in pushed.describe(over_all) if re.match(r"0\.\d{4} ", line)]
+    table = [line.split() for line in load_report.describe(over_all) if re.match(r"0\.\d{4} ", line)]
     for cells, point in zip(table, over_all.points, strict=True):
         assert float(cells[1]) == pytest.approx(1e3 * point.x, rel=1e-3)
         if point.force is not None:

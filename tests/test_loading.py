@@ -15,14 +15,14 @@ from scipy.interpolate import CubicSpline
 
 import curveline
 from curveline.errors import Infeasible, InvalidInput
-from curveline.loading.files import document
-from curveline.loading.maps import load_map
+from curveline.loading.load_map import load_map
 from curveline.loading.pushes import Push, direction_of, most_on, stand_of
-from curveline.loading.snap import Loading, limit_of, load
-from curveline.rod.states import find_states
+from curveline.loading.results import document
+from curveline.loading.snap_through import Loading, limit_of, load
+from curveline.rod.states.planar_states import find_states
 from curveline.scene import Display, Load, Node, Scene, Segment
 from curveline.sections import Rectangle
-from curveline.shapefile import read_display
+from curveline.shapes.files import read_display
 from curveline.units import deg, mm
 
 HERE = Path(__file__).parent

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import curveline
-from curveline.rod.equilibrium import Equilibrium, Outcome
-from curveline.rod.relax import is_stable
-from curveline.rod.space import lift
+from curveline.rod.spatial.relax import is_stable
+from curveline.rod.spatial.segment import lift
+from curveline.rod.states.equilibrium import Equilibrium, Outcome
 from curveline.scene import Load, Node, Scene
 from curveline.sections import Rectangle
-from curveline.simulation import SegmentStates, simulate, spatial_segment
+from curveline.simulation.simulate import SegmentStates, simulate, spatial_segment
 from curveline.units import deg, mm
 
 SHAPES = Path(__file__).parent.parent / "shapes"

@@ -16,15 +16,15 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from curveline.errors import Diagnostic, InvalidInput
-from curveline.plan import (
+from curveline.plan_file import (
     MAX_BYTES,
     MAX_COUNT,
     MAX_DIAGNOSTICS,
-    DriveTable,
+    DriveSettings,
     NodeTarget,
     Plan,
     Step,
-    drive_table,
+    drive_settings,
     from_json,
     read_plan,
     seal_of,
@@ -32,13 +32,13 @@ from curveline.plan import (
     to_json,
     write_plan,
 )
-from curveline.records import LARGEST, Decoder
-from curveline.shapefile import read_display
+from curveline.shapes.files import read_display
+from curveline.system.json_records import LARGEST, Decoder
 
-DRIVE = drive_table(read_display("single"))
+DRIVE = drive_settings(read_display("single"))
 
 
-def target(extrude: float, bias: float, translate: float, drive: DriveTable = DRIVE) -> NodeTarget:
+def target(extrude: float, bias: float, translate: float, drive: DriveSettings = DRIVE) -> NodeTarget:
     """A target with the counts that belong to it."""
     values = (extrude, bias, translate)
     counts = tuple(axis.counts(value) for axis, value in zip(drive.axes, values, strict=True))
@@ -123,7 +123,7 @@ def test_states_at_the_start_are_one_per_segment_or_none_at_all(shows: tuple[str
 def test_reading_a_plan_loads_neither_numpy_nor_pydantic(tmp_path: Path) -> None:
     write_plan(PLAN, tmp_path / "plan.json")
     code = (
-        "import sys; from curveline.plan import read_plan; read_plan(sys.argv[1]);"
+        "import sys; from curveline.plan_file import read_plan; read_plan(sys.argv[1]);"
         "print([m for m in ('numpy', 'scipy', 'numba', 'pydantic') if m in sys.modules])"
     )
     run = [sys.executable, "-c", code, str(tmp_path / "plan.json")]
@@ -180,7 +180,7 @@ def test_a_plan_that_was_changed_is_neither_written_nor_lost(tmp_path: Path) -> 
     for plan in (changed, replace(PLAN, seal="")):
         with pytest.raises(InvalidInput, match="changed after it was proven") as caught:
             write_plan(plan, tmp_path / "plan.json")
-        assert "curveline.plan.sealed" in caught.value.hint
+        assert "curveline.plan_file.sealed" in caught.value.hint
     assert os.listdir(tmp_path) == []
     write_plan(sealed(changed), tmp_path / "plan.json")
     assert read_plan(tmp_path / "plan.json") == sealed(changed)

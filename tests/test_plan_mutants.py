@@ -11,20 +11,20 @@ from typing import Any
 
 import pytest
 
-from curveline.cli.steps import describe
+from curveline.cli.printing.plan_text import describe
 from curveline.errors import InvalidInput
-from curveline.files import decode_text
-from curveline.plan import MARKER, NodeTarget, Plan, Step, drive_table, from_json, seal_of, sealed, to_json
-from curveline.radio.conductor import Conductor
-from curveline.radio.keys import Site
-from curveline.radio.listing import describe_plan_frames
-from curveline.radio.motion import axes_of, config_hash, outside
-from curveline.radio.preflight import check_targets, journal_bytes, run_tag
-from curveline.records import LARGEST, Decoder
-from curveline.shapefile import read_display
+from curveline.plan_file import MARKER, NodeTarget, Plan, Step, drive_settings, from_json, seal_of, sealed, to_json
+from curveline.radio.host.conductor import Conductor
+from curveline.radio.host.frame_listing import describe_plan_frames
+from curveline.radio.host.preflight import check_targets, journal_bytes, run_tag
+from curveline.radio.protocol.keys import Site
+from curveline.radio.protocol.motion import axes_of, config_hash, outside
+from curveline.shapes.files import read_display
+from curveline.system.files import decode_text
+from curveline.system.json_records import LARGEST, Decoder
 
 ABSURD = [0, -1, 1e308, -1e308, 1e-308, 5e-324, 2**63, -(2**63), 10**400, True, None, "", "x", [], {}, [[[1]]], 1e15]
-DRIVE = drive_table(read_display("single"))
+DRIVE = drive_settings(read_display("single"))
 POSES = ((20, 0, 0), (20, 25, 0), (80, 25, 0), (80, 30, 0), (80, 30, 40))
 
 

@@ -16,13 +16,13 @@ from PIL import Image
 import curveline
 from curveline.figures import film, planfilms, plans
 from curveline.figures.common import COLOURS, PIXELS_PER_INCH
-from curveline.plan import NodeTarget, Plan, drive_table
-from curveline.planning import make_plan
-from curveline.playback import Snap
+from curveline.plan_file import NodeTarget, Plan, drive_settings
+from curveline.planning.tours import make_plan
+from curveline.replay.plan_animation import Course, moment_count, play, stills
+from curveline.replay.playback import Snap
 from curveline.rod.problem import Array
 from curveline.scene import STRAIGHT, Display, Node
-from curveline.shapefile import read_display
-from curveline.walkthrough import Course, moment_count, play, stills
+from curveline.shapes.files import read_display
 from playing import counts_of, plan, scene
 
 PEAK, VALLEY = "level-up-peak", "staggered-down-valley"
@@ -35,7 +35,7 @@ LEGEND = round(0.35 * film.PIXELS_PER_INCH)
 
 def wave() -> Plan:
     """A plan of four segments: rod for all, all nodes turn, then they rise and feed on at once."""
-    drive = drive_table(QUAD)
+    drive = drive_settings(QUAD)
 
     def targets(feeds: Sequence[float], angles: Sequence[float], heights: Sequence[float]) -> tuple[NodeTarget, ...]:
         made = []
@@ -72,7 +72,7 @@ def course() -> Course:
 
 @pytest.fixture(scope="module")
 def svg() -> str:
-    return plans.draw_plan(plan(PEAK), DISPLAY, "svg").decode()
+    return plans.draw_plan(plan(PEAK), DISPLAY, kind="svg").decode()
 
 
 def drawn(text: str, stem: str) -> list[str]:
@@ -133,7 +133,7 @@ def test_a_plan_that_begins_in_a_state_that_does_not_exist_is_still_drawn_and_pl
     there = replace(plan(VALLEY), start=plan(VALLEY).steps[-2].targets, steps=plan(VALLEY).steps[-1:])
     odd = replace(there, shows=("middle-7",))
     assert stills(odd, DISPLAY)[0].curves == ({},)
-    assert drawn(plans.draw_plan(odd, DISPLAY, "svg").decode(), "after")[-1] == "1-1-valley"
+    assert drawn(plans.draw_plan(odd, DISPLAY, kind="svg").decode(), "after")[-1] == "1-1-valley"
     assert play(odd, DISPLAY, INTERVAL).moments[-1].states == ("valley",)
 
 
@@ -197,7 +197,7 @@ def test_what_may_be_either_is_thin_and_dashed_and_what_is_certain_solid(svg: st
 
 def test_arrows_stand_where_something_moves() -> None:
     count = {
-        name: plans.draw_plan(plan(name), DISPLAY, "svg").decode().lower().count(plans.ARROW.lower())
+        name: plans.draw_plan(plan(name), DISPLAY, kind="svg").decode().lower().count(plans.ARROW.lower())
         for name in (PEAK, VALLEY)
     }
     # Two nodes in four steps, a shaft and a head each, and a line in the legend; one node of the other plan also rises.
@@ -205,7 +205,7 @@ def test_arrows_stand_where_something_moves() -> None:
 
 
 def test_panels_of_four_segments_show_all_of_them() -> None:
-    text = plans.draw_plan(wave(), QUAD, "svg").decode()
+    text = plans.draw_plan(wave(), QUAD, kind="svg").decode()
     assert len(drawn(text, "after")) == 4 + 8 + 4 + 4
     assert "<!-- wave: peak, valley, peak, valley -->" in text
     assert "<!-- rod 540 mm -->" in text
@@ -221,13 +221,13 @@ def test_many_states_are_counted_and_many_values_told_by_their_range() -> None:
 
 def test_the_same_plan_is_the_same_bytes_whatever_the_users_style(svg: str) -> None:
     with matplotlib.rc_context({"axes.facecolor": "red", "lines.linewidth": 9.0, "font.size": 30.0}):
-        assert plans.draw_plan(plan(PEAK), DISPLAY, "svg").decode() == svg
+        assert plans.draw_plan(plan(PEAK), DISPLAY, kind="svg").decode() == svg
     assert "<dc:date>" not in svg
 
 
 def test_a_png_is_as_wide_as_its_panels_and_tells_how_far_it_is() -> None:
     heard: list[int] = []
-    image = imread(io.BytesIO(plans.draw_plan(plan(PEAK), DISPLAY, "png", heard.append)))
+    image = imread(io.BytesIO(plans.draw_plan(plan(PEAK), DISPLAY, heard.append, kind="png")))
     # How often matplotlib draws a panel is its own affair.
     assert heard == list(range(1, len(heard) + 1))
     assert 2 * 6 <= len(heard) <= plans.parts_of(plan(PEAK)) == 3 * 6
@@ -241,7 +241,7 @@ def test_of_many_steps_some_are_shown_and_the_figure_says_so() -> None:
     assert max(np.diff(chosen)) <= 5
     assert {7, 8, 9} < set(plans.chosen_of(101, [7, 8, 9]))
     assert plans.chosen_of(101, range(1, 100))[:2] == [0, 4]
-    text = plans.draw_plan(long_plan(8), DISPLAY, "svg").decode()
+    text = plans.draw_plan(long_plan(8), DISPLAY, kind="svg").decode()
     assert len(re.findall(r'id="axes_\d+"', text)) == plans.MOST_PANELS
     assert f"{plans.MOST_PANELS - 1} of the steps are shown" in text
 
@@ -307,4 +307,4 @@ def test_a_plan_that_moves_nothing_is_one_panel_and_one_frame() -> None:
     still = replace(plan(PEAK), name="home", steps=(), wanted=(STRAIGHT,))
     frames, total_ms = frames_of(planfilms.animate_plan(still, DISPLAY))
     assert (len(frames), total_ms) == (1, planfilms.LAST_MS)
-    assert drawn(plans.draw_plan(still, DISPLAY, "svg").decode(), "after") == ["0-1-straight"]
+    assert drawn(plans.draw_plan(still, DISPLAY, kind="svg").decode(), "after") == ["0-1-straight"]

@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 
 from curveline.errors import EXIT_NO, EXIT_USAGE, Infeasible, InvalidInput
-from curveline.plan import AXES, NodeTarget, Plan, from_json, to_json
-from curveline.planning import make_plan
-from curveline.rod.states import find_states
+from curveline.plan_file import AXES, NodeTarget, Plan, from_json, to_json
+from curveline.planning.tours import make_plan
+from curveline.rod.states.planar_states import find_states
 from curveline.scene import Display, Load, Node, Scene, Segment
 from curveline.sections import Rectangle
-from curveline.simulation import clamped_rod
+from curveline.simulation.simulate import clamped_rod
 from curveline.units import deg, mm, to_deg, to_mm
 from playing import SHAPES, counts_of, next_plan, plan, scene
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import pytest
 
-from curveline.plan import Plan
-from curveline.playback import replay
+from curveline.plan_file import Plan
+from curveline.replay.playback import replay
 from curveline.scene import LOST, STRAIGHT
-from curveline.shapefile import read_display
+from curveline.shapes.files import read_display
 from curveline.units import deg, mm
 from playing import SHAPES, Counts, Frame, counts_of, motion, next_plan, plan, scene
 

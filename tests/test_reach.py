@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from curveline.errors import Infeasible
-from curveline.plan import Plan
-from curveline.planning import make_plan
-from curveline.radio.codes import POSITION_LIMIT
-from curveline.radio.preflight import check_targets
+from curveline.plan_file import Plan
+from curveline.planning.tours import make_plan
+from curveline.radio.host.preflight import check_targets
+from curveline.radio.protocol.codes import POSITION_LIMIT
 from curveline.scene import Scene
 from curveline.units import mm
 from rows import row

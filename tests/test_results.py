@@ -15,10 +15,9 @@ import numpy as np
 import pytest
 
 import curveline
-from curveline import results
-from curveline.errors import InvalidInput
-from curveline.results import Report, Settings
-from curveline.rod.fidelity import Bound
+from curveline.rod.models.model_error import Bound
+from curveline.simulation import results
+from curveline.simulation.results import Settings, ShapeReport
 
 SHAPES = Path(__file__).parent.parent / "shapes"
 STATE_FIELDS = {
@@ -59,36 +58,36 @@ loads = [ { segment = 2, at = 0.4, force_N = [0.0, -1.0] } ]
 """
 
 
-def report_on(path: Path, settings: Settings | None = None) -> Report:
+def report_on(path: Path, settings: Settings | None = None) -> ShapeReport:
     settings = settings or Settings(argv=("simulate", "shape.toml"))
     scene = curveline.read_shape(path)
     segments = curveline.simulate(scene, settings.tolerance, settings.windings, settings.model)
-    return Report(scene, tuple(segments), settings, 0.25)
+    return ShapeReport(scene, tuple(segments), settings, 0.25)
 
 
 @pytest.fixture(scope="module")
-def peak() -> Report:
+def peak() -> ShapeReport:
     return report_on(SHAPES / "level-up-peak.toml")
 
 
 @pytest.fixture(scope="module")
-def staggered() -> Report:
+def staggered() -> ShapeReport:
     return report_on(SHAPES / "staggered-asymmetric-valley.toml", Settings(windings=(0, 1, -1), points=21))
 
 
 @pytest.fixture(scope="module")
-def twisted() -> Report:
+def twisted() -> ShapeReport:
     return report_on(SHAPES / "space" / "twisted.toml", Settings(points=21, explained=True))
 
 
 @pytest.fixture(scope="module")
-def wave(tmp_path_factory: pytest.TempPathFactory) -> Report:
+def wave(tmp_path_factory: pytest.TempPathFactory) -> ShapeReport:
     path = tmp_path_factory.mktemp("wave") / "wave.toml"
     path.write_text(QUAD)
     return report_on(path)
 
 
-def test_the_document_is_the_one_of_the_design(peak: Report) -> None:
+def test_the_document_is_the_one_of_the_design(peak: ShapeReport) -> None:
     document = results.document(peak)
     assert list(document)[:5] == ["curveline", "shape", "tolerance_mm", "seconds", "segments"]
     assert document["curveline"] == curveline.__version__
@@ -108,7 +107,7 @@ def test_the_document_is_the_one_of_the_design(peak: Report) -> None:
         assert bound["why"]
 
 
-def test_every_state_has_every_field_as_a_plain_type(staggered: Report) -> None:
+def test_every_state_has_every_field_as_a_plain_type(staggered: ShapeReport) -> None:
     (segment,) = results.document(staggered)["segments"]
     assert {state["winding"] for state in segment["states"]} > {0}
     for state in segment["states"]:
@@ -122,7 +121,7 @@ def test_every_state_has_every_field_as_a_plain_type(staggered: Report) -> None:
     assert [state["name"] for state in segment["states"] if state["wanted"]] == ["valley"]
 
 
-def test_numbers_are_the_states_own_in_the_units_of_their_names(peak: Report) -> None:
+def test_numbers_are_the_states_own_in_the_units_of_their_names(peak: ShapeReport) -> None:
     for state, record in zip(peak.segments[0].states, results.document(peak)["segments"][0]["states"], strict=True):
         assert record["energy_mJ"] == pytest.approx(1e3 * state.energy, rel=1e-15)
         assert record["error_mm"] == pytest.approx(1e3 * state.error, rel=1e-15)
@@ -132,7 +131,7 @@ def test_numbers_are_the_states_own_in_the_units_of_their_names(peak: Report) ->
         assert record["lowest_eigenvalue"] == state.lowest_eigenvalue
 
 
-def test_a_state_in_space_has_depth_and_forces_in_three_components(twisted: Report) -> None:
+def test_a_state_in_space_has_depth_and_forces_in_three_components(twisted: ShapeReport) -> None:
     (segment,) = results.document(twisted)["segments"]
     assert segment["model"]["kind"] == "spatial"
     assert {"bend", "stretch", "twist", "gravity"} <= set(segment["model"]["terms"])
@@ -152,7 +151,7 @@ def test_a_state_in_space_has_depth_and_forces_in_three_components(twisted: Repo
     assert json.loads(results.to_json([twisted]))["provenance"]["settings"]["model"] == "auto"
 
 
-def test_an_explanation_is_sentences_of_what_was_modelled_and_how_well(twisted: Report, peak: Report) -> None:
+def test_an_explanation_is_sentences_of_what_was_modelled_and_how_well(twisted: ShapeReport, peak: ShapeReport) -> None:
     (segment,) = results.document(twisted)["segments"]
     sentences = segment["model"]["explanation"]
     assert len(sentences) >= 2
@@ -161,7 +160,7 @@ def test_an_explanation_is_sentences_of_what_was_modelled_and_how_well(twisted: 
     assert "explanation" not in results.document(peak)["segments"][0]["model"]
 
 
-def test_what_is_not_known_is_null_in_json_and_infinite_in_npz(peak: Report) -> None:
+def test_what_is_not_known_is_null_in_json_and_infinite_in_npz(peak: ShapeReport) -> None:
     from dataclasses import replace
 
     segment = peak.segments[0]
@@ -173,7 +172,7 @@ def test_what_is_not_known_is_null_in_json_and_infinite_in_npz(peak: Report) -> 
         assert (arrays["error_mm"][0], arrays["lowest_eigenvalue"][0]) == (math.inf, math.inf)
 
 
-def test_a_model_that_was_asked_for_and_leaves_out_too_much_is_remarked_on(peak: Report) -> None:
+def test_a_model_that_was_asked_for_and_leaves_out_too_much_is_remarked_on(peak: ShapeReport) -> None:
     from dataclasses import replace
 
     assert peak.remarks == ()
@@ -184,12 +183,12 @@ def test_a_model_that_was_asked_for_and_leaves_out_too_much_is_remarked_on(peak:
     assert replace(asked, settings=peak.settings).remarks == ()
 
 
-def test_json_keeps_every_digit(peak: Report) -> None:
+def test_json_keeps_every_digit(peak: ShapeReport) -> None:
     document = results.document(peak)
     assert json.loads(results.to_json([peak])) == document
 
 
-def test_curves_lead_from_pivot_to_pivot_to_the_last_bit(wave: Report) -> None:
+def test_curves_lead_from_pivot_to_pivot_to_the_last_bit(wave: ShapeReport) -> None:
     heights = [0.0, 51.3, -49.7, 0.1, 0.0]
     for index, segment in enumerate(results.document(wave)["segments"]):
         assert segment["states"]
@@ -205,7 +204,7 @@ def test_curves_lead_from_pivot_to_pivot_to_the_last_bit(wave: Report) -> None:
     assert results.document(wave)["segments"][1]["model"]["terms"] == ["bend", "gravity", "loads"]
 
 
-def test_provenance_tells_where_a_result_comes_from(peak: Report) -> None:
+def test_provenance_tells_where_a_result_comes_from(peak: ShapeReport) -> None:
     provenance = results.document(peak)["provenance"]
     assert set(provenance["versions"]) == {"curveline", "python", "numpy", "numba", "scipy"}
     path = SHAPES / "level-up-peak.toml"
@@ -217,7 +216,7 @@ def test_provenance_tells_where_a_result_comes_from(peak: Report) -> None:
     assert provenance["argv"] == ["simulate", "shape.toml"]
 
 
-def test_npz_holds_one_row_per_state(peak: Report, staggered: Report) -> None:
+def test_npz_holds_one_row_per_state(peak: ShapeReport, staggered: ShapeReport) -> None:
     reports = [peak, report_on(SHAPES / "level-up-valley.toml")]
     with np.load(io.BytesIO(results.to_npz(reports)), allow_pickle=False) as arrays:
         stored: dict[str, Any] = {name: arrays[name] for name in arrays.files}
@@ -236,7 +235,7 @@ def test_npz_holds_one_row_per_state(peak: Report, staggered: Report) -> None:
     assert "curve_mm" not in document["segments"][0]["states"][0]
 
 
-def test_csv_holds_one_row_per_point(staggered: Report) -> None:
+def test_csv_holds_one_row_per_point(staggered: ShapeReport) -> None:
     rows = list(csv.DictReader(io.StringIO(results.to_csv([staggered]).decode())))
     states = results.document(staggered)["segments"][0]["states"]
     assert len(rows) == 21 * len(states)
@@ -250,7 +249,7 @@ def test_csv_holds_one_row_per_point(staggered: Report) -> None:
         assert [int(row["point"]) for row in part] == list(range(21))
 
 
-def test_tables_hold_the_third_coordinate(twisted: Report) -> None:
+def test_tables_hold_the_third_coordinate(twisted: ShapeReport) -> None:
     flat = report_on(SHAPES / "level-up-peak.toml", twisted.settings)
     states = results.document(twisted)["segments"][0]["states"]
     rows = list(csv.DictReader(io.StringIO(results.to_csv([twisted]).decode())))
@@ -263,7 +262,7 @@ def test_tables_hold_the_third_coordinate(twisted: Report) -> None:
         assert "depth_mm" not in json.loads(str(arrays["document"][1]))["segments"][0]["states"][0]
 
 
-def test_a_scene_without_any_state_can_be_written(peak: Report) -> None:
+def test_a_scene_without_any_state_can_be_written(peak: ShapeReport) -> None:
     from dataclasses import replace
 
     empty = replace(peak, segments=(replace(peak.segments[0], states=()),))
@@ -272,26 +271,3 @@ def test_a_scene_without_any_state_can_be_written(peak: Report) -> None:
     assert results.to_csv([empty]).count(b"\n") == 1
     with np.load(io.BytesIO(results.to_npz([empty]))) as arrays:
         assert arrays["energy_mJ"].shape == (0,)
-
-
-@pytest.mark.parametrize("suffix", list(results.ENCODERS))
-def test_writing_is_whole_and_overwrites_nothing_unasked(peak: Report, tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"out{suffix.upper()}"
-    results.check_output(path)
-    results.write([peak], path)
-    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
-    content = path.read_bytes()
-    for refused in (lambda: results.write([peak], path), lambda: results.check_output(path)):
-        with pytest.raises(InvalidInput) as caught:
-            refused()
-        assert caught.value.diagnostics[0].code == "exists"
-    assert path.read_bytes() == content
-    results.check_output(path, force=True)
-    results.write([peak], path, force=True)
-
-
-@pytest.mark.parametrize("name", ["out", "out.txt", "json", "out.json.gz"])
-def test_an_unknown_suffix_is_refused_with_the_known_ones(name: str) -> None:
-    with pytest.raises(InvalidInput) as caught:
-        results.check_output(name)
-    assert ".json, .npz, .csv, .svg, .png" in caught.value.hint

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from curveline.plan import drive_table
-from curveline.simulation import simulate
+from curveline.plan_file import drive_settings
+from curveline.simulation.simulate import simulate
 from curveline.units import mm
 from rows import PATTERN, row
 
@@ -41,7 +41,7 @@ def test_a_row_fits_its_display_and_its_feeds_what_a_node_can_tell() -> None:
     scene = row(64)
     display = scene.display
     assert len(set(display.radio.addresses)) == display.node_count == len(scene.nodes)
-    assert drive_table(display).node_count == 65
+    assert drive_settings(display).node_count == 65
     assert math.fsum(segment.length for segment in scene.segments) < display.rod.total_length
     assert all(display.limits.length.contains(segment.length) for segment in scene.segments)
     excess = math.fsum(segment.length - display.span for segment in scene.segments)

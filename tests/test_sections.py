@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 import curveline
-from curveline import results
-from curveline.capability import ability_of
+from curveline.displays.capability import ability_of
+from curveline.displays.lint import suspicions
 from curveline.errors import InvalidInput
-from curveline.planning import make_plan
-from curveline.results import Report, Settings
+from curveline.planning.tours import make_plan
 from curveline.scene import Display, Rod, Scene
 from curveline.sections import CrossSection, Rectangle, Round
-from curveline.shapefile import builtin_text, read_display
-from curveline.simulation import section_of, simulate
-from curveline.suspicions import suspicions
+from curveline.shapes.files import builtin_text, read_display
+from curveline.simulation import results
+from curveline.simulation.results import Settings, ShapeReport
+from curveline.simulation.simulate import section_of, simulate
 from curveline.units import mm
 
 SHAPES = Path(__file__).parent.parent / "shapes"
@@ -203,7 +203,7 @@ def test_out_of_the_plane_a_round_rod_is_as_stiff_as_in_it_and_turns_with_its_ow
 def test_results_say_what_rod_it_was(tmp_path: Path) -> None:
     display = display_with(tmp_path, bending_stiffness_Nmm2=26000.0, diameter_mm=6.0, inner_diameter_mm=4.5)
     scene = on_display("level-neutral-peak", display)
-    report = Report(scene, tuple(simulate(scene)), Settings(), 0.0)
+    report = ShapeReport(scene, tuple(simulate(scene)), Settings(), 0.0)
     modulus = 0.026 / (math.pi / 64.0 * (0.006**4 - 0.0045**4)) / 1e9
     assert results.document(report)["provenance"]["rod"] == {
         "stiffness_from": "bending_stiffness_Nmm2",

@@ -16,18 +16,18 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from curveline import plan
+from curveline import plan_file
 from curveline.errors import Diagnostic, InvalidInput
-from curveline.files import EXCERPT
 from curveline.scene import Load, Node, Scene, Segment
 from curveline.sections import Rectangle
-from curveline.shape_models import RadioTable
-from curveline.shapefile import MAX_BYTES, builtin_displays, read_display, read_shape
-from curveline.toml_document import MAX_DIAGNOSTICS
+from curveline.shapes.files import MAX_BYTES, builtin_displays, read_display, read_shape
+from curveline.shapes.tables import RadioTable
+from curveline.shapes.toml_document import MAX_DIAGNOSTICS
+from curveline.system.files import EXCERPT
 
 HERE = Path(__file__).parent
 SHAPE = (HERE.parent / "shapes" / "level-up-peak.toml").read_bytes()
-DISPLAY = (HERE.parent / "curveline" / "displays" / "single.toml").read_bytes()
+DISPLAY = (HERE.parent / "curveline" / "shapes" / "displays" / "single.toml").read_bytes()
 BROKEN = sorted((HERE / "broken").rglob("*.toml"))
 
 
@@ -187,7 +187,7 @@ def test_a_broken_display_file_is_reported_in_its_own_file(tmp_path: Path, monke
 
 
 def test_the_rod_of_all_segments_together(tmp_path: Path) -> None:
-    quad = (HERE.parent / "curveline" / "displays" / "quad.toml").read_bytes()
+    quad = (HERE.parent / "curveline" / "shapes" / "displays" / "quad.toml").read_bytes()
     (tmp_path / "d.toml").write_bytes(replaced(quad, "total_length_mm = 4000.0", "total_length_mm = 2399.0"))
     nodes = "{ height_mm = 0, angle_deg = 0 }, " * 5
     segments = '{ length_mm = 600, state = "peak" }, ' * 4
@@ -355,7 +355,7 @@ def test_hostile_file_is_refused_in_time(data: bytes, write: Callable[[bytes], P
 
 
 def test_the_plan_and_the_display_file_know_the_same_data_rates() -> None:
-    assert get_args(RadioTable.model_fields["data_rate"].annotation) == plan.DATA_RATES
+    assert get_args(RadioTable.model_fields["data_rate"].annotation) == plan_file.DATA_RATES
 
 
 NUMBERS = [

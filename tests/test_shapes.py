@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from curveline.rod.equilibrium import Outcome
-from curveline.shapefile import read_display, read_shape
-from curveline.simulation import simulate
+from curveline.rod.states.equilibrium import Outcome
+from curveline.shapes.files import read_display, read_shape
+from curveline.simulation.simulate import simulate
 from curveline.units import mm, to_deg, to_mm
 
 HERE = Path(__file__).parent

@@ -12,8 +12,8 @@ import pytest
 import curveline
 from curveline.errors import InvalidInput
 from curveline.scene import Load, Node, Scene, Segment
-from curveline.shapefile import read_display
-from curveline.simulation import simulate, spatial_segment
+from curveline.shapes.files import read_display
+from curveline.simulation.simulate import simulate, spatial_segment
 from curveline.units import deg, mm
 
 HERE = Path(__file__).parent

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import curveline
-from curveline.rod.fidelity import judge
-from curveline.rod.states import find_states
+from curveline.rod.models.model_error import judge
+from curveline.rod.states.planar_states import find_states
 from curveline.scene import Load, Node, Scene
 from curveline.sections import Rectangle
-from curveline.simulation import SegmentStates, simulate, spatial_segment
+from curveline.simulation.simulate import SegmentStates, simulate, spatial_segment
 from curveline.units import deg, mm
 
 PLAIN = curveline.read_shape(Path(__file__).parent.parent / "shapes" / "level-neutral-peak.toml")

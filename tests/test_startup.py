@@ -12,18 +12,18 @@ from typing import NamedTuple
 
 import pytest
 
-from curveline.plan import NodeTarget, Plan, Step, drive_table, sealed, write_plan
-from curveline.shapefile import read_display
+from curveline.plan_file import NodeTarget, Plan, Step, drive_settings, sealed, write_plan
+from curveline.shapes.files import read_display
 
 HEAVY = {"numpy", "numba", "scipy", "matplotlib", "cv2", "serial", "pyrf24"}
 COMMANDS = ("simulate", "plan", "send", "status", "stop", "runs", "load", "keys", "bench")
 
 SCRIPT = """
 import json, sys
-import curveline.radio
-curveline.radio.BACK_ENDS["wire"] = "wire"
+import curveline.radio.interface
+curveline.radio.interface.BACK_ENDS["wire"] = "wire"
 sys.argv = ["curveline", *json.loads(sys.argv[1])]
-from curveline.cli import main
+from curveline.cli.app import main
 try:
     main()
 except SystemExit as stop:
@@ -34,7 +34,7 @@ sys.stderr.write("\\n" + json.dumps([code, sorted({name.split(".")[0] for name i
 WIRE = '''
 """A radio that is no mock as far as the command line can tell: it only carries frames."""
 
-from curveline.radio.mock import open_radio as open_mock
+from curveline.radio.mock.display import open_radio as open_mock
 
 
 class Wire:
@@ -77,7 +77,7 @@ def load(tmp_path: Path):
 
 
 def short_plan() -> Plan:
-    drive = drive_table(read_display("single"))
+    drive = drive_settings(read_display("single"))
     home = NodeTarget(0.0, 0.0, 0.0, (0, 0, 0))
     there = NodeTarget(1.0, 0.0, 0.0, (drive.axes[0].counts(1.0), 0, 0))
     step = Step(1, "extrude", 0.3, (there, there), (500.0,), ("valley",), 1.0, 1.0, "a test", 0.0, 0.0, 0.0)

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.rod.equilibrium import Outcome
-from curveline.shapefile import ShapeFile, read_shape
-from curveline.sweeping import Digest, Sweep, Tally
+from curveline.rod.states.equilibrium import Outcome
+from curveline.shapes.files import ShapeFile, read_shape
+from curveline.simulation.sweep import Digest, Sweep, SweepTally
 
 TEMPLATE = """
 name = "loaded"
@@ -178,7 +178,7 @@ def test_a_tally_counts_points_and_keeps_extremes() -> None:
     lone = Digest("valley", 7.0, 7.0, 2e-5, False, frozenset())
     none = Digest("none", math.nan, math.nan, 0.0, False, frozenset())
     coarse = Digest("peak, valley", 1.0, 50.0, 3e-4, True, frozenset({Outcome.COARSE}))
-    tally = Tally.of(2)
+    tally = SweepTally.of(2)
     for point in ([both, both], [both, lone], [coarse, none], [coarse, both]):
         tally.add(point)
     first = tally.groups[0]["peak, valley"]

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from curveline.toml_location import MAX_DEPTH, KeyPath, TomlMap
+from curveline.shapes.toml_location import MAX_DEPTH, KeyPath, TomlMap
 
 ROOT = Path(__file__).parents[1]
 
@@ -164,7 +164,7 @@ def test_depth_is_bounded(opening: str) -> None:
 
 
 def test_every_value_of_the_project_files_is_found() -> None:
-    files = [*ROOT.glob("shapes/*.toml"), *ROOT.glob("curveline/displays/*.toml"), ROOT / "pyproject.toml"]
+    files = [*ROOT.glob("shapes/*.toml"), *ROOT.glob("curveline/shapes/displays/*.toml"), ROOT / "pyproject.toml"]
     assert len(files) > 18
     for file in files:
         text = file.read_text(encoding="utf-8")

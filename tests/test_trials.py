@@ -10,28 +10,28 @@ import numpy as np
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.plan import AXES, NodeTarget, Plan, Step, drive_table
-from curveline.playback import replay
-from curveline.rod.course import FELL, Event, State, buckle
-from curveline.rod.problem import Array, Pose
-from curveline.rod.space import SpatialSegment
-from curveline.scene import Display
-from curveline.shapefile import read_display
-from curveline.trials import (
+from curveline.plan_file import AXES, NodeTarget, Plan, Step, drive_settings
+from curveline.replay.monte_carlo import (
     LOST,
     PIECES,
     TAUT,
     Errors,
     Reason,
-    Run,
     Setup,
     Share,
+    TrialRun,
     course_of,
     draw,
     play_run,
     run_trials,
     summarise,
 )
+from curveline.replay.playback import replay
+from curveline.rod.branches.quasi_static import FELL, Event, State, buckle
+from curveline.rod.problem import Array, Pose
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.scene import Display
+from curveline.shapes.files import read_display
 from curveline.units import deg, mm
 from playing import motion, plan, scene
 
@@ -43,7 +43,7 @@ PEAKS = ("level-neutral-peak", "level-up-peak", "staggered-down-peak")
 
 def by_hand(display: Display, *rows: tuple[tuple[float, float, float], ...], wanted: tuple[str, ...]) -> Plan:
     """A plan that goes through rows of (feed mm, angle deg, height mm) per node, from home, and proves nothing."""
-    drive = drive_table(display)
+    drive = drive_settings(display)
 
     def target(values: tuple[float, float, float]) -> NodeTarget:
         extrude, bias, lift = (axis.counts(value) for axis, value in zip(drive.axes, values, strict=True))
@@ -226,7 +226,12 @@ def test_reasons_are_told_in_words() -> None:
     assert str(Reason(2, "valley", 1)) == "segment 2 ends as the valley"
     assert str(Reason(1, LOST, 1)) == "segment 1 falls into no state that was found"
     setup = Setup(DISPLAY, plan("level-up-peak"))
-    runs = [Run(1, ("peak",), 1.0), Run(2, (LOST,), 2.0), Run(3, ("valley",), 1.5), Run(4, ("valley",), 3.0)]
+    runs = [
+        TrialRun(1, ("peak",), 1.0),
+        TrialRun(2, (LOST,), 2.0),
+        TrialRun(3, ("valley",), 1.5),
+        TrialRun(4, ("valley",), 3.0),
+    ]
     outcome = summarise(setup, runs)
     assert outcome.reasons == (Reason(1, "valley", 2), Reason(1, LOST, 1))
     assert outcome.worst == runs[2]
@@ -268,7 +273,7 @@ def test_only_a_rod_with_somewhere_to_fall_is_lost(monkeypatch: pytest.MonkeyPat
     ) -> tuple[State | None, list[Event]]:
         return buckle(Pose(*poses[-1]), segment.bearing), [Event(FELL, PIECES, None)]
 
-    monkeypatch.setattr("curveline.trials.ride", falling)
+    monkeypatch.setattr("curveline.replay.monte_carlo.ride", falling)
     slack = ((fed, 0.0, 0.0), (-fed, 0.0, 0.0))
     setup = Setup(DISPLAY, by_hand(DISPLAY, slack, slack, wanted=("valley",)), NONE)
     assert play_run(setup, 1).endings == (ending,)

@@ -9,21 +9,23 @@ from typing import Any
 
 import pytest
 
-from curveline import results, scene, sections
-from curveline.capability import ability_of, reaches
+from curveline import scene, sections
+from curveline.displays.capability import ability_of, reaches
+from curveline.displays.lint import suspicions
 from curveline.errors import CurvelineError
-from curveline.loading import files as loadfiles
-from curveline.loading.maps import load_map
+from curveline.loading.load_map import load_map
 from curveline.loading.pushes import Push
-from curveline.loading.snap import load
-from curveline.plan import to_json
-from curveline.planning import make_plan
-from curveline.results import Report, Settings
-from curveline.rod.states import find_states
+from curveline.loading.results import document as load_document
+from curveline.loading.results import map_document
+from curveline.loading.snap_through import load
+from curveline.plan_file import to_json
+from curveline.planning.tours import make_plan
+from curveline.rod.states.planar_states import find_states
 from curveline.scene import Axis, Display, Drive, Limits, Load, Node, RadioSettings, Range, Rod, Scene, Segment
 from curveline.sections import Rectangle
-from curveline.simulation import clamped_rod, simulate, spatial_segment
-from curveline.suspicions import suspicions
+from curveline.simulation import results
+from curveline.simulation.results import Settings, ShapeReport
+from curveline.simulation.simulate import clamped_rod, simulate, spatial_segment
 
 Number = Callable[[int], Any]
 
@@ -54,7 +56,7 @@ def pushed(number: Number) -> Scene:
 
 
 def simulated(scene: Scene, model: str, tolerance: float) -> dict[str, Any]:
-    report = Report(scene, tuple(simulate(scene, tolerance, model=model)), Settings(), 0.0)
+    report = ShapeReport(scene, tuple(simulate(scene, tolerance, model=model)), Settings(), 0.0)
     found = results.document(report)
     del found["seconds"]
     return json.loads(json.dumps(found, allow_nan=False))  # type: ignore[no-any-return]
@@ -86,7 +88,7 @@ def test_load_and_map() -> None:
     for number in (int, float):
         push = Push(0, 0.5, "0,-1", step=number(1), most=number(100))
         loading, over_all = load(shape(number), push), load_map(shape(number), push, 3)
-        documents = [loadfiles.document(loading), loadfiles.map_document(over_all)]
+        documents = [load_document(loading), map_document(over_all)]
         for document in documents:
             del document["seconds"]
         found.append(json.loads(json.dumps(documents, allow_nan=False)))

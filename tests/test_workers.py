@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 import chores
-from curveline import workers
 from curveline.errors import CurvelineError
-from curveline.workers import WorkerDied, Workers
+from curveline.system import workers
+from curveline.system.workers import WorkerDied, Workers
 
 UNFIT = """
 import multiprocessing, os

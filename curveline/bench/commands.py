@@ -11,24 +11,24 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from curveline.measured import Row
+from curveline.bench.measurement import Measurement
 
 
-def rows(paths: list[str]) -> Iterator[Row]:
+def rows(paths: list[str]) -> Iterator[Measurement]:
     """Help, all shape files, the first run with an empty kernel cache; peak memory."""
     command = [sys.executable, "-m", "curveline"]
     bare = _wall([sys.executable, "-c", "import typer"], dict(os.environ))
     shown = _wall([*command, "--help"], dict(os.environ))
-    yield Row("curveline --help", shown, "s", "< 0.3", "wall, best of 5")
-    yield Row("help over bare Python with typer", shown / bare, "x", "< 3", "same run")
+    yield Measurement("curveline --help", shown, "s", "< 0.3", "wall, best of 5")
+    yield Measurement("help over bare Python with typer", shown / bare, "x", "< 3", "same run")
     warm = _wall([*command, "simulate", "--json", *paths], dict(os.environ))
-    yield Row(f"simulate {len(paths)} files, warm", warm, "s", "< 1.5", "with start-up, best of 5")
+    yield Measurement(f"simulate {len(paths)} files, warm", warm, "s", "< 1.5", "with start-up, best of 5")
     memory = _peak_memory([*command, "simulate", "--json", *paths], dict(os.environ))
-    yield Row("its peak memory", memory, "MB", "< 200", "resident")
+    yield Measurement("its peak memory", memory, "MB", "< 200", "resident")
     with tempfile.TemporaryDirectory() as folder:
         fresh = {**os.environ, "CURVELINE_CACHE": str(Path(folder) / "cache")}
         first = _wall([*command, "simulate", "--json", paths[0]], fresh, repeats=1)
-    yield Row("first run, empty kernel cache", first, "s", "< 20", "wall, compiles the kernels")
+    yield Measurement("first run, empty kernel cache", first, "s", "< 20", "wall, compiles the kernels")
 
 
 def _wall(command: list[str], environment: dict[str, str], repeats: int = 5) -> float:

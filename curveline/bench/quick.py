@@ -15,27 +15,27 @@ from typing import Any
 import numpy as np
 
 from curveline.bench import commands, search
-from curveline.bench.cases import Case, clamps, truth
-from curveline.bench.clock import best
-from curveline.bench.methods import Method, Solved, one_level, one_spatial_level
-from curveline.bench.peers import PEERS
-from curveline.bench.peers.collocation import solve as collocate
-from curveline.bench.row import row
+from curveline.bench.many_segments import row
+from curveline.bench.measurement import Measurement
+from curveline.bench.methods.cases import Case, clamps, truth
+from curveline.bench.methods.collocation import solve as collocate
+from curveline.bench.methods.own import Method, Solved, one_level, one_spatial_level
+from curveline.bench.methods.peers import PEERS
+from curveline.bench.methods.stopwatch import best
 from curveline.bench.trade import distance, fitted_exponent, is_installed
-from curveline.measured import Row
-from curveline.planning import make_plan
-from curveline.rod import relax
-from curveline.rod.elastica import clamped_arch
-from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, ClampedRod, refine
-from curveline.rod.ladder import climb
-from curveline.rod.planar import descend
+from curveline.planning.tours import make_plan
+from curveline.rod.planar.elastica import clamped_arch
+from curveline.rod.planar.newton import descend
+from curveline.rod.planar.richardson import climb_levels
+from curveline.rod.planar.search import RELAX
 from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mesh, released
-from curveline.rod.search import RELAX
-from curveline.rod.space import lift
-from curveline.rod.states import SEARCH_EDGES, find_states
+from curveline.rod.spatial import relax
+from curveline.rod.spatial.segment import lift
+from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, ClampedRod, refine
+from curveline.rod.states.planar_states import SEARCH_EDGES, find_states
 from curveline.scene import Scene
-from curveline.shapefile import read_shape
-from curveline.simulation import simulate, spatial_segment
+from curveline.shapes.files import read_shape
+from curveline.simulation.simulate import simulate, spatial_segment
 from curveline.units import deg, mm, to_mm, to_ms
 
 YARDSTICK = Path(__file__).parents[2] / "tests" / "benchmarks" / "bare_newton.py"
@@ -58,7 +58,7 @@ SPATIAL_SIZES = (100, 316, 1_000, 3_162, 10_000)
 SEGMENTS = (4, 16, 64)
 
 
-def quick(shapes: Sequence[str]) -> Iterator[Row]:
+def quick(shapes: Sequence[str]) -> Iterator[Measurement]:
     """The figures of `bench --quick` over the given shape files, one after the other as they are measured."""
     scenes = [read_shape(path) for path in shapes]
     yield from one_state()
@@ -70,7 +70,7 @@ def quick(shapes: Sequence[str]) -> Iterator[Row]:
     yield from commands.rows([scene.path for scene in scenes])
 
 
-def one_state() -> Iterator[Row]:
+def one_state() -> Iterator[Measurement]:
     """One planar state from its spline guess and from a neighbour, against bare Newton and against collocation."""
     case = clamps().cases[0]
     rod = case.rod
@@ -82,20 +82,22 @@ def one_state() -> Iterator[Row]:
     def from_guess(tolerance: float) -> Any:
         angles, multipliers = guess.copy(), np.zeros(2)
         descend(problem, angles, multipliers, RELAX)
-        return climb(scaled, edges, angles, multipliers, tolerance / rod.length, 10_000)
+        return climb_levels(scaled, edges, angles, multipliers, tolerance / rod.length, 10_000)
 
     def warm(tolerance: float) -> Any:
-        return climb(scaled, edges, near.copy(), forces.copy(), tolerance / rod.length, 10_000)
+        return climb_levels(scaled, edges, near.copy(), forces.copy(), tolerance / rod.length, 10_000)
 
     for tolerance, goal in ((mm(0.1), "< 100"), (mm(0.001), "< 200")):
         name = f"{to_mm(tolerance):g} mm"
-        yield Row(f"relax to {name}", 1e6 * best(partial(from_guess, tolerance)), "us", goal, "from a spline guess")
-        yield Row(f"warm start to {name}", 1e6 * best(partial(warm, tolerance)), "us", goal, "from a neighbour")
+        yield Measurement(
+            f"relax to {name}", 1e6 * best(partial(from_guess, tolerance)), "us", goal, "from a spline guess"
+        )
+        yield Measurement(f"warm start to {name}", 1e6 * best(partial(warm, tolerance)), "us", goal, "from a neighbour")
     exact = clamped_arch(rod.chord[0], rod.length, rod.stiffness)
     places = np.linspace(0.0, rod.length, 201)
     state = refine(rod, edges, near.copy(), forces.copy(), mm(0.1))
     error = float(np.hypot(*(state.curve(201) - exact.positions(places)).T).max())
-    yield Row("true error at 0.1 mm", to_mm(error), "mm", "< 0.003", "against the closed form")
+    yield Measurement("true error at 0.1 mm", to_mm(error), "mm", "< 0.003", "against the closed form")
     finest = int(from_guess(mm(0.1))[-1])
     yield from _bare_newton(scaled, guess, finest, partial(from_guess, mm(0.1)))
     yield from _collocation(case, partial(warm, mm(0.1)))
@@ -108,15 +110,15 @@ def _planar_start(case: Case) -> tuple[ScaledRod, Array, Array, Problem]:
     return scaled, edges, case.guess(edges.size), released(make_problem(scaled, edges))
 
 
-def _bare_newton(scaled: ScaledRod, guess: Array, finest: int, relax_it: Callable[[], object]) -> Iterator[Row]:
+def _bare_newton(scaled: ScaledRod, guess: Array, finest: int, relax_it: Callable[[], object]) -> Iterator[Measurement]:
     """A certified state at 0.1 mm against Newton alone from the same guess through the same levels."""
     bare = yardstick()
     if bare is None:
         return
     solve = partial(bare.solve, guess, scaled.chord, scaled.ends, scaled.weight, finest)
     took = best(solve)
-    yield Row("bare Newton, same levels", 1e6 * took, "us", "", f"{finest} edges, no error known")
-    yield Row("relax to 0.1 mm over bare", best(relax_it) / took, "x", "< 3", "same system, same run")
+    yield Measurement("bare Newton, same levels", 1e6 * took, "us", "", f"{finest} edges, no error known")
+    yield Measurement("relax to 0.1 mm over bare", best(relax_it) / took, "x", "< 3", "same system, same run")
 
 
 def yardstick() -> Any:
@@ -131,14 +133,14 @@ def yardstick() -> Any:
     return module
 
 
-def _collocation(case: Case, warm: Callable[[], object]) -> Iterator[Row]:
+def _collocation(case: Case, warm: Callable[[], object]) -> Iterator[Measurement]:
     """scipy.integrate.solve_bvp on the same scene from the same guess."""
     answer = collocate(case, PLANAR, 1e-3)
     if answer is None:
         return
-    yield Row("solve_bvp, tol 1e-3", 1e3 * answer.seconds, "ms", "", "scipy, same scene")
-    yield Row("its true error", to_mm(_error(case, PLANAR, answer)), "mm", "", "against shooting")
-    yield Row("solve_bvp over warm start", answer.seconds / best(warm), "x", "> 35", "same run")
+    yield Measurement("solve_bvp, tol 1e-3", 1e3 * answer.seconds, "ms", "", "scipy, same scene")
+    yield Measurement("its true error", to_mm(_error(case, PLANAR, answer)), "mm", "", "against shooting")
+    yield Measurement("solve_bvp over warm start", answer.seconds / best(warm), "x", "> 35", "same run")
 
 
 def _error(case: Case, model: str, answer: Solved) -> float:
@@ -147,22 +149,22 @@ def _error(case: Case, model: str, answer: Solved) -> float:
     return distance(answer, curve.positions(answer.places)) if curve else math.nan
 
 
-def spatial_against_peers() -> Iterator[Row]:
+def spatial_against_peers() -> Iterator[Measurement]:
     """The rod in space of 100 edges between clamps in its plane, and what others need to come as close."""
     case = clamps().cases[0]
     ours = one_spatial_level(case, 100)
     if ours is None:
         return
     error = _error(case, EXTENSIBLE, ours)
-    yield Row("spatial, 100 edges", 1e3 * ours.seconds, "ms", "< 5", "from a spline guess")
-    yield Row("its true error", to_mm(error), "mm", "", "against shooting")
+    yield Measurement("spatial, 100 edges", 1e3 * ours.seconds, "ms", "< 5", "from a spline guess")
+    yield Measurement("its true error", to_mm(error), "mm", "", "against shooting")
     for peer in PEERS:
         if peer.few and is_installed(peer):
             took = time_at(case, peer, error)
             if took is None:
                 continue
             how = f"{1e3 * took:.3g} ms at that error"
-            yield Row(f"{peer.name} over spatial", took / ours.seconds, "x", "> 50", how)
+            yield Measurement(f"{peer.name} over spatial", took / ours.seconds, "x", "> 50", how)
 
 
 def time_at(case: Case, peer: Method, error: float) -> float | None:
@@ -179,7 +181,7 @@ def time_at(case: Case, peer: Method, error: float) -> float | None:
     return float(long * (fine / error) ** power)
 
 
-def linear_cost() -> Iterator[Row]:
+def linear_cost() -> Iterator[Measurement]:
     """How the time of a solve grows with the number of edges, as a fitted exponent."""
     case = clamps().cases[0]
     spent = [_fastest(one_level(case, PLANAR, n)) for n in PLANAR_SIZES]
@@ -196,12 +198,12 @@ def _fastest(answer: Solved | None) -> float:
     return answer.seconds if answer else math.nan
 
 
-def _growth(model: str, sizes: Sequence[int], seconds: Sequence[float]) -> Row:
+def _growth(model: str, sizes: Sequence[int], seconds: Sequence[float]) -> Measurement:
     how = f"{sizes[0]} to {sizes[-1]} edges"
-    return Row(f"{model} time, power of edges", fitted_exponent(sizes, seconds), "", "< 1.1", how)
+    return Measurement(f"{model} time, power of edges", fitted_exponent(sizes, seconds), "", "< 1.1", how)
 
 
-def all_states(scenes: Sequence[Scene]) -> Iterator[Row]:
+def all_states(scenes: Sequence[Scene]) -> Iterator[Measurement]:
     """Every stable state: of eight boundary conditions, and of shape files with all that `simulate` does."""
     rods = [
         ClampedRod((0.5, mm(height)), deg(left), deg(right), mm(length), 0.0, 1.0, 0.0)
@@ -209,13 +211,17 @@ def all_states(scenes: Sequence[Scene]) -> Iterator[Row]:
     ]
     found = sum(len(find_states(rod, mm(0.1))) for rod in rods)
     took = best(lambda: [find_states(rod, mm(0.1)) for rod in rods])
-    yield Row(f"{found} states of {len(rods)} boundaries", 1e3 * took, "ms", "< 20", "all stable states, 0.1 mm")
+    yield Measurement(
+        f"{found} states of {len(rods)} boundaries", 1e3 * took, "ms", "< 20", "all stable states, 0.1 mm"
+    )
     times = [best(partial(simulate, scene, model=PLANAR), 0.05) / len(scene.segments) for scene in scenes]
-    yield Row("simulate a segment", 1e3 * float(np.median(times)), "ms", "< 1", f"median of {len(scenes)} shapes")
-    yield Row("simulate, slowest shape", 1e3 * max(times), "ms", "< 1", "all its stable states")
+    yield Measurement(
+        "simulate a segment", 1e3 * float(np.median(times)), "ms", "< 1", f"median of {len(scenes)} shapes"
+    )
+    yield Measurement("simulate, slowest shape", 1e3 * max(times), "ms", "< 1", "all its stable states")
 
 
-def many_segments(sizes: Sequence[int] = SEGMENTS) -> Iterator[Row]:
+def many_segments(sizes: Sequence[int] = SEGMENTS) -> Iterator[Measurement]:
     """Displays of many segments, no two alike: every state of each, a proven plan, and how their times grow."""
     scenes = [row(size) for size in sizes]
     for name, unit, action, goal in (
@@ -224,6 +230,6 @@ def many_segments(sizes: Sequence[int] = SEGMENTS) -> Iterator[Row]:
     ):
         spent = [best(partial(action, scene), 0.2) for scene in scenes]
         last = to_ms(spent[-1]) if unit == "ms" else spent[-1]
-        yield Row(f"{name} {sizes[-1]} segments", last, unit, goal, "no two alike")
+        yield Measurement(f"{name} {sizes[-1]} segments", last, unit, goal, "no two alike")
         how = f"{sizes[0]} to {sizes[-1]} segments"
-        yield Row(f"{name} time, power of segments", fitted_exponent(sizes, spent), "", "< 1.1", how)
+        yield Measurement(f"{name} time, power of segments", fitted_exponent(sizes, spent), "", "< 1.1", how)

@@ -8,20 +8,20 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from curveline.bench.cases import SEED
-from curveline.measured import Row
-from curveline.rod.equilibrium import ClampedRod, refine
-from curveline.rod.planar import descend
+from curveline.bench.measurement import Measurement
+from curveline.bench.methods.cases import SEED
+from curveline.rod.planar.newton import descend
+from curveline.rod.planar.search import RELAX
 from curveline.rod.problem import make_problem, mesh, released, sharpest_turn
-from curveline.rod.search import RELAX
-from curveline.rod.states import find_states
+from curveline.rod.states.equilibrium import ClampedRod, refine
+from curveline.rod.states.planar_states import find_states
 from curveline.units import deg, mm
 
 SCENES = 144
 STARTS = 24
 
 
-def rows() -> Iterator[Row]:
+def rows() -> Iterator[Measurement]:
     """Random scenes: what the search finds, against descents from random starts, and that each state is certified."""
     rng = np.random.default_rng(SEED)
     found = lost = uncertain = 0
@@ -35,10 +35,10 @@ def rows() -> Iterator[Row]:
         found += len(states)
         uncertain += sum(not state.stable or state.error > mm(0.1) for state in states)
         lost += missed(rod, [state.mean_height for state in states], rng)
-    yield Row("states in random scenes", found, "", "", f"{SCENES} scenes, seed {SEED}")
-    yield Row("not certified to 0.1 mm", uncertain, "", "0", "same scenes")
-    yield Row("missed by the search", lost, "", "0", f"{STARTS} random descents each")
-    yield Row("search of a scene", 1e3 * float(np.median(times)), "ms", "< 1", "median of single runs")
+    yield Measurement("states in random scenes", found, "", "", f"{SCENES} scenes, seed {SEED}")
+    yield Measurement("not certified to 0.1 mm", uncertain, "", "0", "same scenes")
+    yield Measurement("missed by the search", lost, "", "0", f"{STARTS} random descents each")
+    yield Measurement("search of a scene", 1e3 * float(np.median(times)), "ms", "< 1", "median of single runs")
 
 
 def missed(rod: ClampedRod, known: list[float], rng: np.random.Generator) -> int:

@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.bench.cases import Case, CaseSet, truth
-from curveline.bench.methods import Method, Solved
-from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL
+from curveline.bench.methods.cases import Case, CaseSet, truth
+from curveline.bench.methods.own import Method, Solved
+from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL
 from curveline.units import mm, to_mm
 
 MODELS = (PLANAR, EXTENSIBLE, SPATIAL)
@@ -30,7 +30,7 @@ NOT_INSTALLED = "not installed"
 
 
 @dataclass(frozen=True)
-class Point:
+class TradePoint:
     """A method with one setting on a set of cases; what could not be measured is None and `note` says why.
 
     `right` of `cases` led to the wanted state; the figures are theirs. `order` is fitted over the method's settings.
@@ -52,7 +52,7 @@ class Point:
     note: str = ""
 
 
-class Job(NamedTuple):
+class TradeJob(NamedTuple):
     """A set of cases and the methods of one model to measure on it."""
 
     scenes: CaseSet
@@ -78,7 +78,7 @@ def is_installed(method: Method) -> bool:
     return not method.package or find_spec(method.package) is not None
 
 
-def jobs(sets: Sequence[CaseSet], methods: Sequence[Method]) -> list[Job]:
+def jobs(sets: Sequence[CaseSet], methods: Sequence[Method]) -> list[TradeJob]:
     """What there is to measure, in the order in which it is shown."""
     found = []
     for scenes in sets:
@@ -87,20 +87,20 @@ def jobs(sets: Sequence[CaseSet], methods: Sequence[Method]) -> list[Job]:
                 method for method in methods if method.model == model and (scenes.name == FEW or not method.few)
             )
             if fit:
-                found.append(Job(scenes, model, fit))
+                found.append(TradeJob(scenes, model, fit))
     return found
 
 
-def measure(job: Job, told: Callable[[str], None] = lambda _: None) -> list[Point]:
+def measure(job: TradeJob, told: Callable[[str], None] = lambda _: None) -> list[TradePoint]:
     """The points of a job, those of each method from coarse to fine; `told` hears of every setting beforehand."""
-    points: list[Point] = []
+    points: list[TradePoint] = []
     for method in job.methods:
         points += _measure_method(job, method, told)
     return with_front(points)
 
 
-def _measure_method(job: Job, method: Method, told: Callable[[str], None]) -> Iterator[Point]:
-    blank = Point(job.scenes.name, job.model, method.name, None, method.unit)
+def _measure_method(job: TradeJob, method: Method, told: Callable[[str], None]) -> Iterator[TradePoint]:
+    blank = TradePoint(job.scenes.name, job.model, method.name, None, method.unit)
     if not is_installed(method):
         for _ in method.settings:
             told(f"{method.name}: {NOT_INSTALLED}")
@@ -163,7 +163,7 @@ def fitted_exponent(sizes: Sequence[int], seconds: Sequence[float]) -> float:
     return float(slope)
 
 
-def with_front(points: Sequence[Point]) -> list[Point]:
+def with_front(points: Sequence[TradePoint]) -> list[TradePoint]:
     """The points, those on the Pareto front of error and time marked; ties are all on it."""
     fastest_first = sorted(
         (index for index, point in enumerate(points) if point.error_mm is not None and point.seconds is not None),

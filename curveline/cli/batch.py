@@ -6,16 +6,17 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
-from curveline import shapefile
-from curveline.batch import Answer, Order, Task, jobs_for, line_of, report_of, run
-from curveline.cli import show
-from curveline.cli.bar import Bar
+from curveline.cli.printing import screen
+from curveline.cli.printing.progress_bar import Bar
 from curveline.errors import EXIT_DONE, EXIT_NO, EXIT_USAGE, CurvelineError, InvalidInput
-from curveline.results import Report, Settings, write
+from curveline.outputs import SIMULATION, write_output
+from curveline.shapes import files
+from curveline.simulation.batch import Order, Simulated, Task, jobs_for, line_of, report_of, run
+from curveline.simulation.results import Settings, ShapeReport
 
 
 @dataclass(frozen=True)
-class Request:
+class BatchRequest:
     """What the options of `simulate` ask for: how to compute, where the results go, on how many processes."""
 
     settings: Settings
@@ -26,7 +27,7 @@ class Request:
     jobs: int | None
 
 
-def run_batch(shapes: Sequence[str], request: Request) -> int:
+def run_batch(shapes: Sequence[str], request: BatchRequest) -> int:
     """Simulate shape files; the exit code."""
     batch = _Batch(request, len(shapes))
     # The documents are made where the states were found; reports come along only if somebody looks at them.
@@ -47,25 +48,25 @@ def tasks_of(shapes: Sequence[str]) -> Iterator[Task]:
     """Every shape file read, or what is wrong with it."""
     for path in shapes:
         try:
-            scene = shapefile.read_shape(path)
+            scene = files.read_shape(path)
         except CurvelineError as error:
             yield Task(path, error)
             continue
-        show.announce_compilation()
+        screen.announce_compilation()
         yield Task(path, scene)
 
 
 class _Batch:
     """Shows what came of one shape after another, and remembers it."""
 
-    def __init__(self, request: Request, total: int) -> None:
+    def __init__(self, request: BatchRequest, total: int) -> None:
         self.request = request
         self.total = total
-        self.reports: list[Report] = []
+        self.reports: list[ShapeReport] = []
         self.invalid: list[str] = []
         self.short: list[str] = []
 
-    def take(self, task: Task, answer: Answer | CurvelineError) -> None:
+    def take(self, task: Task, answer: Simulated | CurvelineError) -> None:
         """Say what came of a file."""
         if isinstance(answer, CurvelineError):
             self._complain(task, answer)
@@ -74,36 +75,36 @@ class _Batch:
         if self.request.files:
             self.reports.append(answer.products[-1])
         for sentence in (*answer.remarks, *answer.shortfalls):
-            show.note(f"{task.label}: {sentence}")
+            screen.note(f"{task.label}: {sentence}")
         for sentence in answer.advice:
-            show.advise(f"{task.label}: {sentence}" if self.total > 1 else sentence)
+            screen.advise(f"{task.label}: {sentence}" if self.total > 1 else sentence)
         if answer.shortfalls:
             self.short.append(task.label)
         if self.request.as_json:
-            show.result(answer.products[0])
+            screen.result(answer.products[0])
         else:
             _show(answer.products[-1], drawn=self.request.is_drawn)
 
     def _complain(self, task: Task, error: CurvelineError) -> None:
         # Diagnostics name their file; what happened while a sound file was simulated does not.
         is_named = isinstance(error, InvalidInput) and error.diagnostics
-        show.complain(error if is_named else CurvelineError(f"{task.label}: {error.message}", error.hint))
+        screen.complain(error if is_named else CurvelineError(f"{task.label}: {error.message}", error.hint))
 
     def write_files(self) -> None:
         """Write what was found to every file that was named."""
         for path in self.request.files if self.reports else ():
-            write(self.reports, path, force=self.request.force)
-            show.note(f"wrote {path}")
+            write_output(SIMULATION, path, (self.reports,), force=self.request.force)
+            screen.note(f"wrote {path}")
 
     def sum_up(self) -> None:
         """How the batch went, if it was one."""
         if self.total == 1:
             return
         good = self.total - len(self.invalid) - len(self.short)
-        show.note(f"{good} of {self.total} shapes as asked for")
+        screen.note(f"{good} of {self.total} shapes as asked for")
         for label, paths in (("could not be used", self.invalid), ("not as asked for", self.short)):
             if paths:
-                show.note(f"  {label}: {', '.join(paths)}")
+                screen.note(f"  {label}: {', '.join(paths)}")
 
     @property
     def exit_code(self) -> int:
@@ -113,10 +114,10 @@ class _Batch:
         return EXIT_NO if self.invalid or self.short else EXIT_DONE
 
 
-def _show(report: Report, *, drawn: bool) -> None:
-    from curveline.cli.states import describe, sketch
+def _show(report: ShapeReport, *, drawn: bool) -> None:
+    from curveline.cli.printing.state_table import describe, sketch
 
-    show.result("\n".join(describe(report)))
+    screen.result("\n".join(describe(report)))
     if drawn:
-        show.result("\n".join(sketch(report)))
-    show.result()
+        screen.result("\n".join(sketch(report)))
+    screen.result()

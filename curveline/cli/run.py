@@ -13,24 +13,33 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from curveline import __version__
-from curveline.cli import nodes, show
-from curveline.cli.progress import watch
-from curveline.cli.segments import alike, spans
+from curveline.cli.printing import node_table, screen
+from curveline.cli.printing.phrases import alike, spans
+from curveline.cli.printing.run_progress import watch
 from curveline.driving.interrupted import PLAN_NAME, InterruptedRun, resuming, steps_on_record
 from curveline.driving.live import published
 from curveline.errors import EXIT_INTERRUPTED, InvalidInput, LinkError
-from curveline.plan import Plan, write_plan
-from curveline.portable import STOP_SIGNALS
-from curveline.radio import Radio
-from curveline.radio.codes import Counts
-from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, new_run, read_journal
-from curveline.radio.link import Control, Halted, Observer, Progress, Request, RunReport, resume_plan, send_plan
-from curveline.radio.resume import can_resume, resume_point
+from curveline.plan_file import Plan, write_plan
+from curveline.radio.host.journal import FILE_NAME, Journal, ReopenedJournal, new_run, read_journal
+from curveline.radio.host.link import (
+    Control,
+    Halted,
+    Observer,
+    OperatorRequest,
+    Progress,
+    RunReport,
+    resume_plan,
+    send_plan,
+)
+from curveline.radio.host.resume import can_resume, resume_point
+from curveline.radio.interface import Radio
+from curveline.radio.protocol.codes import Counts
+from curveline.system.portable import STOP_SIGNALS
 
 if TYPE_CHECKING:
     from curveline.driving.promises import Promise
-    from curveline.driving.tour_checks import Stop
-    from curveline.playback import Playback, Snap
+    from curveline.replay.playback import Playback, Snap
+    from curveline.replay.tour_checks import ShapeCheck
     from curveline.scene import Display
 
 BEFORE = -1.0
@@ -39,21 +48,21 @@ BEGINS = ("start", "resume")
 
 
 @dataclass(frozen=True)
-class Ending:
+class RunResult:
     """How a run ended; `playback` and `stops`, the shapes on the way, are known of mock displays only."""
 
     plan: Plan
     report: RunReport
-    request: Request
+    request: OperatorRequest
     playback: Playback | None
-    stops: tuple[Stop, ...]
+    stops: tuple[ShapeCheck, ...]
     folder: Path
     promise: Promise
 
     @property
     def is_interrupted(self) -> bool:
         """True if somebody asked to stop."""
-        return self.request is not Request.NONE
+        return self.request is not OperatorRequest.NONE
 
     @property
     def is_wanted(self) -> bool:
@@ -64,7 +73,7 @@ class Ending:
     def document(self, spec: str) -> dict[str, Any]:
         """The ending as plain data."""
         record = asdict(self.report)
-        record["nodes"] = [nodes.document(status, self.plan.drive) for status in self.report.nodes]
+        record["nodes"] = [node_table.document(status, self.plan.drive) for status in self.report.nodes]
         rod = None if self.playback is None else self._rod(self.playback)
         shapes = None if self.playback is None else [asdict(stop) for stop in self.stops]
         head = {"curveline": __version__, "plan": self.plan.name, "display": self.plan.drive.display, "radio": spec}
@@ -83,21 +92,26 @@ class Ending:
         report = self.report
         done = f"{report.outcome}: {report.steps_done} of {report.steps} steps in {report.seconds:.1f} s"
         passed = [stop.line() for stop in self.stops if stop.step < report.steps]
-        return [done, *nodes.table(report.nodes, self.plan.drive), *passed, *_rod_lines(self.playback, self.promise)]
+        return [
+            done,
+            *node_table.table(report.nodes, self.plan.drive),
+            *passed,
+            *_rod_lines(self.playback, self.promise),
+        ]
 
 
-def conduct(plan: Plan, radio: Radio, control: Control, place: Place) -> Ending:
+def conduct(plan: Plan, radio: Radio, control: Control, place: Place) -> RunResult:
     """Send `plan` and keep its record in a new folder; LinkError once everything that can be held is held."""
     folder = new_run(place.runs, plan.name)
     write_plan(plan, folder / PLAN_NAME)
-    mock = nodes.mock_of(radio)
+    mock = node_table.mock_of(radio)
     with closing(Journal(folder, mock.disk if mock is not None else None)) as journal:
         return _conduct(_Job(plan, radio, folder, place.spec), partial(send_plan, plan, radio, journal), control)
 
 
-def go_on(broken: InterruptedRun, radio: Radio, journal: ReopenedJournal, control: Control, place: Place) -> Ending:
+def go_on(broken: InterruptedRun, radio: Radio, journal: ReopenedJournal, control: Control, place: Place) -> RunResult:
     """Go on with a run; as `conduct`, and InvalidInput if its record forbids it."""
-    plan, mock, way = broken.plan, nodes.mock_of(radio), []
+    plan, mock, way = broken.plan, node_table.mock_of(radio), []
     if mock is not None:
         journal.disk = mock.disk
         way = broken.way_here(mock.positions())
@@ -145,23 +159,23 @@ class _Job:
         return promise(self.plan, *steps_on_record(self.folder, self.plan))
 
 
-def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> Ending:
-    show.note(f"record: {job.folder}")
-    show.note(f"if this is cut short: {resuming(job.folder)}")
+def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> RunResult:
+    screen.note(f"record: {job.folder}")
+    screen.note(f"if this is cut short: {resuming(job.folder)}")
     begin = job.radio.now_us() / 1e6
     try:
         report = _send(job, sender, control)
     except LinkError as error:
         if job.has_begun:
-            show.note("\n".join(_rod_lines(_play_back(job, begin)[0], job.promise)))
+            screen.note("\n".join(_rod_lines(_play_back(job, begin)[0], job.promise)))
         if not isinstance(error, Halted) or can_resume(error.halt):
             advise_resuming(job.plan, job.folder)
-        if control.request is Request.NONE:
+        if control.request is OperatorRequest.NONE:
             raise
         # An emergency stop ends the run as a fault of all nodes, but it is what somebody asked for.
-        show.complain(error)
+        screen.complain(error)
         raise typer.Exit(EXIT_INTERRUPTED) from None
-    return Ending(job.plan, report, control.request, *_play_back(job, begin), job.folder, job.promise)
+    return RunResult(job.plan, report, control.request, *_play_back(job, begin), job.folder, job.promise)
 
 
 def _send(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> RunReport:
@@ -188,14 +202,14 @@ def advise_resuming(plan: Plan, run: Path) -> None:
     """Say how a run that was broken off goes on, if its record allows that."""
     with suppress(InvalidInput):
         resume_point(plan, read_journal(run / FILE_NAME))
-        show.note(f"to go on with this run: {resuming(run)}")
+        screen.note(f"to go on with this run: {resuming(run)}")
 
 
 def _rod_lines(playback: Playback | None, promised: Promise) -> list[str]:
     """What the rod did, as text, where it is known."""
     if playback is None:
         return []
-    from curveline.driving.tour_checks import posture
+    from curveline.replay.tour_checks import posture
 
     said = [(state, promised.verdict(segment, state)) for segment, state in enumerate(playback.states)]
     lines = [_snap_line(snap) for snap in playback.snaps]
@@ -210,37 +224,37 @@ def _snap_line(snap: Snap) -> str:
     return f"{when}: segment {snap.segment} snapped from {snap.before} to {snap.after}"
 
 
-def _play_back(job: _Job, begin: float) -> tuple[Playback | None, tuple[Stop, ...]]:
+def _play_back(job: _Job, begin: float) -> tuple[Playback | None, tuple[ShapeCheck, ...]]:
     """What the motion of a mock's nodes since `begin` [s] did to its rod, which it then remembers.
 
     None for other radios, and if the display file is gone.
     """
-    mock = nodes.mock_of(job.radio)
+    mock = node_table.mock_of(job.radio)
     if mock is None:
         return None, ()
     try:
         display = display_of(job.plan)
     except InvalidInput as error:
-        show.note(f"which curve the rod took is not known: {error.message}")
+        screen.note(f"which curve the rod took is not known: {error.message}")
         mock.rod = []
         return None, ()
-    from curveline.driving.tour_checks import Job, play_back
+    from curveline.replay.tour_checks import CarriedOut, play_back
 
-    show.announce_compilation()
+    screen.announce_compilation()
     motion = [(seconds - begin, counts) for seconds, counts in mock.motion()]
     before = [(BEFORE, counts) for counts in job.way]
-    playback, stops = play_back(Job(job.plan, display, job.first), [*before, *motion], mock.rod)
+    playback, stops = play_back(CarriedOut(job.plan, display, job.first), [*before, *motion], mock.rod)
     mock.rod = list(playback.states)
     return playback, stops
 
 
 def display_of(plan: Plan) -> Display:
     """The display that a plan was made for, as its file says now; InvalidInput if it says nothing of use."""
-    from curveline.shapefile import read_display
+    from curveline.shapes.files import read_display
 
     display = read_display(str(plan.provenance.get("display", plan.drive.display)))
     if display.digest != plan.drive.digest:
-        show.note(f"note: the file of display {plan.drive.display} has changed since this plan was made")
+        screen.note(f"note: the file of display {plan.drive.display} has changed since this plan was made")
     return display
 
 

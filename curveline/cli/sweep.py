@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing
 from typing import Any
 
-from curveline import sweepfiles
-from curveline.batch import Answer, Maker, Order, Task, jobs_for, line_of, run
-from curveline.cli import show
-from curveline.cli.bar import Bar
-from curveline.cli.batch import Request
+from curveline.cli.batch import BatchRequest
+from curveline.cli.printing import screen
+from curveline.cli.printing.progress_bar import Bar
 from curveline.errors import EXIT_DONE, EXIT_NO, CurvelineError, InvalidInput
-from curveline.sweeping import Sweep, Tally, digests
+from curveline.outputs import open_sweep
+from curveline.simulation.batch import Maker, Order, Simulated, Task, jobs_for, line_of, run
+from curveline.simulation.sweep import Sweep, SweepTally, digests
 
 MOST_COMPLAINTS = 5
 """Points that failed, of which each is told of; then they are only counted."""
@@ -22,17 +22,15 @@ Sink = tuple[Maker, Callable[[Any], None]]
 """What is made of every report, and who takes it."""
 
 
-def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: Request) -> int:
+def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchRequest) -> int:
     """Simulate a shape over ranges of its numbers; the exit code."""
     if len(shapes) != 1:
         raise InvalidInput(f"--sweep is for one shape, not {len(shapes)}", "sweep one shape after the other")
     sweep = Sweep(shapes[0], ranges)
-    for path in request.files:
-        sweepfiles.check_sweep_output(path, force=request.force)
     with Bar("checking", len(sweep)) as bar:
         sweep.check(bar.reach)
-    show.announce_compilation()
-    tally = Tally.of(len(sweep.file.scene.segments))
+    screen.announce_compilation()
+    tally = SweepTally.of(len(sweep.file.scene.segments))
     jobs = jobs_for(request.jobs, len(sweep))
     begin = time.perf_counter()
     with ExitStack() as stack:
@@ -51,41 +49,40 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: Request) ->
     return EXIT_DONE if tally.good == len(sweep) else EXIT_NO
 
 
-def _sinks(sweep: Sweep, tally: Tally, request: Request, stack: ExitStack) -> Iterator[Sink]:
+def _sinks(sweep: Sweep, tally: SweepTally, request: BatchRequest, stack: ExitStack) -> Iterator[Sink]:
     """Who wants to know of every point."""
     yield digests, tally.add
     if request.as_json:
-        yield line_of, show.result
+        yield line_of, screen.result
     keys = [axis.key for axis in sweep.axes]
     for path in request.files:
-        opened = sweepfiles.opened(path, keys, request.settings, force=request.force)
-        file = stack.enter_context(opened)
+        file = stack.enter_context(open_sweep(path, keys, request.settings, force=request.force))
         yield file.make, file.take
 
 
-def _take(task: Task, answer: Answer | CurvelineError, sinks: Sequence[Sink], tally: Tally) -> None:
+def _take(task: Task, answer: Simulated | CurvelineError, sinks: Sequence[Sink], tally: SweepTally) -> None:
     if isinstance(answer, CurvelineError):
         tally.failed += 1
         if tally.failed <= MOST_COMPLAINTS:
             where = ", ".join(f"{key}={value:g}" for key, value in task.swept)
-            show.note(f"point {task.number}, {where}: {answer.message}")
+            screen.note(f"point {task.number}, {where}: {answer.message}")
         return
     for (_, take), product in zip(sinks, answer.products, strict=True):
         take(product)
 
 
-def _sum_up(sweep: Sweep, tally: Tally, request: Request, cost: tuple[float, int]) -> None:
+def _sum_up(sweep: Sweep, tally: SweepTally, request: BatchRequest, cost: tuple[float, int]) -> None:
     """The screen, if results are not elsewhere, and beside it how many points are as asked for."""
     if not request.as_json:
-        from curveline.cli.overview import describe
+        from curveline.cli.printing.sweep_overview import describe
 
         seconds, jobs = cost
-        show.result("\n".join(describe(sweep, tally, request.settings)))
+        screen.result("\n".join(describe(sweep, tally, request.settings)))
         processes = f"{jobs} process{'' if jobs == 1 else 'es'}"
-        show.result(f"{seconds:.1f} s on {processes}, {len(sweep) / seconds:.0f} points per second")
+        screen.result(f"{seconds:.1f} s on {processes}, {len(sweep) / seconds:.0f} points per second")
     for path in request.files:
-        show.note(f"wrote {path}")
-    show.note(f"{tally.good} of {len(sweep)} points as asked for")
+        screen.note(f"wrote {path}")
+    screen.note(f"{tally.good} of {len(sweep)} points as asked for")
     shortfalls = [
         ("without the wanted state", tally.without),
         *((outcome.value, count) for outcome, count in tally.short.most_common()),
@@ -93,4 +90,4 @@ def _sum_up(sweep: Sweep, tally: Tally, request: Request, cost: tuple[float, int
     ]
     for label, count in shortfalls:
         if count:
-            show.note(f"  {label}: {count}")
+            screen.note(f"  {label}: {count}")

@@ -15,12 +15,12 @@ from pathlib import Path
 
 from curveline.driving.live import LAST_NAME, LIVE_NAME, STOP_PREFIX, Live, Sender, read_live, sender_of
 from curveline.errors import LinkError
-from curveline.plan import DriveTable
-from curveline.radio import InUse, open_radio
-from curveline.radio.actions import Phase
-from curveline.radio.codes import State
-from curveline.radio.journal import is_open
-from curveline.radio.stopping import Stopped, stop_all
+from curveline.plan_file import DriveSettings
+from curveline.radio.host.actions import Phase
+from curveline.radio.host.journal import is_open
+from curveline.radio.host.stopping import Stopped, stop_all
+from curveline.radio.interface import InUse, open_radio
+from curveline.radio.protocol.codes import NodeState
 
 REACT_S = 3.0
 """A sender that is alive reacts within a fraction of this."""
@@ -29,7 +29,9 @@ HOLD_S = 15.0
 FREE_S = 10.0
 """How long a sender that has ended, or is only about to begin, is waited for."""
 POLL_S = 0.05
-STANDING = frozenset({State.HOLD, State.HOLD_LINK, State.FAULT, State.POSITION_LOST, State.UNHOMED, State.ESTOP})
+STANDING = frozenset(
+    {NodeState.HOLD, NodeState.HOLD_LINK, NodeState.FAULT, NodeState.POSITION_LOST, NodeState.UNHOMED, NodeState.ESTOP}
+)
 """States of a node whose run is paused, in all of which it stands."""
 END_IT = "end that program, whose nodes then hold by themselves within 7 s, or switch off the power of the motors"
 
@@ -42,7 +44,7 @@ class Halting:
     sender: Sender | None = None
 
 
-def stop_display(spec: str, drive: DriveTable, runs: Path) -> Halting:
+def stop_display(spec: str, drive: DriveSettings, runs: Path) -> Halting:
     """Bring every node of a display to a hold; LinkError if the radio fails, or a sender that has it does not react."""
     end = time.monotonic() + FREE_S
     while True:
@@ -118,5 +120,5 @@ def _all_stand(live: Live) -> bool:
 
 def _stopped(index: int, live: Live) -> Stopped:
     node = live.nodes[index]
-    state = State.__members__.get(node.state.upper().replace("-", "_"))
+    state = NodeState.__members__.get(node.state.upper().replace("-", "_"))
     return Stopped(node.node, node.address, state, node.link, state in STANDING)

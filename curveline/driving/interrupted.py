@@ -11,12 +11,12 @@ from pathlib import Path
 
 from curveline.driving.live import forget
 from curveline.errors import InvalidInput
-from curveline.files import printable
-from curveline.plan import Plan, read_plan
-from curveline.radio.actions import Record
-from curveline.radio.codes import Counts
-from curveline.radio.journal import FILE_NAME, ReopenedJournal, find_run, read_journal, runs_folder
-from curveline.radio.resume import SEND_AGAIN, ResumePoint, resume_point
+from curveline.plan_file import Plan, read_plan
+from curveline.radio.host.actions import Record
+from curveline.radio.host.journal import FILE_NAME, ReopenedJournal, find_run, read_journal, runs_folder
+from curveline.radio.host.resume import SEND_AGAIN, ResumePoint, resume_point
+from curveline.radio.protocol.codes import Counts
+from curveline.system.files import printable
 
 PLAN_NAME = "plan.json"
 SAMPLES = 50

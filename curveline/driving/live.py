@@ -20,17 +20,17 @@ from pathlib import Path
 from typing import Any
 
 from curveline.errors import InvalidInput
-from curveline.files import printable, read_file
-from curveline.plan import AXES, DriveTable, Plan
-from curveline.portable import replace, replace_at_once
-from curveline.radio.actions import Phase
-from curveline.radio.codes import TARGET_LIMIT, State, plain_name
-from curveline.radio.journal import is_open
-from curveline.radio.link import Control, Progress, Request, RunReport
-from curveline.radio.nodestatus import SILENT, NodeStatus
-from curveline.radio.peer import LinkTally
-from curveline.radio.runfolder import folder_names
-from curveline.records import Decoder
+from curveline.plan_file import AXES, DriveSettings, Plan
+from curveline.radio.host.actions import Phase
+from curveline.radio.host.journal import is_open
+from curveline.radio.host.link import Control, OperatorRequest, Progress, RunReport
+from curveline.radio.host.node_status import SILENT, NodeStatus
+from curveline.radio.host.peer import LinkTally
+from curveline.radio.host.run_folder import folder_names
+from curveline.radio.protocol.codes import TARGET_LIMIT, NodeState, plain_name
+from curveline.system.files import printable, read_file
+from curveline.system.json_records import Decoder
+from curveline.system.portable import replace, replace_at_once
 
 FORMAT = 1
 LIVE_NAME = "live.json"
@@ -44,7 +44,7 @@ PUBLISH_S = 0.5
 """Every file that replaces another costs a small computer a write to its memory card."""
 SILENT_S = 1.0
 """A node that has not been heard for so long is published as silent."""
-STATES = frozenset({SILENT, *(plain_name(state) for state in State)})
+STATES = frozenset({SILENT, *(plain_name(state) for state in NodeState)})
 BEGINNING = frozenset({Phase.DISCOVER.value, Phase.PREFLIGHT.value})
 PHASES = frozenset(phase.value for phase in Phase)
 
@@ -126,14 +126,14 @@ def senders(runs: Path) -> Iterator[Sender]:
             yield Sender(folder, live)
 
 
-def sender_of(drive: DriveTable, spec: str, runs: Path) -> Sender | None:
+def sender_of(drive: DriveSettings, spec: str, runs: Path) -> Sender | None:
     """Who is sending to this display over this radio now."""
     return next(
         (each for each in senders(runs) if _is_of(each.live, drive) and same_radio(each.live.radio, spec)), None
     )
 
 
-def news_of(drive: DriveTable, spec: str, runs: Path) -> Sender | None:
+def news_of(drive: DriveSettings, spec: str, runs: Path) -> Sender | None:
     """As `sender_of`; one that has just begun is given time to hear of all its nodes."""
     end = time.monotonic() + SILENT_S
     while (sender := sender_of(drive, spec, runs)) is not None and sender.live.phase in BEGINNING:
@@ -150,7 +150,7 @@ def same_radio(one: str, other: str) -> bool:
     return name == other_name and (name == "mock" or same_port)
 
 
-def _is_of(live: Live, drive: DriveTable) -> bool:
+def _is_of(live: Live, drive: DriveSettings) -> bool:
     addresses = tuple(node.address for node in live.nodes)
     return (live.display, live.digest, addresses) == (drive.display, drive.digest, drive.addresses)
 
@@ -238,7 +238,7 @@ class Publisher:
         self._looked = now
         if not self._stop and (asked := self._asked_by()):
             self._stop = asked
-            self.control.ask(Request.HOLD, asked)
+            self.control.ask(OperatorRequest.HOLD, asked)
             self._write(now)
         elif now - self._wrote >= PUBLISH_S:
             self._write(now)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from curveline.plan import Plan
+from curveline.plan_file import Plan
 from curveline.scene import STRAIGHT
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from curveline.errors import LinkError
-from curveline.plan import Plan
-from curveline.radio.nodestatus import NodeStatus
-from curveline.radio.preflight import check_place
+from curveline.plan_file import Plan
+from curveline.radio.host.node_status import NodeStatus
+from curveline.radio.host.preflight import check_place
 
 
 def check_movable(nodes: Sequence[NodeStatus]) -> None:

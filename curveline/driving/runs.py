@@ -15,11 +15,11 @@ from typing import Any
 from curveline.driving.interrupted import plan_of, resuming
 from curveline.driving.live import LIVE_NAME, read_live
 from curveline.errors import InvalidInput
-from curveline.files import printable
-from curveline.radio.halts import Cause, Halt, named_display
-from curveline.radio.journal import FILE_NAME, is_open, read_journal
-from curveline.radio.resume import FINAL, SEND_AGAIN, resume_point
-from curveline.radio.runfolder import folder_names
+from curveline.radio.host.journal import FILE_NAME, is_open, read_journal
+from curveline.radio.host.resume import FINAL, SEND_AGAIN, resume_point
+from curveline.radio.host.run_folder import folder_names
+from curveline.radio.host.stop_causes import Cause, Halt, named_display
+from curveline.system.files import printable
 
 LAST = "last"
 LOOKED_AT = 1000
@@ -30,7 +30,7 @@ LATEST = 253402300799
 """The last second of the year 9999."""
 
 
-class Ending(Enum):
+class RunEnding(Enum):
     """How a run ended."""
 
     DONE = "done"
@@ -42,7 +42,7 @@ class Ending(Enum):
     DAMAGED = "damaged"
 
 
-UNSTUCK = frozenset({Ending.DONE, Ending.SENDING, Ending.NOT_BEGUN})
+UNSTUCK = frozenset({RunEnding.DONE, RunEnding.SENDING, RunEnding.NOT_BEGUN})
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Run:
     """
 
     folder: Path
-    ending: Ending
+    ending: RunEnding
     display: str = ""
     plan: str = ""
     began: float | None = None
@@ -85,16 +85,16 @@ class Run:
         """How it ended, as part of a sentence."""
         stuck = f"; it cannot go on: {self.reason}" if self.reason else ""
         far = f"after {self.steps_done} of {self.steps} steps"
-        if self.ending is Ending.SENDING:
+        if self.ending is RunEnding.SENDING:
             who = f"process {self.process}" if self.process else "another process"
             return f"is being sent now by {who}"
         return {
-            Ending.DONE: "was done to its end",
-            Ending.PAUSED: f"was paused {far}{stuck}",
-            Ending.HALTED: f"was halted {far}: {self.reason}",
-            Ending.CUT_OFF: f"was cut off {far}, killed or without power{stuck}",
-            Ending.NOT_BEGUN: "never began" + (f": {self.reason}" if self.reason else ""),
-            Ending.DAMAGED: f"is damaged: {self.reason}",
+            RunEnding.DONE: "was done to its end",
+            RunEnding.PAUSED: f"was paused {far}{stuck}",
+            RunEnding.HALTED: f"was halted {far}: {self.reason}",
+            RunEnding.CUT_OFF: f"was cut off {far}, killed or without power{stuck}",
+            RunEnding.NOT_BEGUN: "never began" + (f": {self.reason}" if self.reason else ""),
+            RunEnding.DAMAGED: f"is damaged: {self.reason}",
         }[self.ending]
 
 
@@ -112,11 +112,11 @@ def read_run(folder: Path) -> Run:
         records = read_journal(folder / FILE_NAME)
     except InvalidInput as error:
         if [each.code for each in error.diagnostics] == ["no-such-file"]:
-            return Run(folder, Ending.NOT_BEGUN, advice=SEND_AGAIN)
-        return Run(folder, Ending.DAMAGED, reason=text(error.message), advice=text(error.hint))
-    run = _told(Run(folder, Ending.CUT_OFF), records)
+            return Run(folder, RunEnding.NOT_BEGUN, advice=SEND_AGAIN)
+        return Run(folder, RunEnding.DAMAGED, reason=text(error.message), advice=text(error.hint))
+    run = _told(Run(folder, RunEnding.CUT_OFF), records)
     if is_open(folder):
-        sending = replace(run, ending=Ending.SENDING, reason="", advice="", can_resume=False)
+        sending = replace(run, ending=RunEnding.SENDING, reason="", advice="", can_resume=False)
         live = read_live(folder / LIVE_NAME)
         if live is None:
             return sending
@@ -128,7 +128,7 @@ def _told(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
     """A run that nobody is sending, as its records tell it."""
     last = records[-1] if records else {}
     if not records or records[0].get("type") != "start":
-        return replace(run, ending=Ending.NOT_BEGUN, reason=text(last.get("message")), advice=SEND_AGAIN)
+        return replace(run, ending=RunEnding.NOT_BEGUN, reason=text(last.get("message")), advice=SEND_AGAIN)
     start = records[0]
     steps = start.get("steps")
     run = replace(
@@ -140,15 +140,15 @@ def _told(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
         steps_done=max((_step(each) for each in records if each.get("type") == "barrier"), default=0),
     )
     if last.get("type") == "end":
-        return replace(run, ending=Ending.DONE)
-    endings = {"pause": Ending.PAUSED, "halt": Ending.HALTED}
-    return _with_way_on(replace(run, ending=endings.get(text(last.get("type")), Ending.CUT_OFF)), records)
+        return replace(run, ending=RunEnding.DONE)
+    endings = {"pause": RunEnding.PAUSED, "halt": RunEnding.HALTED}
+    return _with_way_on(replace(run, ending=endings.get(text(last.get("type")), RunEnding.CUT_OFF)), records)
 
 
 def _with_way_on(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
     """A run that did not come to its end, and whether it can go on."""
     last = records[-1]
-    reason = text(last.get("message")) if run.ending is Ending.HALTED else ""
+    reason = text(last.get("message")) if run.ending is RunEnding.HALTED else ""
     cause = cause_of(last)
     try:
         plan = plan_of(run.folder)
@@ -158,9 +158,9 @@ def _with_way_on(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
     try:
         resume_point(plan, records)
     except InvalidInput as error:
-        if run.ending is Ending.HALTED and cause in FINAL:
+        if run.ending is RunEnding.HALTED and cause in FINAL:
             return replace(run, reason=reason or cause.name.lower(), advice=advice_of(cause, last, named_display(plan)))
-        return replace(run, ending=Ending.DAMAGED, reason=text(error.message), advice=text(error.hint) or SEND_AGAIN)
+        return replace(run, ending=RunEnding.DAMAGED, reason=text(error.message), advice=text(error.hint) or SEND_AGAIN)
     return replace(run, reason=reason, advice=advice_of(cause, last, named_display(plan)), can_resume=True)
 
 
@@ -193,13 +193,13 @@ def unfinished(runs: Path, display: str = "") -> Newest:
             since = [each for each in seen if each.display == run.display]
             return Newest(run, tuple(each for each in seen if each.is_stuck), tuple(since))
         seen.append(run)
-    if sending := next((run for run in seen if run.ending is Ending.SENDING), None):
+    if sending := next((run for run in seen if run.ending is RunEnding.SENDING), None):
         return Newest(sending)
     raise _nothing_left(seen, f" of display {display}" if display else f" in {printable(str(runs))}")
 
 
 def _nothing_left(seen: Sequence[Run], where: str) -> InvalidInput:
-    begun = [run for run in seen if run.ending is not Ending.NOT_BEGUN] or list(seen)
+    begun = [run for run in seen if run.ending is not RunEnding.NOT_BEGUN] or list(seen)
     if not begun:
         return InvalidInput(f"there is no run{where}", "send a plan or a shape first")
     last = begun[0]
@@ -209,7 +209,7 @@ def _nothing_left(seen: Sequence[Run], where: str) -> InvalidInput:
     broken = next((run for run in begun if run.is_stuck), last)
     if broken is not last:
         message += f"; {broken.name} {broken.ended}"
-    return InvalidInput(message, SEND_AGAIN if broken.ending is Ending.DONE else broken.advice)
+    return InvalidInput(message, SEND_AGAIN if broken.ending is RunEnding.DONE else broken.advice)
 
 
 def text(value: Any) -> str:

@@ -32,11 +32,16 @@ MARGIN = 0.06
 SETTINGS: Any = {
     "text.parse_math": False,
     "svg.hashsalt": "curveline",
-    "svg.fonttype": "path",
+    "svg.fonttype": "none",  # text stays text
+    "pdf.fonttype": 42,
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
 }
-METADATA: dict[str, dict[str, Any]] = {"svg": {"Date": None, "Creator": "curveline"}, "png": {"Software": "curveline"}}
+METADATA: dict[str, dict[str, Any]] = {
+    "svg": {"Date": None, "Creator": "curveline"},
+    "png": {"Software": "curveline"},
+    "pdf": {"CreationDate": None, "Creator": "curveline", "Producer": None},
+}
 
 
 def require_matplotlib() -> None:
@@ -51,19 +56,20 @@ def require_matplotlib() -> None:
 
 @contextmanager
 def new_figure(width: float, height: float, kind: str) -> Iterator[Figure]:
-    """An empty figure of `width` x `height` [inch], to be filled and written as "svg", "png" or the frames of a film.
+    """An empty figure of `width` x `height` [inch], to be filled and written as a `kind` of figure or as frames.
 
     Inside, matplotlib's own settings hold, not those of the user; MissingExtra without matplotlib.
     """
     require_matplotlib()
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_pdf import FigureCanvasPdf
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context({**_defaults(), **SETTINGS}):
         figure = Figure(figsize=(width, height), layout="constrained")
-        (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
+        {"svg": FigureCanvasSVG, "pdf": FigureCanvasPdf}.get(kind, FigureCanvasAgg)(figure)
         yield figure
 
 
@@ -75,7 +81,7 @@ def _defaults() -> dict[Any, Any]:
 
 
 def bytes_of(figure: Figure, kind: str) -> bytes:
-    """A figure as "svg" or "png", without a date."""
+    """A figure as "svg", "pdf" or "png", without a date."""
     stream = io.BytesIO()
     figure.savefig(stream, format=kind, dpi=PIXELS_PER_INCH, metadata=METADATA[kind])
     return stream.getvalue()

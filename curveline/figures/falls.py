@@ -21,16 +21,16 @@ from curveline.figures.common import (
     new_figure,
 )
 from curveline.figures.film import Film
-from curveline.results import Array
-from curveline.rod.dynamics import time_unit
+from curveline.rod.spatial.dynamics import time_unit
+from curveline.simulation.results import Array
 from curveline.units import to_mm, to_ms
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from curveline.rod.dynamics import Fall
-    from curveline.rod.space import SpatialSegment
+    from curveline.rod.spatial.dynamics import FallMotion
+    from curveline.rod.spatial.segment import SpatialSegment
 
 FLASHES = 16
 """Curves in a strobe picture."""
@@ -39,8 +39,8 @@ FRAME_MS = 40
 FILM_INCHES = 4.8
 
 
-def draw_fall(film: Fall, segment: SpatialSegment, kind: str) -> bytes:
-    """A strobe picture, "svg" or "png", of a motion as seen from the front: flashes at equal times, the last darkest.
+def draw_fall(film: FallMotion, segment: SpatialSegment, kind: str) -> bytes:
+    """A strobe picture ("svg", "png", "pdf") of a motion from the front: flashes at equal times, the last darkest.
 
     `segment` says how long the rod is and how heavy, hence how fast.
     """
@@ -59,7 +59,7 @@ def draw_fall(film: Fall, segment: SpatialSegment, kind: str) -> bytes:
         return bytes_of(figure, kind)
 
 
-def animate_fall(film: Fall, segment: SpatialSegment) -> bytes:
+def animate_fall(film: FallMotion, segment: SpatialSegment) -> bytes:
     """A motion as seen from the front, a GIF that runs `SLOWER` times slower than the rod, over and over."""
     seconds = (film.times[-1] - film.times[0]) * time_unit(segment)
     _, curves = film.sampled(max(2, round(to_ms(seconds) * SLOWER / FRAME_MS)))

@@ -23,12 +23,12 @@ from curveline.figures.common import (
     dress,
     new_figure,
 )
-from curveline.loading.files import curve_mm
-from curveline.loading.maps import FORCES, LoadMap
+from curveline.loading.load_map import FORCES, LoadMap
 from curveline.loading.pushes import Stand
-from curveline.loading.snap import Loading
-from curveline.rod.equilibrium import Equilibrium
+from curveline.loading.results import curve_mm
+from curveline.loading.snap_through import Loading
 from curveline.rod.problem import Array
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Scene
 from curveline.units import to_mm
 
@@ -51,8 +51,13 @@ FARTHEST, HIGHEST_LOAD = 2.5, 1.3
 """Deflection and load to which an unstable branch is shown, as parts of those at snap-through."""
 
 
+def draw(found: Loading | LoadMap, kind: str) -> bytes:
+    """A push, or a map of pushes, as "svg", "png" or "pdf"; MissingExtra without matplotlib."""
+    return draw_loading(found, kind) if isinstance(found, Loading) else draw_map(found, kind)
+
+
 def draw_loading(loading: Loading, kind: str) -> bytes:
-    """A push as "svg" or "png": left the curves before, at the end and after snapping, right force over deflection."""
+    """A push as "svg", "png" or "pdf": left the curves before and after snapping, right force over deflection."""
     stand, snap = loading.stand, loading.snap
     landings = [landing for landing in snap.landings if landing.state is not None] if snap else []
     curves = [_curve(stand, state) for state in (stand.state, loading.last)]
@@ -75,7 +80,7 @@ def draw_loading(loading: Loading, kind: str) -> bytes:
 
 
 def draw_map(found: LoadMap, kind: str) -> bytes:
-    """A map as "svg" or "png": left the curve and its weakest point, right what every place of it bears."""
+    """A map as "svg", "png" or "pdf": left the curve and its weakest point, right what every place of it bears."""
     curve = _curve(found.stand, found.stand.state)
     with new_figure(LEFT + RIGHT, _height(curve), kind) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(LEFT, RIGHT))

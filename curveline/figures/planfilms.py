@@ -12,12 +12,12 @@ import numpy as np
 from curveline.figures.common import COLOURS, DARK, GREY, OTHER, THICK, THIN, Y_LABEL, dress, new_figure
 from curveline.figures.film import Film
 from curveline.figures.plans import ABOVE, BEARING, BESIDE, colour_of, told, within
-from curveline.plan import Plan
-from curveline.playback import Snap
-from curveline.results import Array
+from curveline.plan_file import Plan
+from curveline.replay.plan_animation import Course, Moment, moment_count, play
+from curveline.replay.playback import Snap
 from curveline.scene import PEAK, VALLEY, Display
+from curveline.simulation.results import Array
 from curveline.units import to_mm, to_ms
-from curveline.walkthrough import Course, Moment, moment_count, play
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

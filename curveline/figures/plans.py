@@ -29,11 +29,11 @@ from curveline.figures.common import (
     dress,
     new_figure,
 )
-from curveline.plan import NodeTarget, Plan, Step
-from curveline.results import Array
+from curveline.plan_file import NodeTarget, Plan, Step
+from curveline.replay.plan_animation import Still, stills
 from curveline.scene import PEAK, STRAIGHT, VALLEY, Display
+from curveline.simulation.results import Array
 from curveline.units import deg, to_mm
-from curveline.walkthrough import Still, stills
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -87,8 +87,8 @@ def parts_of(plan: Plan) -> int:
     return 3 * len(_chosen(plan))
 
 
-def draw_plan(plan: Plan, display: Display, kind: str, heard: Callable[[int], None] = lambda _: None) -> bytes:
-    """A figure of a plan's steps, "svg" or "png", all to one scale; MissingExtra without matplotlib.
+def draw_plan(plan: Plan, display: Display, heard: Callable[[int], None] = lambda _: None, *, kind: str) -> bytes:
+    """A figure of a plan's steps, "svg", "png" or "pdf", all to one scale; MissingExtra without matplotlib.
 
     Of a plan with more steps than `MOST_PANELS` those that complete a shape are shown first, and the figure says so.
     `heard` is told how many of `parts_of` parts are done.

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from curveline.explanation import deepest
 from curveline.figures.common import (
     COLOURS,
     GREY,
@@ -28,9 +27,10 @@ from curveline.figures.common import (
     dress,
     new_figure,
 )
-from curveline.results import Array, Report, curve_mm, depth_mm
-from curveline.rod.equilibrium import Equilibrium
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Node
+from curveline.simulation.explanation import deepest
+from curveline.simulation.results import Array, ShapeReport, curve_mm, depth_mm
 from curveline.units import to_mm
 
 if TYPE_CHECKING:
@@ -50,12 +50,12 @@ class View:
 
     label: str
     title: str
-    of: Callable[[Report, int, Equilibrium], Array]
+    of: Callable[[ShapeReport, int, Equilibrium], Array]
     height: Callable[[Node], float]  # [m]
     tangent: Callable[[Node], tuple[float, float]]
 
 
-def _from_above(report: Report, index: int, state: Equilibrium) -> Array:
+def _from_above(report: ShapeReport, index: int, state: Equilibrium) -> Array:
     curve: Array = np.column_stack([curve_mm(report, index, state)[:, 0], depth_mm(report, state)])
     return curve
 
@@ -77,8 +77,8 @@ ABOVE = View(
 """The viewer of the front stands below what is seen from above, so that z, which points to the viewer, points down."""
 
 
-def draw(reports: Sequence[Report], kind: str) -> bytes:
-    """A figure of one shape, or a grid of several, as "svg" or "png".
+def draw(reports: Sequence[ShapeReport], kind: str) -> bytes:
+    """A figure of one shape, or a grid of several, as "svg", "png" or "pdf".
 
     Shapes are seen from the front and, if the rod of any of them leaves the plane, below that from above.
     """
@@ -97,7 +97,7 @@ def draw(reports: Sequence[Report], kind: str) -> bytes:
         return bytes_of(figure, kind)
 
 
-def _draw_view(panels: Sequence[Axes], reports: Sequence[Report], view: View, *, alike: bool) -> None:
+def _draw_view(panels: Sequence[Axes], reports: Sequence[ShapeReport], view: View, *, alike: bool) -> None:
     """Every shape in its panel; those of one display share their scales."""
     across = panels[0].get_gridspec().ncols  # type: ignore[union-attr]
     for number, (panel, report) in enumerate(zip(panels, reports, strict=False)):
@@ -116,17 +116,17 @@ def _draw_view(panels: Sequence[Axes], reports: Sequence[Report], view: View, *,
         panel.set_axis_off()
 
 
-def _is_deep(report: Report) -> bool:
+def _is_deep(report: ShapeReport) -> bool:
     """True if a curve of a shape leaves the plane by more than it is known to."""
     return any(deepest(state) > state.error for segment in report.segments for state in segment.states)
 
 
-def _least_depth(report: Report) -> float:
+def _least_depth(report: ShapeReport) -> float:
     """How far the view from above reaches at least [mm]: a rod that hardly leaves the plane would hide the nodes."""
     return MARGIN * to_mm(report.scene.display.span)
 
 
-def _steepness(report: Report, view: View) -> float:
+def _steepness(report: ShapeReport, view: View) -> float:
     """Height over width of all that is drawn of a shape, at most 1."""
     curves = [view.of(report, index, state) for index, each in enumerate(report.segments) for state in each.states]
     heights = [float(height) for curve in curves for height in curve[:, 1]] or [0.0]
@@ -135,7 +135,7 @@ def _steepness(report: Report, view: View) -> float:
     return min(1.0, (max(heights) - min(heights)) / to_mm(len(report.segments) * report.scene.display.span))
 
 
-def _draw_shape(panel: Axes, report: Report, view: View) -> None:
+def _draw_shape(panel: Axes, report: ShapeReport, view: View) -> None:
     """All states of a shape and the nodes that hold it."""
     for index, segment in enumerate(report.segments):
         # What the display cannot show lies below, what is wanted on top.
@@ -174,7 +174,7 @@ def _draw_legend(figure: Figure) -> None:
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
 
 
-def _draw_nodes(panel: Axes, report: Report, view: View) -> None:
+def _draw_nodes(panel: Axes, report: ShapeReport, view: View) -> None:
     """Every node as its pivot and the stretch of rod that its bearing holds straight."""
     display = report.scene.display
     for index, node in enumerate(report.scene.nodes):

@@ -10,16 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import Infeasible, InvalidInput
-from curveline.rod.approach import fitting_mesh
-from curveline.rod.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod, Equilibrium, refine
-from curveline.rod.ladder import interpolate
-from curveline.rod.models import AUTO, Ask, model_states
+from curveline.rod.branches.control_path import ControlPath, loading
+from curveline.rod.models.choice import AUTO, SearchRequest, model_states
+from curveline.rod.planar.approach import fitting_mesh
+from curveline.rod.planar.richardson import interpolate
 from curveline.rod.problem import Array
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment
-from curveline.rod.way import Way, loading
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod, Equilibrium, refine
 from curveline.scene import Scene
-from curveline.simulation import section_of, spatial_segment
+from curveline.simulation.simulate import section_of, spatial_segment
 from curveline.units import between, deg
 
 DOWN = "down"
@@ -52,7 +52,7 @@ class Push(NamedTuple):
 
     `direction` is "down", "normal" (to the unloaded curve, downwards) or a vector "x,y"; the load grows by `step` [N]
     up to `most` [N]; either suits the rod if it is 0. `state` is pushed, the one that the shape wants if empty, by one
-    of the `MODELS`.
+    of the `MODELS`; `argv` is the command as typed.
     """
 
     segment: int = 0
@@ -62,6 +62,7 @@ class Push(NamedTuple):
     most: float = 0.0
     state: str = ""
     model: str = AUTO
+    argv: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -91,10 +92,10 @@ class Stand:
         pushed = (self.at, force * self.toward[0], force * self.toward[1])
         return replace(self.rod, loads=tuple(sorted((*self.rod.loads, pushed), key=lambda load: load[0])))
 
-    def way(self, before: float, after: float) -> Way:
+    def way(self, before: float, after: float) -> ControlPath:
         """The way from one push to another [N]."""
         begin, end = (np.array(self.loaded(force).loads) for force in (before, after))
-        way: Way = loading(self.rod.pose, begin[:, 0].copy(), begin[:, 1:].copy(), end[:, 1:].copy())
+        way: ControlPath = loading(self.rod.pose, begin[:, 0].copy(), begin[:, 1:].copy(), end[:, 1:].copy())
         return way
 
     def place(self, state: Equilibrium) -> tuple[float, float]:
@@ -244,8 +245,8 @@ def _shown(segment: SpatialSegment, model: str) -> list[Equilibrium]:
     if model not in MODELS:
         raise InvalidInput(f"a push has no model {model!r}", f"choose one of {', '.join(MODELS)}")
     tolerance = ROUGH * segment.rod.length
-    found = model_states(segment, Ask(tolerance, (0,), model))
+    found = model_states(segment, SearchRequest(tolerance, (0,), model))
     if found.model == SPATIAL:
         # Some state leaves the plane; those that do not are pushed in it.
-        found = model_states(segment, Ask(tolerance, (0,), PLANAR))
+        found = model_states(segment, SearchRequest(tolerance, (0,), PLANAR))
     return [state for state in found.states if state.simple and state.stable]

@@ -12,7 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from curveline.changes import (
+from curveline.errors import Infeasible
+from curveline.planning.feasibility import check_goal
+from curveline.planning.verification import Verifier
+from curveline.scene import Scene
+from curveline.simulation.changes import (
     ANGLE,
     HEIGHT,
     LENGTH,
@@ -25,10 +29,6 @@ from curveline.changes import (
     part_of,
     single_rays,
 )
-from curveline.errors import Infeasible
-from curveline.planning.goals import check_goal
-from curveline.planning.proof import Prover
-from curveline.scene import Scene
 
 Reason = Callable[[Scene], str]
 """Why a scene does not work; empty if it does."""
@@ -105,7 +105,7 @@ class _Sieve:
     """
 
     def __init__(self, scene: Scene, culprits: range) -> None:
-        self._prover = Prover(scene.display, lambda: None)
+        self._prover = Verifier(scene.display, lambda: None)
         self._segments = range(culprits.start - 2, culprits.stop + 2)
 
     def passes(self, scene: Scene) -> bool:

@@ -12,7 +12,7 @@ import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from curveline.planning.proof import Refused
+from curveline.planning.verification import Refused
 from curveline.units import to_mm
 
 STEPS = 1000

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from curveline.plan import MAX_STEP_SECONDS
-from curveline.planning.demand import Load, culprit, load_of, overload
+from curveline.plan_file import MAX_STEP_SECONDS
+from curveline.planning.actuator_loads import ActuatorLoad, culprit, load_of, overload
 from curveline.planning.layout import Layout, between, box_of, pose_of, tails_of
-from curveline.planning.proof import Passed, Prover, Refused
 from curveline.planning.targets import seconds_between, targets_of
-from curveline.radio.motion import axes_of, outside
-from curveline.rod.tracking import TrackedState
+from curveline.planning.verification import Passed, Refused, Verifier
+from curveline.radio.protocol.motion import axes_of, outside
+from curveline.rod.branches.tracking import TrackedState
 from curveline.scene import Display
 from curveline.units import to_deg, to_mm
 
@@ -21,7 +21,7 @@ SLACK = 1e-9
 
 
 @dataclass(frozen=True)
-class Stage:
+class DisplayState:
     """Where a display stands and the state of every segment, None where it can be in any.
 
     A stage that `keeps` its states must not lose them; where it does not, a state that would be lost may become any.
@@ -33,7 +33,7 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Move:
+class PlannedMove:
     """A proven step before it is put in numbers for motors: what it is called, where it ends, what was found."""
 
     action: str
@@ -42,7 +42,7 @@ class Move:
     lowest_eigenvalue: float
     margin: float
     margin_of: str
-    load: Load
+    load: ActuatorLoad
     corners: int
     shape: str = ""
 
@@ -51,8 +51,8 @@ class Move:
 class Travel:
     """Moves so far, and where they end."""
 
-    moves: tuple[Move, ...]
-    stage: Stage
+    moves: tuple[PlannedMove, ...]
+    stage: DisplayState
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Leg:
     halvings: int = HALVINGS
 
 
-def advance(prover: Prover, travel: Travel, leg: Leg) -> Travel:
+def advance(prover: Verifier, travel: Travel, leg: Leg) -> Travel:
     """Go on to a goal in one step, or in as many as make it safe; Refused, with the step's number, if none do."""
     try:
         return _advance(prover, travel, leg)
@@ -76,7 +76,7 @@ def advance(prover: Prover, travel: Travel, leg: Leg) -> Travel:
         raise Refused(text, refusal.segment, node=refusal.node, step=step) from None
 
 
-def _advance(prover: Prover, travel: Travel, leg: Leg) -> Travel:
+def _advance(prover: Verifier, travel: Travel, leg: Leg) -> Travel:
     try:
         return _step(prover, travel, leg)
     except Refused as refusal:
@@ -87,7 +87,7 @@ def _advance(prover: Prover, travel: Travel, leg: Leg) -> Travel:
     return _advance(prover, half, replace(leg, halvings=leg.halvings - 1))
 
 
-def _step(prover: Prover, travel: Travel, leg: Leg) -> Travel:
+def _step(prover: Verifier, travel: Travel, leg: Leg) -> Travel:
     """Prove a single step."""
     prover.begin_step()
     display, stage, goal = prover.display, travel.stage, leg.goal
@@ -101,7 +101,7 @@ def _step(prover: Prover, travel: Travel, leg: Leg) -> Travel:
     if reason:
         raise Refused(reason, **culprit(display, demands)._asdict())
     worst = min(passed, key=lambda each: (each.hold is None, each.margin))
-    move = Move(
+    move = PlannedMove(
         action=leg.action,
         end=goal,
         states=tuple(each.names for each in passed),
@@ -113,10 +113,10 @@ def _step(prover: Prover, travel: Travel, leg: Leg) -> Travel:
     )
     prover.tell()
     keeps = stage.keeps or bool(leg.funnels)
-    return Travel((*travel.moves, move), Stage(goal, tuple(each.hold for each in passed), keeps))
+    return Travel((*travel.moves, move), DisplayState(goal, tuple(each.hold for each in passed), keeps))
 
 
-def _pass(prover: Prover, stage: Stage, goal: Layout, which: tuple[int, str]) -> Passed:
+def _pass(prover: Verifier, stage: DisplayState, goal: Layout, which: tuple[int, str]) -> Passed:
     """What comes of one segment; a Refused says which one."""
     segment, wanted = which
     display, hold = prover.display, stage.holds[segment]
@@ -147,7 +147,7 @@ def _check_limits(display: Display, layout: Layout) -> None:
             raise Refused(text, is_hopeless=True)
 
 
-def check_reach(prover: Prover, layout: Layout) -> None:
+def check_reach(prover: Verifier, layout: Layout) -> None:
     """Refused unless every node can tell how much rod it has fed: the radio's positions end somewhere."""
     axes = axes_of(prover.drive)
     for number, target in enumerate(targets_of(prover.drive, layout), start=1):

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from curveline.errors import Infeasible
-from curveline.planning.doors import nearest_shape
-from curveline.planning.proof import Prover
+from curveline.planning.reachability import nearest_shape
+from curveline.planning.verification import Verifier
 from curveline.scene import Display, Range
 from curveline.sections import Rectangle
 from curveline.units import deg, mm, nmm, rounded_up, to_deg, to_mm, to_nmm
@@ -142,25 +142,25 @@ WIDER = ((LENGTH,), (ANGLE,), (ANGLE, LENGTH), (TOTAL,))
 """What is raised together, by one factor; nobody needs to know the last of `STRONGER` where even that does not help."""
 
 
-def remedy(prover: Prover, shut: tuple[tuple[str, ...], ...]) -> str:
+def remedy(prover: Verifier, shut: tuple[tuple[str, ...], ...]) -> str:
     """The first numbers with which plans lead from home into each of some states, as a file has them; empty if none.
 
     They have been tried as they are printed.
     """
-    stronger = STRONGER if _Search(prover, shut, STRONGER[-1]).bracket() else ()
+    stronger = STRONGER if _DialSearch(prover, shut, STRONGER[-1]).bracket() else ()
     size = _size("rod.thickness_mm" if isinstance(prover.display.rod.section, Rectangle) else "rod.diameter_mm")
     for dials in (*stronger, *WIDER, (size,)):
-        search = _Search(prover, shut, dials)
+        search = _DialSearch(prover, shut, dials)
         if (bracket := search.bracket()) is not None:
             display = search.display(search.least(*bracket))
             return " and ".join(f"{dial.key} = {dial.written(display)}" for dial in dials)
     return ""
 
 
-class _Search:
+class _DialSearch:
     """The least factor by which some dials must be turned up."""
 
-    def __init__(self, prover: Prover, shut: tuple[tuple[str, ...], ...], dials: tuple[Dial, ...]) -> None:
+    def __init__(self, prover: Verifier, shut: tuple[tuple[str, ...], ...], dials: tuple[Dial, ...]) -> None:
         self._prover = prover
         self._shut = shut
         self._dials = dials
@@ -205,12 +205,12 @@ class _Search:
             self._known[values] = all(_is_open(prover, wanted) for wanted in self._shut)
         return self._known[values]
 
-    def _prover_of(self, display: Display) -> Prover:
+    def _prover_of(self, display: Display) -> Verifier:
         is_same_rod = display.rod.bending_stiffness == self._prover.display.rod.bending_stiffness
-        return self._prover.like(display) if is_same_rod else Prover(display, self._prover.tell)
+        return self._prover.like(display) if is_same_rod else Verifier(display, self._prover.tell)
 
 
-def _is_open(prover: Prover, wanted: tuple[str, ...]) -> bool:
+def _is_open(prover: Verifier, wanted: tuple[str, ...]) -> bool:
     try:
         nearest_shape(prover, wanted, FUNNELS)
     except Infeasible:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from curveline.planning.feeding import CLOSE, Room, schedule
 from curveline.planning.layout import SAME, Layout, angles_of, centred, heights_of, lengths_of, posed
 from curveline.planning.moves import HALVINGS, Leg, Travel, advance, check_reach
-from curveline.planning.proof import Prover, Refused
+from curveline.planning.verification import Refused, Verifier
 
 RECIPE = ("extrude", "bias", "translate")
 ORDERS = (
@@ -35,7 +35,7 @@ Way = tuple[tuple[str, Layout], ...]
 """Actions, each with the layout whose share of it is reached."""
 
 
-def _extrude(prover: Prover, travel: Travel, goal: Layout) -> Travel:
+def _extrude(prover: Verifier, travel: Travel, goal: Layout) -> Travel:
     """Feed rod to where `goal` has it; one step even if nothing moves.
 
     In a row, in even waves if any do: where steps must be cut smaller, no segment meets a length twice, and each is
@@ -50,7 +50,7 @@ def _extrude(prover: Prover, travel: Travel, goal: Layout) -> Travel:
     return _feed(prover, travel, goal, (GIVES[-1], HALVINGS))
 
 
-def _feed(prover: Prover, travel: Travel, goal: Layout, care: tuple[float, int]) -> Travel:
+def _feed(prover: Verifier, travel: Travel, goal: Layout, care: tuple[float, int]) -> Travel:
     """Feed rod with segments that may grow by a fraction of the span, in steps that may be halved so many times."""
     give, halvings = care
     layout = travel.stage.layout
@@ -60,7 +60,7 @@ def _feed(prover: Prover, travel: Travel, goal: Layout, care: tuple[float, int])
     return travel
 
 
-def _room(prover: Prover, layout: Layout, goal: Layout, give: float) -> Room:
+def _room(prover: Verifier, layout: Layout, goal: Layout, give: float) -> Room:
     """How short and how long segments may get on the way: not shorter than at its ends, but longer by `give`."""
     display = prover.display
     longest = display.limits.length.high
@@ -81,7 +81,7 @@ LEGS: Mapping[str, Callable[[Layout, Layout], Layout]] = {
 """What a leg is called -> where it leads: `swing` biases and translates at once, `move` does everything at once."""
 
 
-def travel_along(prover: Prover, travel: Travel, way: Way) -> Travel:
+def travel_along(prover: Verifier, travel: Travel, way: Way) -> Travel:
     """Go on along `way`, leg by leg; Refused where a step is."""
     for action, goal in way:
         if action == "extrude":
@@ -91,7 +91,7 @@ def travel_along(prover: Prover, travel: Travel, way: Way) -> Travel:
     return travel
 
 
-def ways(prover: Prover, layout: Layout, goal: Layout) -> Iterator[Way]:
+def ways(prover: Verifier, layout: Layout, goal: Layout) -> Iterator[Way]:
     """Ways worth trying other than the recipe, the plainest first; legs that change nothing are left out."""
     for order in ORDERS:
         yield _needed(layout, tuple((action, goal) for action in order))
@@ -102,7 +102,7 @@ def ways(prover: Prover, layout: Layout, goal: Layout) -> Iterator[Way]:
             yield _needed(layout, legs)
 
 
-def overfed(prover: Prover, layout: Layout, goal: Layout, extra: float) -> Layout:
+def overfed(prover: Verifier, layout: Layout, goal: Layout, extra: float) -> Layout:
     """A layout with more rod in every segment than either of two others, by a fraction of the span."""
     display = prover.display
     longer = [

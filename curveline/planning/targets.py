@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from curveline.plan import DriveTable, NodeTarget
+from curveline.plan_file import DriveSettings, NodeTarget
 from curveline.planning.layout import Layout
 from curveline.scene import Node
 from curveline.units import deg, mm, to_deg, to_mm
@@ -13,14 +13,14 @@ from curveline.units import deg, mm, to_deg, to_mm
 Counts = tuple[int, int, int]
 
 
-def layout_at(drive: DriveTable, counts: Sequence[Counts]) -> Layout:
+def layout_at(drive: DriveSettings, counts: Sequence[Counts]) -> Layout:
     """Where a display stands, from its encoder counts."""
     feed, bias, lift = drive.axes
     nodes = tuple(Node(mm(lift.value(node[2])), deg(bias.value(node[1]))) for node in counts)
     return Layout(nodes, tuple(mm(feed.value(node[0])) for node in counts))
 
 
-def targets_of(drive: DriveTable, layout: Layout) -> tuple[NodeTarget, ...]:
+def targets_of(drive: DriveSettings, layout: Layout) -> tuple[NodeTarget, ...]:
     """Where every node goes, in mm, degrees and counts."""
     targets = []
     for node, feed in zip(layout.nodes, layout.feeds, strict=True):
@@ -31,7 +31,7 @@ def targets_of(drive: DriveTable, layout: Layout) -> tuple[NodeTarget, ...]:
     return tuple(targets)
 
 
-def seconds_between(drive: DriveTable, before: Layout, after: Layout) -> float:
+def seconds_between(drive: DriveSettings, before: Layout, after: Layout) -> float:
     """Time of a step, to the millisecond: all axes of all nodes take as long as the slowest of them."""
     fed = max(map(_apart, before.feeds, after.feeds))
     turned = max(_apart(old.angle, new.angle) for old, new in zip(before.nodes, after.nodes, strict=True))

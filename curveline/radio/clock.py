@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from curveline.portable import steady_ns
+from curveline.system.portable import steady_ns
 
 
 def steady_us() -> int:

@@ -1,5 +1,5 @@
 /* Bytes <-> messages of the link protocol, docs/radio-protocol.md: the frames that a node takes and gives.
-   The names and numbers below are those of curveline/radio/codes.py and frames.py; a test compares every one of them. */
+   The names and numbers below are those of curveline/radio/protocol/codes.py and frames.py; a test compares every one of them. */
 #ifndef CL_FRAMES_H
 #define CL_FRAMES_H
 

@@ -1,4 +1,4 @@
-/* Synchronised trapezoids in integers, the same to the count as curveline/radio/motion.py. */
+/* Synchronised trapezoids in integers, the same to the count as curveline/radio/protocol/motion.py. */
 #ifndef CL_MOTION_H
 #define CL_MOTION_H
 

@@ -1,5 +1,5 @@
 /* A node of the link protocol: frames and milliseconds go in, one loaded answer comes out.
-   curveline/radio/node.py is its specification and must give the same answers; the rules are those of
+   curveline/radio/node/machine.py is its specification and must give the same answers; the rules are those of
    docs/radio-protocol.md, in the order given there. */
 #ifndef CL_NODE_H
 #define CL_NODE_H

@@ -4,7 +4,7 @@
    64 bits in a thousand cycles. It walks: the numerator of the set-point grows by a product of 32-bit numbers per ms,
    and whole counts are taken out of it as they come up (a handful per ms).
    Units: counts, ms; speeds in counts/s.
-   Source: the formulas of curveline/radio/motion.py. */
+   Source: the formulas of curveline/radio/protocol/motion.py. */
 #ifndef CL_TRACK_H
 #define CL_TRACK_H
 

@@ -11,10 +11,11 @@ from typing import NamedTuple
 
 import pytest
 
-from curveline.cli import main, show
-from curveline.plan import NodeTarget, Plan, Step, drive_table, sealed, write_plan
+from curveline.cli.app import main
+from curveline.cli.printing import screen
+from curveline.plan_file import NodeTarget, Plan, Step, drive_settings, sealed, write_plan
 from curveline.rod import _jit
-from curveline.shapefile import read_display
+from curveline.shapes.files import read_display
 
 SHAPES = Path(__file__).parent.parent.parent / "shapes"
 BROKEN = Path(__file__).parent.parent / "broken" / "shapes"
@@ -45,7 +46,7 @@ def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "no-config"))
     monkeypatch.setattr(_jit, "FIRST_RUN", False)
     monkeypatch.setattr(_jit, "before_compiling", lambda tell: None)
-    show.announce_compilation.cache_clear()
+    screen.announce_compilation.cache_clear()
 
 
 @pytest.fixture
@@ -65,7 +66,7 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
 def small_plan(steps: int = 2, seconds: float = 0.5, display: str = "single") -> Plan:
     """A plan of a few small moves for a display of two nodes, quick to send."""
     found = read_display(display)
-    drive = drive_table(found)
+    drive = drive_settings(found)
 
     def target(extrude_mm: float) -> NodeTarget:
         return NodeTarget(extrude_mm, 0.0, 0.0, (drive.axes[0].counts(extrude_mm), 0, 0))

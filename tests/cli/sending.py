@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from curveline.plan import write_plan
+from curveline.plan_file import write_plan
 
 from .conftest import Result, small_plan
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from curveline.capability import TOO_HARD, TOO_STIFF, TOO_TIGHT, Ability, Held, held_lengths, leaving, too_much
-from curveline.cli import show
-from curveline.radio.codes import POSITION_LIMIT
-from curveline.shapefile import builtin_text, read_display
-from curveline.suspicions import suspicions
+from curveline.cli.printing import screen
+from curveline.displays.capability import TOO_HARD, TOO_STIFF, TOO_TIGHT, Ability, Held, held_lengths, leaving, too_much
+from curveline.displays.lint import suspicions
+from curveline.radio.protocol.codes import POSITION_LIMIT
+from curveline.shapes.files import builtin_text, read_display
 from curveline.units import mm
 
 from .conftest import Run
@@ -286,7 +286,7 @@ def test_what_plans_can_reach_from_home_is_told(run: Run, write: Write) -> None:
 
 
 def test_the_status_range_is_that_of_the_frames() -> None:
-    from curveline.capability import STATUS_COUNTS
+    from curveline.displays.capability import STATUS_COUNTS
 
     assert STATUS_COUNTS == POSITION_LIMIT
 
@@ -295,5 +295,5 @@ def test_kernels_are_announced_before_they_are_compiled(run: Run, monkeypatch: p
     from curveline.rod import _jit
 
     monkeypatch.setattr(_jit, "FIRST_RUN", True)
-    show.announce_compilation.cache_clear()
+    screen.announce_compilation.cache_clear()
     assert "compiling" in run("display", "check", "single").err

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from curveline.plan import drive_table, write_plan
-from curveline.shapefile import read_display
+from curveline.plan_file import drive_settings, write_plan
+from curveline.shapes.files import read_display
 from radio.dongle_host import DongleHost, Room, dongle_host, write_keys
 
 from .conftest import Run, small_plan
 
-DRIVE = drive_table(read_display("single"))
+DRIVE = drive_settings(read_display("single"))
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from curveline.cli.drawing import ASPECT, COLUMNS, ROWS, Canvas
+from curveline.cli.printing.canvas import ASPECT, COLUMNS, ROWS, Canvas
 
 CIRCLE = [(math.cos(0.01 * turn), math.sin(0.01 * turn)) for turn in range(629)]
 

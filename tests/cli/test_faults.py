@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio.mishaps import MISHAPS
+from curveline.radio.mock.fault_injection import MISHAPS
 
 from .conftest import Run
 

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from curveline.cli import shown
-from curveline.cli.shown import Shown, check_granted
+from curveline.cli import known_states
+from curveline.cli.known_states import Shown, check_granted
 from curveline.errors import Infeasible
-from curveline.plan import Plan, drive_table, sealed, write_plan
-from curveline.radio import open_radio
-from curveline.radio.link import read_status
-from curveline.shapefile import read_display
+from curveline.plan_file import Plan, drive_settings, sealed, write_plan
+from curveline.radio.host.link import read_status
+from curveline.radio.interface import open_radio
+from curveline.shapes.files import read_display
 
 from .conftest import Run, promising, small_plan
 
@@ -46,7 +46,7 @@ def there(run: Run, tmp_path: Path) -> Callable[[list[str]], Path]:
 
 def four_segments(shows: tuple[str, ...]) -> Plan:
     """A plan that is never sent: all that counts is where it starts."""
-    drive = drive_table(read_display("quad"))
+    drive = drive_settings(read_display("quad"))
     return replace(THERE, drive=drive, start=THERE.start[:1] * 5, wanted=("peak",) * 4, shows=shows)
 
 
@@ -69,7 +69,7 @@ def four_segments(shows: tuple[str, ...]) -> Plan:
 def test_every_segment_is_held_against_what_is_known_of_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, granted: tuple[str, ...], states: tuple[str, ...], says: str
 ) -> None:
-    monkeypatch.setattr(shown, "shown_states", lambda *_: Shown(states, "somebody"))
+    monkeypatch.setattr(known_states, "shown_states", lambda *_: Shown(states, "somebody"))
     plan = four_segments(granted)
     with closing(open_radio("mock", plan.drive, tmp_path)) as radio:
         nodes = read_status(radio, plan.drive)

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 import typer
 
-from curveline.plan import drive_table
-from curveline.radio.keyfile import SiteFile, adopt, read_site, settings_record
-from curveline.shapefile import read_display
+from curveline.plan_file import drive_settings
+from curveline.radio.site.key_file import SiteFile, adopt, read_site, settings_record
+from curveline.shapes.files import read_display
 from hexfile import bytes_of
 
 from .conftest import Run
@@ -173,7 +173,7 @@ def test_a_node_gets_an_image_of_its_own(run: Run, keys: Path, tmp_path: Path) -
     assert "teensy_loader_cli" in err
     assert stat.S_IMODE(target.stat().st_mode) == 0o600
     cells = bytes_of(target.read_text())
-    record = settings_record(read_site(keys).master, drive_table(read_display("single")), 2)
+    record = settings_record(read_site(keys).master, drive_settings(read_display("single")), 2)
     assert bytes(cells[0xF400 + index] for index in range(len(record))) == record
     content = target.read_bytes()
     code, _, err = run("keys", "node", 1, "--hex", tmp_path / "node.hex", "-o", target)

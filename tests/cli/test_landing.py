@@ -10,17 +10,17 @@ from typing import Any
 
 import pytest
 
-from curveline.cli import progress
-from curveline.driving.tour_checks import Stop
-from curveline.plan import NodeTarget, Plan, read_plan, sealed, write_plan
-from curveline.playback import replay
-from curveline.radio import open_radio
-from curveline.radio.actions import Policy
-from curveline.radio.codes import Counts
-from curveline.radio.journal import Journal, new_run
-from curveline.radio.link import Control, Progress, Request, send_plan
-from curveline.radio.mock import Motion
-from curveline.shapefile import read_display
+from curveline.cli.printing import run_progress
+from curveline.plan_file import NodeTarget, Plan, read_plan, sealed, write_plan
+from curveline.radio.host.actions import Policy
+from curveline.radio.host.journal import Journal, new_run
+from curveline.radio.host.link import Control, OperatorRequest, Progress, send_plan
+from curveline.radio.interface import open_radio
+from curveline.radio.mock.display import Motion
+from curveline.radio.protocol.codes import Counts
+from curveline.replay.playback import replay
+from curveline.replay.tour_checks import ShapeCheck
+from curveline.shapes.files import read_display
 
 from .conftest import SHAPES, Run, promising, small_plan
 
@@ -121,7 +121,7 @@ def test_a_shape_that_was_missed_on_the_way_is_the_answer_no(run: Run, tmp_path:
     ],
 )
 def test_a_stop_names_the_segments_that_went_wrong(states: tuple[str, ...], says: str) -> None:
-    line = Stop(3, "a", ("peak", "valley")[: len(states)], states).line()
+    line = ShapeCheck(3, "a", ("peak", "valley")[: len(states)], states).line()
     assert line.startswith(says)
     assert line.endswith((says, "segment 2 was straight, not the wanted valley"))
 
@@ -131,16 +131,16 @@ def test_a_tour_that_goes_on_tells_of_the_shapes_that_were_left(
     run: Run, tmp_path: Path, pause: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The nodes come twice to where the first shape was complete: what is seen there later is not the first."""
-    plain = progress.Lines.__call__
+    plain = run_progress.Lines.__call__
 
-    def call(self: progress.Lines, news: Progress) -> None:
+    def call(self: run_progress.Lines, news: Progress) -> None:
         plain(self, news)
         if news.status.started == pause:
-            self._control.ask(Request.PAUSE)
+            self._control.ask(OperatorRequest.PAUSE)
 
     write_plan(stopping(small_plan(), first="peak", last="valley"), tmp_path / "plan.json")
     with monkeypatch.context() as paused:
-        paused.setattr(progress.Lines, "__call__", call)
+        paused.setattr(run_progress.Lines, "__call__", call)
         result = run("send", tmp_path / "plan.json", "--radio", "mock", "--yes", "--json")
     assert result.code == 130
     assert [stop["shape"] for stop in json.loads(result.out)["shapes"]] == ["first"]

@@ -7,13 +7,13 @@ import math
 
 import pytest
 
-from curveline import linkbench
-from curveline.radio.actions import Policy
-from curveline.radio.air import HOST_US, Weather
+from curveline.bench import link
+from curveline.radio.host.actions import Policy
+from curveline.radio.mock.air import HOST_US, Weather
 
 from .conftest import Run
 
-NAMES = 2 * 2 * len(linkbench.COUNTS) + 2 * 2 + 2 * 2 * 2 + 2
+NAMES = 2 * 2 * len(link.COUNTS) + 2 * 2 + 2 * 2 * 2 + 2
 
 
 def test_json_has_every_figure(run: Run) -> None:
@@ -33,14 +33,14 @@ def test_json_has_every_figure(run: Run) -> None:
 
 def test_a_batch_costs_one_request() -> None:
     """Sixteen nodes in one exchange over serial: the 2 ms of the request are paid once."""
-    plan = linkbench._plan(16, 1)
-    spent = [linkbench._run(plan, each, Weather(), linkbench.FLAT_OUT) for each in linkbench.BACK_ENDS]
+    plan = link._plan(16, 1)
+    spent = [link._run(plan, each, Weather(), link.FLAT_OUT) for each in link.BACK_ENDS]
     spi, serial = (each.virtual_us / each.polls for each in spent)
     assert serial == pytest.approx(spi - HOST_US + 50 + 2000 / 16, rel=0.05)
 
 
 def test_a_step_waits_for_all_and_no_longer() -> None:
-    spent = linkbench._run(linkbench._plan(4, 10), linkbench.BACK_ENDS[0], Weather(), Policy())
+    spent = link._run(link._plan(4, 10), link.BACK_ENDS[0], Weather(), Policy())
     assert len(spent.latencies_ms) == 9
     assert all(0 < wait < 50 for wait in spent.latencies_ms)
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from curveline.cli import pushed
-from curveline.loading import maps, snap
+from curveline.cli.printing import load_report
+from curveline.loading import load_map, snap_through
 from curveline.loading.pushes import Push, Stand
-from curveline.loading.snap import Limit, limit_of, load
-from curveline.shapefile import read_shape
+from curveline.loading.snap_through import Limit, limit_of, load
+from curveline.shapes.files import read_shape
 
 from .conftest import BROKEN, SHAPES, Run
 
@@ -217,18 +217,18 @@ def test_an_invalid_file_and_a_shape_in_space_are_refused(run: Run) -> None:
 
 def test_a_long_table_is_thinned_to_its_ends_and_between() -> None:
     rows = list(range(101))
-    assert pushed.thinned(rows) == list(range(0, 101, 5))
-    assert pushed.thinned(rows[:21]) == rows[:21]
+    assert load_report.thinned(rows) == list(range(0, 101, 5))
+    assert load_report.thinned(rows[:21]) == rows[:21]
 
 
 def test_a_branch_that_is_lost_is_exit_1_and_no_number_is_made_up(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def lost(stand: Stand, most: float, _: float = 0.0) -> Limit:
         found = limit_of(stand, most)
         assert found is not None
-        return Limit(0.8 * found.force, math.inf, snap.LOST, found.point, found.far)
+        return Limit(0.8 * found.force, math.inf, snap_through.LOST, found.point, found.far)
 
-    monkeypatch.setattr(snap, "limit_of", lost)
-    monkeypatch.setattr(maps, "limit_of", lost)
+    monkeypatch.setattr(snap_through, "limit_of", lost)
+    monkeypatch.setattr(load_map, "limit_of", lost)
     code, out, err = run("load", SHAPE, "--json")
     assert code == 1
     assert "could not be followed" in err

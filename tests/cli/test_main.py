@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import curveline
-from curveline.cli import show
+from curveline.cli.printing import screen
 
 from .conftest import BROKEN, SHAPES, Run
 
@@ -52,12 +52,12 @@ def test_wrong_usage_is_told_on_stderr(run: Run, arguments: tuple[str, ...]) -> 
 
 
 def test_an_interrupt_is_130_and_no_traceback(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    from curveline import shapefile
+    from curveline.shapes import files
 
     def interrupt(path: str) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(shapefile, "read_shape", interrupt)
+    monkeypatch.setattr(files, "read_shape", interrupt)
     assert run("simulate", SHAPE).code == 130
 
 
@@ -105,14 +105,14 @@ class Terminal(io.StringIO):
 
 def test_colour_is_for_terminals_that_want_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
-    assert show.paint("word", show.BOLD, Terminal()) == "\x1b[1mword\x1b[0m"
-    assert show.paint("word", show.BOLD, io.StringIO()) == "word"
+    assert screen.paint("word", screen.BOLD, Terminal()) == "\x1b[1mword\x1b[0m"
+    assert screen.paint("word", screen.BOLD, io.StringIO()) == "word"
     for name, value in (("NO_COLOR", "1"), ("TERM", "dumb"), ("CI", "true")):
         with monkeypatch.context() as patch:
             patch.setenv(name, value)
-            assert show.paint("word", show.BOLD, Terminal()) == "word"
+            assert screen.paint("word", screen.BOLD, Terminal()) == "word"
     monkeypatch.setenv("NO_COLOR", "1")
-    assert show.is_live(Terminal())
+    assert screen.is_live(Terminal())
 
 
 def test_a_caret_stands_under_its_column_behind_tabs(run: Run, tmp_path: Path) -> None:

@@ -16,8 +16,8 @@ import pytest
 import typer
 
 from curveline.driving.live import published
-from curveline.radio.journal import Journal, new_run
-from curveline.radio.link import Control
+from curveline.radio.host.journal import Journal, new_run
+from curveline.radio.host.link import Control
 
 from .conftest import SHAPES, Run, small_plan
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from curveline.plan import from_json, read_plan, sealed, write_plan
+from curveline.plan_file import from_json, read_plan, sealed, write_plan
 
 from .conftest import BROKEN, SHAPES, Run
 

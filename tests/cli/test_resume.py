@@ -14,9 +14,9 @@ from random import Random
 
 import pytest
 
-from curveline.plan import read_plan, sealed, write_plan
-from curveline.radio.journal import ReopenedJournal, read_journal
-from curveline.radio.link import Control, Request
+from curveline.plan_file import read_plan, sealed, write_plan
+from curveline.radio.host.journal import ReopenedJournal, read_journal
+from curveline.radio.host.link import Control, OperatorRequest
 
 from .conftest import SHAPES, Run, small_plan
 
@@ -26,18 +26,18 @@ SHAPE = SHAPES / "level-up-peak.toml"
 @pytest.fixture
 def asking(monkeypatch: pytest.MonkeyPatch):
     """Ask for something as soon as a step has begun, once, as somebody at the keyboard would."""
-    from curveline.cli import progress
+    from curveline.cli.printing import run_progress
 
-    def ask(request: Request, step: int) -> None:
-        plain, asked = progress.Lines.__call__, []
+    def ask(request: OperatorRequest, step: int) -> None:
+        plain, asked = run_progress.Lines.__call__, []
 
-        def call(self: progress.Lines, news: object) -> None:
+        def call(self: run_progress.Lines, news: object) -> None:
             plain(self, news)  # type: ignore[arg-type]
             if not asked and news.step == step and news.status.started == step:  # type: ignore[attr-defined]
                 asked.append(step)
                 self._control.ask(request)
 
-        monkeypatch.setattr(progress.Lines, "__call__", call)
+        monkeypatch.setattr(run_progress.Lines, "__call__", call)
 
     return ask
 
@@ -51,8 +51,8 @@ def kinds(tmp_path: Path) -> list[str]:
     return [str(record["type"]) for record in read_journal(only_run(tmp_path) / "journal")]
 
 
-@pytest.mark.parametrize("request_", [Request.PAUSE, Request.HOLD])
-def test_a_paused_shape_goes_on_to_its_end(run: Run, asking, tmp_path: Path, request_: Request) -> None:
+@pytest.mark.parametrize("request_", [OperatorRequest.PAUSE, OperatorRequest.HOLD])
+def test_a_paused_shape_goes_on_to_its_end(run: Run, asking, tmp_path: Path, request_: OperatorRequest) -> None:
     asking(request_, 3)
     code, out, err = run("send", SHAPE, "--radio", "mock", "--yes")
     assert code == 130
@@ -78,7 +78,7 @@ def test_a_run_elsewhere_is_named_by_its_path(
     options = ("--runs", elsewhere) if chosen == "--runs" else ()
     if chosen == "environment":
         monkeypatch.setenv("CURVELINE_RUNS", str(elsewhere))
-    asking(Request.PAUSE, 1)
+    asking(OperatorRequest.PAUSE, 1)
     err = run("send", plan_file, "--radio", "mock", "--yes", *options).err
     assert err.count("curveline send --resume") == 2, "before the run, for whoever finds it killed, and after it"
     (folder,) = (journal.parent for journal in elsewhere.glob("*/journal"))
@@ -88,7 +88,7 @@ def test_a_run_elsewhere_is_named_by_its_path(
 
 
 def test_a_dry_run_shows_what_is_left_and_touches_nothing(run: Run, asking, plan_file: Path, tmp_path: Path) -> None:
-    asking(Request.PAUSE, 1)
+    asking(OperatorRequest.PAUSE, 1)
     assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
     before = {path: path.read_bytes() for path in (tmp_path / "runs").rglob("*") if path.is_file()}
     code, out, err = run("send", "--resume", "last", "--dry-run", "--json")
@@ -100,7 +100,7 @@ def test_a_dry_run_shows_what_is_left_and_touches_nothing(run: Run, asking, plan
 
 def test_a_run_goes_on_whatever_its_plan_took_for_granted(run: Run, asking, tmp_path: Path) -> None:
     write_plan(sealed(replace(small_plan(), shows=("peak",))), tmp_path / "small.json")
-    asking(Request.PAUSE, 1)
+    asking(OperatorRequest.PAUSE, 1)
     paused = run("send", tmp_path / "small.json", "--radio", "mock", "--yes")
     assert paused.code == 130
     assert "the plan takes for granted what is not known: the display shows peak\n" in paused.err
@@ -172,7 +172,7 @@ def test_after_a_halt_the_way_on_is_told_if_there_is_one(run: Run, tmp_path: Pat
 
 
 def test_an_emergency_stop_is_not_gone_on_with(run: Run, asking, plan_file: Path) -> None:
-    asking(Request.ESTOP, 1)
+    asking(OperatorRequest.ESTOP, 1)
     code, _, err = run("send", plan_file, "--radio", "mock", "--yes")
     assert code == 130
     assert "to go on with this run" not in err
@@ -182,7 +182,7 @@ def test_an_emergency_stop_is_not_gone_on_with(run: Run, asking, plan_file: Path
 
 
 def test_a_display_that_was_replaced_is_no_place_to_go_on(run: Run, asking, plan_file: Path) -> None:
-    asking(Request.PAUSE, 1)
+    asking(OperatorRequest.PAUSE, 1)
     assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
     code, out, err = run("send", "--resume", "last", "--radio", "mock:fresh", "--yes")
     assert (code, out) == (3, "")
@@ -191,7 +191,7 @@ def test_a_display_that_was_replaced_is_no_place_to_go_on(run: Run, asking, plan
 
 
 def test_a_run_that_another_process_sends_is_not_sent_twice(run: Run, asking, plan_file: Path, tmp_path: Path) -> None:
-    asking(Request.PAUSE, 1)
+    asking(OperatorRequest.PAUSE, 1)
     assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
     other = ReopenedJournal(only_run(tmp_path))
     code, out, err = run("send", "--resume", "last", "--radio", "mock", "--yes")
@@ -203,7 +203,7 @@ def test_a_run_that_another_process_sends_is_not_sent_twice(run: Run, asking, pl
 def test_a_plan_that_was_changed_is_not_the_one_that_was_sent(
     run: Run, asking, plan_file: Path, tmp_path: Path
 ) -> None:
-    asking(Request.PAUSE, 1)
+    asking(OperatorRequest.PAUSE, 1)
     assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
     write_plan(small_plan(seconds=0.6), only_run(tmp_path) / "plan.json", force=True)
     code, out, err = run("send", "--resume", "last", "--radio", "mock", "--yes")
@@ -214,7 +214,7 @@ def test_a_plan_that_was_changed_is_not_the_one_that_was_sent(
 def test_a_run_of_an_older_release_or_with_an_edited_plan_cannot_be_resumed(
     run: Run, asking, plan_file: Path, tmp_path: Path
 ) -> None:
-    asking(Request.PAUSE, 1)
+    asking(OperatorRequest.PAUSE, 1)
     assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
     kept = only_run(tmp_path) / "plan.json"
     document = json.loads(kept.read_text())
@@ -289,7 +289,7 @@ def test_a_send_that_is_refused_leaves_the_run_before_it_as_it_was(
 def test_a_plan_from_elsewhere_leaves_the_run_before_it_as_it_was(
     run: Run, asking, tmp_path: Path, plan_file: Path
 ) -> None:
-    asking(Request.PAUSE, 1)
+    asking(OperatorRequest.PAUSE, 1)
     assert run("send", plan_file, "--radio", "mock", "--yes").code == 130
     code, _, err = run("send", plan_file, "--radio", "mock", "--yes")
     assert code == 3

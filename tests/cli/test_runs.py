@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from curveline.cli import progress
-from curveline.plan import sealed, write_plan
-from curveline.radio.journal import read_journal
-from curveline.radio.link import Progress, Request
+from curveline.cli.printing import run_progress
+from curveline.plan_file import sealed, write_plan
+from curveline.radio.host.journal import read_journal
+from curveline.radio.host.link import OperatorRequest, Progress
 
 from .conftest import SHAPES, Run, promising, small_plan
 
@@ -22,17 +22,17 @@ from .conftest import SHAPES, Run, promising, small_plan
 def paused(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Send a plan that is paused once a step has begun; the name of its run."""
 
-    def send(step: int = 1, request: Request = Request.PAUSE, display: str = "single") -> str:
-        plain = progress.Lines.__call__
+    def send(step: int = 1, request: OperatorRequest = OperatorRequest.PAUSE, display: str = "single") -> str:
+        plain = run_progress.Lines.__call__
 
-        def call(self: progress.Lines, news: Progress) -> None:
+        def call(self: run_progress.Lines, news: Progress) -> None:
             plain(self, news)
             if news.status.started == step:
                 self._control.ask(request)
 
         write_plan(small_plan(steps=3, display=display), tmp_path / "paused.json", force=True)
         with monkeypatch.context() as patched:
-            patched.setattr(progress.Lines, "__call__", call)
+            patched.setattr(run_progress.Lines, "__call__", call)
             assert run("send", tmp_path / "paused.json", "--radio", "mock:fresh", "--yes").code == 130
         return names(tmp_path)[-1]
 
@@ -176,15 +176,15 @@ def test_a_pause_is_held_against_its_step_not_against_the_end(run: Run, tmp_path
     write_plan(sealed(replace(plan, steps=tuple(steps), wanted=("peak",))), tmp_path / "small.json")
     ends = {}
     for step in (1, 2):
-        plain = progress.Lines.__call__
+        plain = run_progress.Lines.__call__
 
-        def call(self: progress.Lines, news: Progress, step: int = step, plain=plain) -> None:
+        def call(self: run_progress.Lines, news: Progress, step: int = step, plain=plain) -> None:
             plain(self, news)
             if news.status.started == step:
-                self._control.ask(Request.PAUSE)
+                self._control.ask(OperatorRequest.PAUSE)
 
         with pytest.MonkeyPatch.context() as patched:
-            patched.setattr(progress.Lines, "__call__", call)
+            patched.setattr(run_progress.Lines, "__call__", call)
             ends[step] = run("send", tmp_path / "small.json", "--radio", "mock:fresh", "--yes")
     assert ends[1].out.endswith("segment 1: the rod is in the valley, as step 1 leaves it\n")
     assert ends[2].out.endswith("segment 1: the rod is in the valley, not the peak that step 2 promises\n")

@@ -12,7 +12,7 @@ import pytest
 
 from curveline.driving import halting
 from curveline.driving.live import read_live
-from curveline.radio.journal import Journal, new_run, read_journal
+from curveline.radio.host.journal import Journal, new_run, read_journal
 
 from .conftest import Run
 from .sending import LIMIT_S, Sending

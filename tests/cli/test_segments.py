@@ -8,17 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from curveline.cli import progress
 from curveline.cli import run as running
-from curveline.cli.segments import alike, in_words, spans
-from curveline.cli.steps import describe
+from curveline.cli.printing import run_progress
+from curveline.cli.printing.phrases import alike, in_words, spans
+from curveline.cli.printing.plan_text import describe
 from curveline.driving.promises import promise
-from curveline.plan import NodeTarget, Plan, Step, drive_table, sealed, write_plan
-from curveline.playback import Playback, Snap
-from curveline.radio.link import Control, Phase, Progress
-from curveline.radio.nodestatus import NodeStatus
-from curveline.radio.peer import LinkTally
-from curveline.shapefile import read_display
+from curveline.plan_file import NodeTarget, Plan, Step, drive_settings, sealed, write_plan
+from curveline.radio.host.link import Control, Phase, Progress
+from curveline.radio.host.node_status import NodeStatus
+from curveline.radio.host.peer import LinkTally
+from curveline.replay.playback import Playback, Snap
+from curveline.shapes.files import read_display
 from rows import row
 
 from .conftest import SHAPES, Run
@@ -38,7 +38,7 @@ def row_plan(segments: int, display: str = "") -> Plan:
     """Three steps of a row: every segment another length, all states open, then the wanted ones, then one more feed."""
     scene = row(segments)
     found = read_display(display) if display else scene.display
-    drive = drive_table(found)
+    drive = drive_settings(found)
 
     def targets(*values: tuple[float, float, float]) -> tuple[NodeTarget, ...]:
         return tuple(
@@ -178,12 +178,12 @@ def news(node: int, fraction: float) -> Progress:
 
 def test_of_many_nodes_those_behind_are_drawn() -> None:
     drawn: list[str] = []
-    view = progress.Picture(row_plan(64), Control(), drawn.append)
+    view = run_progress.Picture(row_plan(64), Control(), drawn.append)
     for node in range(1, 66):
         view(news(node, 0.1 if node in (3, 40) else 0.5))
     view.finish()
     lines = drawn[-1].splitlines()
     assert all(len(line) <= 80 for line in lines)
-    assert len(lines) == 1 + progress.MOST_BARS + 1
+    assert len(lines) == 1 + run_progress.MOST_BARS + 1
     assert sum(" 10 %" in line for line in lines) == 2
     assert lines[-1] == "  49 more nodes, none of them behind these"

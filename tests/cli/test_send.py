@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 import typer
 
-from curveline.plan import NodeTarget, sealed, write_plan
-from curveline.radio.frames import decode_drive
-from curveline.radio.journal import read_journal
-from curveline.radio.keys import KEY_BYTES
+from curveline.plan_file import NodeTarget, sealed, write_plan
+from curveline.radio.host.journal import read_journal
+from curveline.radio.protocol.frames import decode_drive
+from curveline.radio.protocol.keys import KEY_BYTES
 
 from .conftest import BROKEN, SHAPES, Run, promising, small_plan
 
@@ -189,7 +189,7 @@ def test_a_node_that_lost_its_position_cannot_be_planned_from(run: Run, plan_fil
 
 def test_a_changed_display_file_is_said(run: Run, tmp_path: Path) -> None:
     display = tmp_path / "mine.toml"
-    text = (SHAPES.parent / "curveline" / "displays" / "single.toml").read_text()
+    text = (SHAPES.parent / "curveline" / "shapes" / "displays" / "single.toml").read_text()
     display.write_text(text.replace('"single"', '"mine"'))
     write_plan(small_plan(display=str(display)), tmp_path / "plan.json")
     assert "has changed" not in run("send", tmp_path / "plan.json", "--radio", "mock", "--yes").err

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from curveline.cli import goal, shown
-from curveline.cli.shown import Shown, shown_states
-from curveline.plan import Plan, sealed, to_json, write_plan
-from curveline.radio import open_radio
-from curveline.radio.journal import Journal, new_run
-from curveline.radio.link import Control, Request, read_status, send_plan
+from curveline.cli import goal, known_states
+from curveline.cli.known_states import Shown, shown_states
+from curveline.plan_file import Plan, sealed, to_json, write_plan
+from curveline.radio.host.journal import Journal, new_run
+from curveline.radio.host.link import Control, OperatorRequest, read_status, send_plan
+from curveline.radio.interface import open_radio
 
 from .conftest import SHAPES, Run, promising, small_plan
 
@@ -111,7 +111,7 @@ def test_a_run_that_paused_at_a_barrier_shows_the_state_of_its_step(tmp_path: Pa
 
     def watch(news: object) -> None:
         if news.status.started == 2:
-            control.ask(Request.PAUSE)
+            control.ask(OperatorRequest.PAUSE)
 
     folder = new_run(tmp_path, plan.name)
     write_plan(plan, folder / "plan.json")
@@ -126,7 +126,7 @@ def test_a_run_that_was_held_in_the_midst_of_a_step_shows_nothing(tmp_path: Path
 
     def watch(news: object) -> None:
         if news.status.started == 2:
-            control.ask(Request.HOLD)
+            control.ask(OperatorRequest.HOLD)
 
     folder = new_run(tmp_path, PLAN.name)
     write_plan(PLAN, folder / "plan.json")
@@ -223,11 +223,11 @@ def test_damaged_and_foreign_folders_are_passed_over(tmp_path: Path) -> None:
 def test_only_so_many_runs_are_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     carry_out(PLAN, tmp_path)
     opened: list[object] = []
-    plain = shown.read_file
-    monkeypatch.setattr(shown, "read_file", lambda path, limit: opened.append(path) or plain(path, limit))
+    plain = known_states.read_file
+    monkeypatch.setattr(known_states, "read_file", lambda path, limit: opened.append(path) or plain(path, limit))
     rubbish(tmp_path, 400)
     assert known(tmp_path) == Shown()
-    assert len(opened) == shown.RUNS_SEEN
+    assert len(opened) == known_states.RUNS_SEEN
 
 
 def test_only_so_much_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -236,21 +236,23 @@ def test_only_so_much_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     (tmp_path / "900000-20260101-000000-big").mkdir()
     (tmp_path / "900000-20260101-000000-big" / "plan.json").write_bytes(b" " * size)
     for limit, states in ((2 * size, ("peak",)), (2 * size - 1, ())):
-        monkeypatch.setattr(shown, "BYTES_READ", limit)
+        monkeypatch.setattr(known_states, "BYTES_READ", limit)
         assert known(tmp_path).states == states
 
 
 def test_only_so_many_runs_are_asked_about(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = carry_out(PLAN, tmp_path)
     asked: list[int] = []
-    plain = shown.was_last_run
-    monkeypatch.setattr(shown, "was_last_run", lambda radio, drive, tag: asked.append(tag) or plain(radio, drive, tag))
+    plain = known_states.was_last_run
+    monkeypatch.setattr(
+        known_states, "was_last_run", lambda radio, drive, tag: asked.append(tag) or plain(radio, drive, tag)
+    )
     for number in range(20):
         other = tmp_path / f"{900000 + number}-20260101-000000-other"
         other.mkdir()
         write_plan(promising(PLAN, f"state-{min(number, 9)}"), other / "plan.json")
     assert known(tmp_path) == Shown()
-    assert len(asked) == len(set(asked)) == shown.RUNS_ASKED
+    assert len(asked) == len(set(asked)) == known_states.RUNS_ASKED
     for number in range(17):
         shutil.rmtree(tmp_path / f"{900000 + number}-20260101-000000-other")
     assert known(tmp_path) == Shown(("peak",), f"run {folder.name}")
@@ -269,7 +271,7 @@ def planned_with(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, ...]]:
         told.append(shows)
         return plain(wanted, start, shows)
 
-    for module in ("send", "rehearsal"):
+    for module in ("commands.send", "dry_run"):
         monkeypatch.setattr(f"curveline.cli.{module}.plan_goal", spy)
     return told
 
@@ -294,7 +296,7 @@ def test_a_shape_is_planned_from_what_the_display_shows(run: Run, planned_with: 
 def test_over_a_radio_that_sees_no_rod_the_last_run_tells(
     run: Run, monkeypatch: pytest.MonkeyPatch, planned_with: list[tuple[str, ...]]
 ) -> None:
-    monkeypatch.setattr(shown, "mock_of", lambda radio: None)
+    monkeypatch.setattr(known_states, "mock_of", lambda radio: None)
     radio = ("--radio", "mock:loss=0.3,seed=8", "--yes")
     assert run("send", SHAPES / "level-up-peak.toml", *radio).code == 0
     second = run("send", SHAPES / "level-up-valley.toml", *radio)

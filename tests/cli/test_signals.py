@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio.journal import read_journal
+from curveline.radio.host.journal import read_journal
 
 from .sending import Sending
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from curveline.cli.simulate import Model
+from curveline.cli.commands.simulate import ModelOption
 from curveline.rod import _jit
-from curveline.simulation import MODELS
+from curveline.simulation.simulate import MODELS
 
 from .conftest import BROKEN, SHAPES, Run
 
@@ -60,7 +60,7 @@ def test_a_model_can_be_asked_for(run: Run) -> None:
     code, out, err = run("simulate", PEAK, "--model", "flat")
     assert (code, out) == (2, "")
     assert "'auto', 'planar', 'extensible', 'spatial'" in " ".join(err.replace("│", " ").split())
-    assert [each.value for each in Model] == list(MODELS)
+    assert [each.value for each in ModelOption] == list(MODELS)
 
 
 def test_a_model_that_leaves_out_too_much_is_obeyed_and_noted(run: Run) -> None:
@@ -80,7 +80,7 @@ def test_a_model_that_leaves_out_too_much_is_obeyed_and_noted(run: Run) -> None:
 
 
 def test_a_rod_that_would_not_stay_in_the_plane_is_said_to_buckle(run: Run, tmp_path: Path) -> None:
-    display = (ROOT / "curveline" / "displays" / "single.toml").read_text()
+    display = (ROOT / "curveline" / "shapes" / "displays" / "single.toml").read_text()
     (tmp_path / "narrow.toml").write_text(display.replace("width_mm = 10.0 ", "width_mm = 1.2 "))
     shape = tmp_path / "narrow-shape.toml"
     shape.write_text(PEAK.read_text().replace('"single"', '"narrow.toml"'))
@@ -178,7 +178,7 @@ def test_a_wanted_state_that_does_not_exist_is_the_answer_no(run: Run, no_valley
 
 
 def test_a_tolerance_that_was_not_reached_is_the_answer_no(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    from curveline.rod import equilibrium
+    from curveline.rod.states import equilibrium
 
     monkeypatch.setattr(equilibrium, "MOST_EDGES", 30)
     code, out, err = run("simulate", PEAK, "--tolerance-mm", "1e-6")
@@ -262,16 +262,16 @@ def test_an_existing_file_is_kept_unless_forced(run: Run, tmp_path: Path) -> Non
 
 
 def test_an_unknown_suffix_is_refused_before_any_work(run: Run, tmp_path: Path) -> None:
-    code, out, err = run("simulate", PEAK, "-o", tmp_path / "out.pdf")
+    code, out, err = run("simulate", PEAK, "-o", tmp_path / "out.txt")
     assert (code, out) == (2, "")
-    assert ".json, .npz, .csv, .svg, .png" in err
+    assert ".json, .npz, .csv, .svg, .png, .pdf" in err
     assert list(tmp_path.glob("out*")) == []
 
 
 def test_a_folder_that_is_not_there_is_named(run: Run, tmp_path: Path) -> None:
-    code, _, err = run("simulate", PEAK, "-o", tmp_path / "no" / "out.json")
-    assert code == 2
-    assert "error[unwritable]" in err
+    code, out, err = run("simulate", PEAK, "-o", tmp_path / "no" / "out.json")
+    assert (code, out) == (2, "")
+    assert "error[no-such-folder]" in err
 
 
 def test_nothing_is_written_when_every_file_is_invalid(run: Run, tmp_path: Path) -> None:

@@ -10,17 +10,19 @@ from pathlib import Path
 
 import pytest
 
-from curveline.cli import status as command
+from curveline.cli.commands import status as command
 from curveline.driving.live import published
-from curveline.plan import DriveTable, drive_table
-from curveline.radio import InUse, Radio, serial, store
-from curveline.radio.air import Air, Heard
-from curveline.radio.codes import Fault
-from curveline.radio.journal import Journal, new_run
-from curveline.radio.link import Control
-from curveline.radio.mock import open_radio
-from curveline.radio.station import Station
-from curveline.shapefile import read_display
+from curveline.plan_file import DriveSettings, drive_settings
+from curveline.radio.host.journal import Journal, new_run
+from curveline.radio.host.link import Control
+from curveline.radio.interface import InUse, Radio
+from curveline.radio.mock import store
+from curveline.radio.mock.air import Air, Heard
+from curveline.radio.mock.display import open_radio
+from curveline.radio.mock.mock_node import Station
+from curveline.radio.ports import serial
+from curveline.radio.protocol.codes import Fault
+from curveline.shapes.files import read_display
 
 from .conftest import Run, small_plan
 from .test_send import NODE_KEYS
@@ -107,7 +109,7 @@ def test_watching_goes_on_until_interrupted(run: Run, monkeypatch: pytest.Monkey
 
 def test_watching_waits_while_a_run_has_the_display(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(store, "LOCK_WAIT_S", 0.0)
-    radio = open_radio("", drive_table(read_display("single")), tmp_path / "runs")
+    radio = open_radio("", drive_settings(read_display("single")), tmp_path / "runs")
     polls = []
 
     def sleep(seconds: float) -> None:
@@ -216,7 +218,7 @@ def test_a_radio_that_sends_to_another_display_is_in_use_by_somebody(
 ) -> None:
     """A dongle that drives one display cannot be asked about another."""
 
-    def busy(settings: str, drive: DriveTable, runs: Path) -> Radio:
+    def busy(settings: str, drive: DriveSettings, runs: Path) -> Radio:
         raise InUse("the port p is in use by another program")
 
     monkeypatch.setattr(serial, "open_radio", busy)

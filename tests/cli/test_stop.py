@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from curveline.driving import halting
-from curveline.plan import drive_table
-from curveline.radio import open_radio, store
-from curveline.shapefile import read_display
+from curveline.plan_file import drive_settings
+from curveline.radio.interface import open_radio
+from curveline.radio.mock import store
+from curveline.shapes.files import read_display
 
 from .conftest import Run
 
@@ -50,7 +51,7 @@ def test_a_display_that_is_in_use_by_somebody_who_says_nothing(
 ) -> None:
     monkeypatch.setattr(store, "LOCK_WAIT_S", 0.0)
     monkeypatch.setattr(halting, "FREE_S", 0.2)
-    with closing(open_radio("mock", drive_table(read_display("single")), tmp_path / "runs")):
+    with closing(open_radio("mock", drive_settings(read_display("single")), tmp_path / "runs")):
         code, out, err = run("stop", "--radio", "mock")
     assert (code, out) == (3, "")
     assert "the mock display 'single' is in use by process" in err

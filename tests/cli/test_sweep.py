@@ -18,9 +18,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from curveline import batch, workers
-from curveline.cli import bar, show
+from curveline.cli.printing import progress_bar, screen
 from curveline.rod import _jit
+from curveline.simulation import batch
+from curveline.system import workers
 
 from .conftest import BROKEN, SHAPES, Result, Run
 
@@ -169,7 +170,7 @@ def test_what_cannot_be_swept_is_refused(run: Run, arguments: tuple[object, ...]
 
 
 def test_a_dead_worker_costs_its_point_and_no_more(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    from curveline.workers import WorkerDied
+    from curveline.system.workers import WorkerDied
 
     perform = batch.perform
 
@@ -304,14 +305,14 @@ def test_workers_do_not_outlive_a_killed_parent(tmp_path: Path) -> None:
 
 def test_one_shape_needs_neither_processes_nor_a_bar() -> None:
     code = (
-        "import sys\nfrom curveline.cli import main\n"
+        "import sys\nfrom curveline.cli.app import main\n"
         "try:\n    main()\nexcept SystemExit:\n    print(*sys.modules, file=sys.stderr)"
     )
     command = [sys.executable, "-c", code, "simulate", str(PEAK), "--no-drawing"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     loaded = set(done.stderr.split())
-    assert "curveline.simulation" in loaded
-    assert not loaded & {"curveline.workers", "curveline.sweeping", "multiprocessing.connection", "rich"}
+    assert "curveline.simulation.simulate" in loaded
+    assert not loaded & {"curveline.system.workers", "curveline.simulation.sweep", "multiprocessing.connection", "rich"}
 
 
 class Screen(io.StringIO):
@@ -322,44 +323,48 @@ class Screen(io.StringIO):
 
 
 @pytest.fixture
-def screen(monkeypatch: pytest.MonkeyPatch) -> Screen:
-    screen = Screen()
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Screen:
+    terminal = Screen()
     monkeypatch.setenv("TERM", "xterm-256color")
-    monkeypatch.setattr(show, "console", lambda: Console(file=screen, highlight=False, width=80, force_terminal=True))
-    monkeypatch.setattr(bar, "QUIET_S", 0.0)
-    monkeypatch.setattr(bar, "REDRAW_S", 0.0)
-    return screen
+
+    def console() -> Console:
+        return Console(file=terminal, highlight=False, width=80, force_terminal=True)
+
+    monkeypatch.setattr(screen, "console", console)
+    monkeypatch.setattr(progress_bar, "QUIET_S", 0.0)
+    monkeypatch.setattr(progress_bar, "REDRAW_S", 0.0)
+    return terminal
 
 
-def test_a_bar_is_drawn_on_a_terminal_and_gone_at_the_end(screen: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bar_is_drawn_on_a_terminal_and_gone_at_the_end(terminal: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
     # Not in the fixture: pytest sets the streams anew for every phase of a test.
-    monkeypatch.setattr(sys, "stderr", screen)
-    with bar.Bar("simulating", 50) as shown:
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with progress_bar.Bar("simulating", 50) as shown:
         shown.reach(20)
-        assert "simulating" in screen.getvalue()
-        assert "20/50" in screen.getvalue()
+        assert "simulating" in terminal.getvalue()
+        assert "20/50" in terminal.getvalue()
         with shown.aside():
-            screen.write("a result\n")
+            terminal.write("a result\n")
         shown.reach(21)
-    assert "21/50" in screen.getvalue()
+    assert "21/50" in terminal.getvalue()
     # The last thing that happens to the line is that it is erased.
-    assert screen.getvalue().rpartition("21/50")[2].count("\x1b[2K")
-    assert "\x1b[3" in screen.getvalue()
-    screen.truncate(0)
+    assert terminal.getvalue().rpartition("21/50")[2].count("\x1b[2K")
+    assert "\x1b[3" in terminal.getvalue()
+    terminal.truncate(0)
     monkeypatch.setenv("NO_COLOR", "1")
-    with bar.Bar("simulating", 50) as shown:
+    with progress_bar.Bar("simulating", 50) as shown:
         shown.reach(20)
-    assert "20/50" in screen.getvalue()
-    assert "\x1b[3" not in screen.getvalue()
+    assert "20/50" in terminal.getvalue()
+    assert "\x1b[3" not in terminal.getvalue()
 
 
 @pytest.mark.parametrize("setting", ["CI", "TERM", "total", "soon"])
-def test_a_bar_is_not_drawn_where_it_is_no_use(screen: Screen, monkeypatch: pytest.MonkeyPatch, setting: str) -> None:
-    monkeypatch.setattr(sys, "stderr", screen)
+def test_a_bar_is_not_drawn_where_it_is_no_use(terminal: Screen, monkeypatch: pytest.MonkeyPatch, setting: str) -> None:
+    monkeypatch.setattr(sys, "stderr", terminal)
     if setting in ("CI", "TERM"):
         monkeypatch.setenv(setting, "dumb")
     if setting == "soon":
-        monkeypatch.setattr(bar, "QUIET_S", 60.0)
-    with bar.Bar("simulating", 1 if setting == "total" else 50) as shown:
+        monkeypatch.setattr(progress_bar, "QUIET_S", 60.0)
+    with progress_bar.Bar("simulating", 1 if setting == "total" else 50) as shown:
         shown.reach(1)
-    assert screen.getvalue() == ""
+    assert terminal.getvalue() == ""

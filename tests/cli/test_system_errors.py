@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 from numba.core import caching
 
-from curveline import shapefile
-from curveline.cli import show
+from curveline.cli.printing import screen
 from curveline.rod import _jit
+from curveline.shapes import files
 from worlds import FULL, READ_ONLY, in_a_world
 
 from .conftest import SHAPES, Result, Run
@@ -85,8 +85,8 @@ def test_every_refusal_is_told_by_every_command(
     def refuse(*arguments: object) -> None:
         raise error
 
-    monkeypatch.setattr(shapefile, "read_shape", refuse)
-    monkeypatch.setattr(shapefile, "read_display", refuse)
+    monkeypatch.setattr(files, "read_shape", refuse)
+    monkeypatch.setattr(files, "read_display", refuse)
     found = run(*command)
     assert (found.code, found.out) == (code, "")
     assert (error.strerror or str(error)) in told(found.err)
@@ -97,7 +97,7 @@ def test_what_comes_out_of_a_refusal_outside_of_commands_is_told(run: Run, monke
     def refuse(text: str = "") -> None:
         raise OSError(errno.EIO, "Input/output error", "/somewhere")
 
-    monkeypatch.setattr(show, "result", refuse)
+    monkeypatch.setattr(screen, "result", refuse)
     code, _, err = run("--version")
     assert code == 2
     assert "Input/output error: /somewhere" in told(err)
@@ -166,8 +166,8 @@ def test_what_is_compiled_is_said(
     monkeypatch.setattr(_jit, "FIRST_RUN", first)
     monkeypatch.setattr(_jit, "KEEPS", keeps)
     monkeypatch.setattr(caching.IndexDataCacheFile, "load", lambda self, key: None)
-    show.announce_compilation.cache_clear()
-    show.announce_compilation()
+    screen.announce_compilation.cache_clear()
+    screen.announce_compilation()
 
     @_jit.njit
     def new(x: float) -> float:
@@ -196,7 +196,7 @@ def test_too_few_files_for_workers() -> None:
 def test_a_folder_that_was_deleted_under_the_command(arguments: str, tmp_path: Path) -> None:
     (tmp_path / "gone").mkdir()
     script = f"cd {tmp_path}/gone && rmdir {tmp_path}/gone && exec {SHELL} {arguments}"
-    environment = {**os.environ, "PYTHONPATH": str(Path(shapefile.__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(files.__file__).parents[1])}
     done = subprocess.run(["sh", "-c", script], env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert "Traceback" not in done.stderr

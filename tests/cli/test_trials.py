@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from curveline.plan import from_json, read_plan
-from curveline.trials import Errors
+from curveline.plan_file import from_json, read_plan
+from curveline.replay.monte_carlo import Errors
 from curveline.units import to_deg, to_mm
 
 from .conftest import SHAPES, Run

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio.halts import Cause
-from curveline.radio.mishaps import MISHAPS
+from curveline.radio.host.stop_causes import Cause
+from curveline.radio.mock.fault_injection import MISHAPS
 
 from .conftest import SHAPES, Result, Run
 

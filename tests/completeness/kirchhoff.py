@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate._ivp import dop853_coefficients as dop
 
-from curveline.rod.space import SpatialSegment
+from curveline.rod.spatial.segment import SpatialSegment
 
 Array = NDArray[np.float64]
 njit: Any = numba.njit(error_model="numpy")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod.equilibrium import ClampedRod
+from curveline.rod.states.equilibrium import ClampedRod
 
 from .spectral import DOWNHILL, Array, Elastica, State, basis, is_new, multistart, newton, settled
 

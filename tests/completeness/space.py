@@ -19,10 +19,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.models import Ask, model_states
+from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
 from curveline.scene import Rod as Material
 from curveline.sections import Rectangle
 
@@ -232,7 +232,7 @@ def exact(segment: SpatialSegment, state: Equilibrium) -> Solution | None:
 
 def sharper(segment: SpatialSegment, state: Equilibrium) -> Equilibrium:
     """The same state with forces to more digits, which shooting a taut rod needs to begin with."""
-    others = model_states(segment, Ask(FINE, (0,), "spatial")).states
+    others = model_states(segment, SearchRequest(FINE, (0,), "spatial")).states
     return min(
         others,
         key=lambda other: float(
@@ -245,7 +245,7 @@ def judge(case: Case, rng: np.random.Generator, tally: Tally, starts: int = STAR
     """Hold the product's states of a scene against those that are there."""
     segment = case.segment
     begin = time.process_time()
-    states = [state for state in model_states(segment, Ask(1e-4, (0,), "spatial")).states if state.stable]
+    states = [state for state in model_states(segment, SearchRequest(1e-4, (0,), "spatial")).states if state.stable]
     tally.seconds.append(time.process_time() - begin)
     true = searched(segment, rng, starts)
     if case.known is not None and not listed(case.known, true):

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from curveline.rod.elastica import clamped_arch
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.states import find_states
+from curveline.rod.planar.elastica import clamped_arch
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.planar_states import find_states
 from tests.extremes.rows import ONE_END
 
 from .planar import Result, compared, judged, table, wilson

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curveline.rod.link import writhe
-from curveline.rod.models import Ask, model_states
+from curveline.rod.models.choice import SearchRequest, model_states
+from curveline.rod.spatial.linking_number import writhe
 
 from .kirchhoff import DEGREES, gauss, lagrangian, linking, rod_of
 from .space import Tally, cases, drawn, exact, judge, segment_of
@@ -44,7 +44,7 @@ def test_turns_are_whole_beside_those_of_the_clamps() -> None:
         numbers = np.zeros(15)
         numbers[6], numbers[10], numbers[14] = roll, 0.5, np.log(0.25)
         segment = segment_of(numbers, (0.01, 0.0024), 0.0)
-        states = [exact(segment, state) for state in model_states(segment, Ask(1e-4, (0,), "spatial")).states]
+        states = [exact(segment, state) for state in model_states(segment, SearchRequest(1e-4, (0,), "spatial")).states]
         assert states
         for state in states:
             assert state is not None

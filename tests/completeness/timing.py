@@ -20,9 +20,9 @@ from pathlib import Path
 
 import numpy as np
 
-from curveline.rod.equilibrium import ClampedRod
-from curveline.shapefile import read_shape
-from curveline.simulation import spatial_segment
+from curveline.rod.states.equilibrium import ClampedRod
+from curveline.shapes.files import read_shape
+from curveline.simulation.simulate import spatial_segment
 
 from .scenes import HIGH, LOW, is_slack
 
@@ -51,7 +51,7 @@ def drawn(like: ClampedRod, count: int, seed: int) -> list[ClampedRod]:
 
 def work() -> None:
     """Time one rod a line of JSON, in microseconds; run in a process of its own for either version."""
-    from curveline.rod.states import find_states
+    from curveline.rod.states.planar_states import find_states
 
     for line in sys.stdin:
         fields = json.loads(line)

@@ -15,10 +15,10 @@ import pytest
 
 from curveline.driving import live
 from curveline.driving.live import published, read_live, same_radio, sender_of, senders
-from curveline.radio.actions import Phase
-from curveline.radio.journal import FILE_NAME, Journal, new_run
-from curveline.radio.link import Control, Progress, Request, RunReport
-from curveline.radio.nodestatus import NodeStatus
+from curveline.radio.host.actions import Phase
+from curveline.radio.host.journal import FILE_NAME, Journal, new_run
+from curveline.radio.host.link import Control, OperatorRequest, Progress, RunReport
+from curveline.radio.host.node_status import NodeStatus
 from radio.bench import drive_table, short_plan
 
 PLAN = short_plan(2, 2)
@@ -97,14 +97,14 @@ def test_a_request_is_heard_once_and_told(run: Path, journal: Journal) -> None:
     control = Control(tell=told.append)
     with published(run, PLAN, "mock", control) as publisher:
         control.listen()
-        assert control.request is Request.NONE
+        assert control.request is OperatorRequest.NONE
         (run / f"stop-{'0' * 16}").write_text("of another sender")
         control.listen()
-        assert control.request is Request.NONE
+        assert control.request is OperatorRequest.NONE
         (run / f"stop-{publisher.token}").write_bytes(b"me\x1b[2J\xff\n" * 9)
         control.listen()
         control.listen()
-        assert control.request is Request.HOLD
+        assert control.request is OperatorRequest.HOLD
         (found,) = senders(run.parent)
         assert found.live.stop.startswith("me")
         assert found.live.stop.isprintable()
@@ -125,7 +125,7 @@ def test_a_request_counts_whatever_it_holds(run: Path, journal: Journal, make: s
             "empty": path.touch,
         }[make]()
         control.listen()
-        assert control.request is Request.HOLD
+        assert control.request is OperatorRequest.HOLD
         assert control.by == "another process"
 
 

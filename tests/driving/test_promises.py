@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from curveline.driving.promises import promise
-from curveline.plan import Plan
+from curveline.plan_file import Plan
 from radio.bench import short_plan
 
 

@@ -14,11 +14,11 @@ import pytest
 
 from curveline.driving.interrupted import find_interrupted_run
 from curveline.driving.logbook import log_of, plain
-from curveline.driving.runs import Ending, read_run, read_runs, unfinished
+from curveline.driving.runs import RunEnding, read_run, read_runs, unfinished
 from curveline.errors import InvalidInput
-from curveline.plan import Plan, sealed, write_plan
-from curveline.radio.journal import FILE_NAME, Journal, new_run, read_journal
-from curveline.radio.preflight import run_tag
+from curveline.plan_file import Plan, sealed, write_plan
+from curveline.radio.host.journal import FILE_NAME, Journal, new_run, read_journal
+from curveline.radio.host.preflight import run_tag
 from radio.bench import short_plan
 
 PLAN = sealed(short_plan(2, 2))
@@ -59,20 +59,25 @@ def done(runs: Path, plan: Plan = PLAN) -> Path:
 @pytest.mark.parametrize(
     ("records", "ending", "can", "words"),
     [
-        ([start(), RELEASE, barrier(1), PAUSE], Ending.PAUSED, True, "was paused after 1 of 2 steps"),
-        ([start(), RELEASE], Ending.CUT_OFF, True, "was cut off after 0 of 2 steps"),
-        ([start(), RELEASE, barrier(1), halt("stall")], Ending.HALTED, True, "was halted after 1 of 2 steps: node 1"),
-        ([start(), RELEASE, halt("reboot")], Ending.HALTED, False, "was halted after 0 of 2 steps: node 1: reboot"),
-        ([start(), RELEASE, halt("from the future")], Ending.HALTED, True, "was halted"),
-        ([halt("silent")], Ending.NOT_BEGUN, False, "never began: node 1: silent"),
-        ([], Ending.NOT_BEGUN, False, "never began"),
-        ([start(), barrier(2)], Ending.DAMAGED, False, "cannot be believed"),
-        ([start(), {"type": ["x"]}], Ending.DAMAGED, False, "cannot be believed"),
-        ([{**start(), "run": "0"}], Ending.DAMAGED, False, "not of the plan"),
+        ([start(), RELEASE, barrier(1), PAUSE], RunEnding.PAUSED, True, "was paused after 1 of 2 steps"),
+        ([start(), RELEASE], RunEnding.CUT_OFF, True, "was cut off after 0 of 2 steps"),
+        (
+            [start(), RELEASE, barrier(1), halt("stall")],
+            RunEnding.HALTED,
+            True,
+            "was halted after 1 of 2 steps: node 1",
+        ),
+        ([start(), RELEASE, halt("reboot")], RunEnding.HALTED, False, "was halted after 0 of 2 steps: node 1: reboot"),
+        ([start(), RELEASE, halt("from the future")], RunEnding.HALTED, True, "was halted"),
+        ([halt("silent")], RunEnding.NOT_BEGUN, False, "never began: node 1: silent"),
+        ([], RunEnding.NOT_BEGUN, False, "never began"),
+        ([start(), barrier(2)], RunEnding.DAMAGED, False, "cannot be believed"),
+        ([start(), {"type": ["x"]}], RunEnding.DAMAGED, False, "cannot be believed"),
+        ([{**start(), "run": "0"}], RunEnding.DAMAGED, False, "not of the plan"),
     ],
 )
 def test_how_a_run_ended(
-    tmp_path: Path, records: list[Mapping[str, Any]], ending: Ending, can: bool, words: str
+    tmp_path: Path, records: list[Mapping[str, Any]], ending: RunEnding, can: bool, words: str
 ) -> None:
     run = read_run(a_run(tmp_path, *records))
     assert (run.ending, run.can_resume) == (ending, can)
@@ -86,10 +91,10 @@ def test_a_run_that_is_being_sent_is_no_run_to_go_on_with(tmp_path: Path) -> Non
     folder = new_run(tmp_path, "small")
     with closing(Journal(folder)) as journal:
         journal.append(start())
-        assert read_run(folder).ending is Ending.SENDING
+        assert read_run(folder).ending is RunEnding.SENDING
         assert unfinished(tmp_path).run.folder == older
         (older / FILE_NAME).unlink()
-        assert unfinished(tmp_path).run.ending is Ending.SENDING
+        assert unfinished(tmp_path).run.ending is RunEnding.SENDING
 
 
 def test_last_is_the_newest_that_can_go_on_whatever_the_clock_says(tmp_path: Path) -> None:
@@ -152,7 +157,7 @@ def test_a_hostile_record_is_listed_and_nothing_steers_the_terminal(tmp_path: Pa
     records = [{**start(), **HOSTILE[kind]}, {**halt("reboot"), "message": "\x07", "step": 10**9, **HOSTILE[kind]}]
     folder = a_run(tmp_path, *records, {"type": "\x1b", "step": True})
     run = read_run(folder)
-    assert run.ending is Ending.DAMAGED
+    assert run.ending is RunEnding.DAMAGED
     entries = log_of(read_journal(folder / FILE_NAME))
     for text in (run.plan, run.display, run.ended, run.advice, *(each.what + each.hint for each in entries)):
         assert text.isprintable()
@@ -173,11 +178,11 @@ def test_damaged_folders_are_listed_as_such(tmp_path: Path) -> None:
     bare = new_run(tmp_path, "bare")
     os.mkdir(os.fsencode(tmp_path) + b"/000009-20260101-000000-\x1b[2J\xff")
     found = {run.folder: run for run in read_runs(tmp_path)}
-    assert [found[folder].ending for folder in (gap, fifo, link)] == [Ending.DAMAGED] * 3
-    assert (found[plan].ending, found[plan].is_stuck) == (Ending.CUT_OFF, True)
+    assert [found[folder].ending for folder in (gap, fifo, link)] == [RunEnding.DAMAGED] * 3
+    assert (found[plan].ending, found[plan].is_stuck) == (RunEnding.CUT_OFF, True)
     assert "it cannot go on: " in found[plan].ended
     assert all(found[folder].advice for folder in (gap, fifo, link, plan))
-    assert found[bare].ending is Ending.NOT_BEGUN
+    assert found[bare].ending is RunEnding.NOT_BEGUN
     assert len(found) == 7
     assert all(run.name.isprintable() for run in found.values())
 

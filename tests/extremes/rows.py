@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from curveline.rod.equilibrium import ClampedRod
+from curveline.rod.states.equilibrium import ClampedRod
 
 FOLD_LOAD = 166.442444794162
 """Centre load at which an arch of EI = 1, length 0.6 over a span of 0.5 loses its stability: see the references, S1."""

@@ -39,7 +39,7 @@ def write(folder: Path, name: str, values: dict[str, object]) -> str:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the shapes lie, beside a display without limits."""
     path = tmp_path_factory.mktemp("extreme")
-    text = (importlib.resources.files("curveline") / "displays" / "single.toml").read_text()
+    text = (importlib.resources.files("curveline") / "shapes" / "displays" / "single.toml").read_text()
     text = re.sub(r"angle_deg = \[.*?\]", "angle_deg = [-180.0, 180.0]", text)
     text = re.sub(r"length_mm = \[.*?\]", "length_mm = [500.0, 3000.0]", text)
     text = re.sub(r"total_length_mm = \S+", "total_length_mm = 9000.0", text)

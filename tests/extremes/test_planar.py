@@ -8,9 +8,9 @@ import time
 import numpy as np
 import pytest
 
-from curveline.rod.absence import why_none
-from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome
-from curveline.rod.states import find_states
+from curveline.rod.models.no_state_reason import why_none
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome
+from curveline.rod.states.planar_states import find_states
 
 from .rows import ONE_END, ROWS, Row, clamped
 from .verify import check

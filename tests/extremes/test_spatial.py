@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
-from curveline.rod.relax import Ending, Relaxed, descend, lowest_mode, newton
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment, frame, lift
-from curveline.rod.spatial import Shape, SpatialRod, energy, moved, positions
-from curveline.rod.spatial_ladder import refine_in_space
-from curveline.rod.states import find_states
+from curveline.rod.spatial.energy import Shape, SpatialRod, energy, moved, positions
+from curveline.rod.spatial.relax import Relaxed, RelaxEnding, descend, lowest_mode, newton
+from curveline.rod.spatial.richardson import refine_in_space
+from curveline.rod.spatial.segment import SpatialSegment, frame, lift
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.planar_states import find_states
 
 from .verify_space import check_in_space
 
@@ -64,7 +64,7 @@ def sound(rod: SpatialRod, relaxed: Relaxed) -> None:
     """What holds of any relaxation: no NaN, ends met, and stable if it is said to be settled."""
     assert np.all(np.isfinite(relaxed.shape.frames))
     assert np.all(np.isfinite(relaxed.shape.strain))
-    if relaxed.ending is Ending.SETTLED:
+    if relaxed.ending is RelaxEnding.SETTLED:
         assert lowest_mode(rod, relaxed.shape)[0] > -1e-6
         np.testing.assert_allclose(positions(rod, relaxed.shape)[-1], rod.chord, atol=1e-8)
     else:
@@ -89,7 +89,7 @@ def timed(rod: SpatialRod, shape: Shape) -> Relaxed:
 def test_twist_up_to_and_past_its_instability(make, critical: float, share: float, stable: bool) -> None:  # type: ignore[no-untyped-def]
     rod, start = make(share * critical)
     here = newton(rod, start)
-    assert here.ending is Ending.SETTLED
+    assert here.ending is RelaxEnding.SETTLED
     value, mode = lowest_mode(rod, here.shape)
     # A ring of a round section may spin about its clamp's tangent for nothing: rounding decides on that mode's sign.
     assert (value > -1e-6) == stable
@@ -176,7 +176,7 @@ def test_few_and_many_vertices(n: int) -> None:
     rod, shape = lift(segment, state, n)
     relaxed = timed(rod, shape)
     sound(rod, relaxed)
-    assert relaxed.ending is Ending.SETTLED
+    assert relaxed.ending is RelaxEnding.SETTLED
     # The work per vertex does not grow with their number.
     assert relaxed.iterations <= 12
     if n >= 100:

@@ -9,10 +9,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from curveline.rod.equilibrium import EXTENSIBLE, ClampedRod, Outcome
-from curveline.rod.models import Ask, model_states
+from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import EXTENSIBLE, ClampedRod, Outcome
 
 STRETCHING = 1e6
 """EA L^2 / EI: about that of the built-in displays' rod."""
@@ -24,7 +24,7 @@ def test_a_taut_rod_stretches_until_its_ends_fit(angles_deg: tuple[float, float]
     start, end = (math.radians(angle) for angle in angles_deg)
     rod = ClampedRod((1.0, 0.0), start, end, 1.0 + excess, 0.0, 1.0, 0.0)
     section = Section(STRETCHING, 4e-3, 4.76e-3, 0.0, lateral_stiffness=16.0, twisting_stiffness=1.2)
-    found = model_states(SpatialSegment(rod, section), Ask(1e-6, (0,), EXTENSIBLE))
+    found = model_states(SpatialSegment(rod, section), SearchRequest(1e-6, (0,), EXTENSIBLE))
     (state,) = (each for each in found.states if each.simple)
     assert (state.model, state.outcome, state.stable) == (EXTENSIBLE, Outcome.CONVERGED, True)
 

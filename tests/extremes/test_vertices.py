@@ -8,13 +8,13 @@ import time
 import numpy as np
 import pytest
 
-from curveline.rod.crossings import clearance, crosses_itself, crosses_tails
-from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.ladder import vertex_table
-from curveline.rod.modes import lowest_eigenvalue
-from curveline.rod.planar import Effort, newton
+from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
+from curveline.rod.planar.modes import lowest_eigenvalue
+from curveline.rod.planar.newton import Effort, newton
+from curveline.rod.planar.richardson import vertex_table
 from curveline.rod.problem import make_problem, mesh, released
-from curveline.rod.states import find_states
+from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.states.planar_states import find_states
 
 ROD = ClampedRod((0.5, 0.03), 0.4, -0.6, 0.64, 0.0, 1.0, 10.0)
 EXACT = Effort(turn=0.3, close=1e-7, iterations=40)

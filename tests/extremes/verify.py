@@ -22,7 +22,7 @@ from scipy.linalg import eigh, qr
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
-from curveline.rod.equilibrium import Equilibrium
+from curveline.rod.states.equilibrium import Equilibrium
 
 Array = NDArray[np.float64]
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from curveline.rod.equilibrium import Equilibrium
-from curveline.rod.space import SpatialSegment
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import Equilibrium
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import LinkError
-from curveline.plan import NodeTarget, Plan, Step
-from curveline.radio.journal import Journal
-from curveline.radio.link import Control, Progress, RunReport, read_status, send_plan
-from curveline.radio.nodestatus import NodeStatus
+from curveline.plan_file import NodeTarget, Plan, Step
+from curveline.radio.host.journal import Journal
+from curveline.radio.host.link import Control, Progress, RunReport, read_status, send_plan
+from curveline.radio.host.node_status import NodeStatus
 
 from .fleet import AXES, STORE, ChipRadio, Fleet, drive_table
 from .image import Image

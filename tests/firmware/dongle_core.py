@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Protocol
 
-from curveline.radio.dongle import Kind, Outcome, Refusal, Splitter, encode_packet
+from curveline.radio.ports.dongle import PacketKind, Refusal, SendOutcome, Splitter, encode_packet
 
 from .build import CORE, FIRMWARE, shared_library
 
@@ -79,14 +79,14 @@ def library() -> ctypes.CDLL:
     return loaded
 
 
-Transmitter = Callable[[str, bytes], tuple[Outcome, bytes, int]]
+Transmitter = Callable[[str, bytes], tuple[SendOutcome, bytes, int]]
 """What becomes of an address and a payload: outcome, answer, how often the chip repeated the packet."""
 
 
 class Core:
     """One dongle; `transmit` is its air, `said` what it has told the host, `sent` and `configured` what it has done."""
 
-    def __init__(self, transmit: Transmitter = lambda address, payload: (Outcome.ACKED, b"", 0)) -> None:
+    def __init__(self, transmit: Transmitter = lambda address, payload: (SendOutcome.ACKED, b"", 0)) -> None:
         self.transmit = transmit
         self.configure: Callable[..., bool] = lambda *settings: True
         self.said = bytearray()
@@ -133,7 +133,7 @@ class Core:
         return self.bodies()
 
     def set_up(self) -> None:
-        assert self.ask(Kind.CONFIGURE, settings_bytes()) == [bytes([Kind.CONFIGURED, 7])]
+        assert self.ask(PacketKind.CONFIGURE, settings_bytes()) == [bytes([PacketKind.CONFIGURED, 7])]
 
     def _configure(self, _: int, settings: Any) -> bool:
         self.configured.append(settings.contents.values())
@@ -144,7 +144,7 @@ class Core:
         what = ctypes.string_at(payload, PAYLOAD)
         self.sent.append((where, what))
         if not self.has_chip:
-            return Outcome.BROKEN
+            return SendOutcome.BROKEN
         outcome, answer, retries = self.transmit(where, what)
         ctypes.memmove(reply.contents.payload, answer, len(answer))
         reply.contents.length = len(answer) if self.lied_length is None else self.lied_length
@@ -205,10 +205,10 @@ class Sender:
     def configure(self, *values: int) -> bool:
         return bool(self._library.cl_sender_configure(self._memory, ctypes.byref(Settings(*(values or SETTINGS)))))
 
-    def transmit(self, address: str, payload: bytes) -> tuple[Outcome, bytes, int]:
+    def transmit(self, address: str, payload: bytes) -> tuple[SendOutcome, bytes, int]:
         reply = Reply()
         outcome = self._library.cl_sender_transmit(self._memory, bytes.fromhex(address), payload, ctypes.byref(reply))
-        return Outcome(outcome), bytes(reply.payload[: reply.length]), reply.retries
+        return SendOutcome(outcome), bytes(reply.payload[: reply.length]), reply.retries
 
     def carrier(self, channel: int) -> bool:
         return bool(self._library.cl_sender_carrier(self._memory, ctypes.c_uint8(channel)))
@@ -231,4 +231,4 @@ def schedule_bytes(frames: list[tuple[str, bytes]]) -> bytes:
 
 
 def refused(kind: int, why: Refusal, number: int = 7) -> list[bytes]:
-    return [bytes([Kind.REFUSED, number, kind, why])]
+    return [bytes([PacketKind.REFUSED, number, kind, why])]

@@ -1,6 +1,6 @@
 """Nodes that run the real image, their radios, lossy air, and a host's radio: all on one virtual clock.
 
-`Fleet` lets time pass for everything at once. `ChipRadio` is a `curveline.radio.Radio` that drives a chip model as a
+`Fleet` lets time pass for everything at once. `ChipRadio` is a `radio.interface.Radio` that drives a chip model as a
 host's driver would, so that the real conductor can run against the real node program.
 """
 
@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from curveline.plan import AxisDrive, DriveTable
-from curveline.radio import Answer
-from curveline.radio.keyfile import settings_record
-from curveline.radio.keys import Site
+from curveline.plan_file import AxisDrive, DriveSettings
+from curveline.radio.interface import Answer
+from curveline.radio.protocol.keys import Site
+from curveline.radio.site.key_file import settings_record
 from radio import chipbank as nrf
 from radio.chip import PULSE_US, Chip
 from radio.ether import Ether
@@ -34,10 +34,10 @@ AXES = (
 """As the built-in displays, but with little travel: homing is then a matter of seconds."""
 
 
-def drive_table(count: int = 2, rate: str = "1Mbps") -> DriveTable:
+def drive_table(count: int = 2, rate: str = "1Mbps") -> DriveSettings:
     """A display of `count` nodes."""
     addresses = tuple(f"C1C1C1C1{number:02X}" for number in range(1, count + 1))
-    return DriveTable("fleet", "digest", AXES, 76, rate, addresses)
+    return DriveSettings("fleet", "digest", AXES, 76, rate, addresses)
 
 
 def chip_id(uid: tuple[int, int, int]) -> int:
@@ -57,7 +57,7 @@ def uid_of(number: int) -> tuple[int, int, int]:
 class Fleet:
     """Machines and chips on one clock; node numbers count from 1."""
 
-    def __init__(self, image: Image, drive: DriveTable, *, loss: float = 0.0, seed: int = 1) -> None:
+    def __init__(self, image: Image, drive: DriveSettings, *, loss: float = 0.0, seed: int = 1) -> None:
         self.drive = drive
         self.ether = Ether(loss, seed=seed)
         self.site = Site(MASTER, tuple(chip_id(uid_of(number)) for number in range(1, drive.node_count + 1)))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio.codes import Fault, State
+from curveline.radio.protocol.codes import Fault, NodeState
 
 from . import build, twin
 
@@ -149,7 +149,7 @@ def test_a_million_sequences_come_out_the_same() -> None:
 
 def must_occur(reached: dict[str, int]) -> list[str]:
     """Outcomes, states, faults, events and spoiled frames without which the comparison would prove less."""
-    wanted = {f"state {state}" for state in State} | {f"fault {fault}" for fault in Fault}
+    wanted = {f"state {state}" for state in NodeState} | {f"fault {fault}" for fault in Fault}
     return [name for name in reached if name in wanted or not name.startswith(("state ", "fault "))]
 
 

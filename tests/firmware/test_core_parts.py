@@ -12,8 +12,9 @@ from random import Random
 
 import pytest
 
-from curveline.radio import codes, keys, motion, nodestate, pages
-from curveline.radio.motion import AxisLimits, Move
+from curveline.radio.node import state
+from curveline.radio.protocol import codes, keys, motion, page_frames
+from curveline.radio.protocol.motion import AxisLimits, NodeMove
 
 from . import build
 from .twin import CORE_SOURCES
@@ -77,7 +78,7 @@ def defined(header: str) -> dict[str, int]:
 @pytest.mark.parametrize(
     ("prefix", "enum"),
     [
-        *(("CL_KIND_", codes.Kind), ("CL_STATE_", codes.State)),
+        *(("CL_KIND_", codes.FrameKind), ("CL_STATE_", codes.NodeState)),
         *(("CL_FAULT_", codes.Fault), ("CL_CAUSE_", codes.BootCause)),
     ],
 )
@@ -89,7 +90,7 @@ def test_codes_are_those_of_python(prefix: str, enum: type[IntEnum]) -> None:
 def test_flags_and_limits_are_those_of_python() -> None:
     numbers = defined("frames.h") | defined("keys.h") | defined("motion.h") | defined("node.h")
     enums = ("CL_KIND_", "CL_STATE_", "CL_FAULT_", "CL_CAUSE_")
-    places = (codes, keys, motion, nodestate, pages)
+    places = (codes, keys, motion, state, page_frames)
     compared = set()
     for name, number in numbers.items():
         if name.startswith(enums) or name == "CL_AXES":
@@ -103,7 +104,7 @@ def test_flags_and_limits_are_those_of_python() -> None:
 
 def test_the_program_and_the_specification_are_of_one_firmware() -> None:
     text = (build.FIRMWARE / "node" / "main.c").read_text()
-    assert f"#define FIRMWARE {nodestate.FIRMWARE}u\n" in text
+    assert f"#define FIRMWARE {state.FIRMWARE}u\n" in text
 
 
 GOOD, REJECT_KIND, REJECT_TAG = range(3)
@@ -122,7 +123,7 @@ def test_a_decoder_takes_its_own_kind_of_frame_only(core: ctypes.CDLL) -> None:
         9: lambda payload, keyed, frame: core.cl_decode_home(payload, keyed, now, frame),
     }
     for head in (*range(0x20, 0x30), 0x31, 0x11, 0x01):
-        axes = 1 if head & 0xF == codes.Kind.HOME else 0
+        axes = 1 if head & 0xF == codes.FrameKind.HOME else 0
         body = bytes((head, *7 * (0,), axes, *15 * (0,)))
         payload = body + keys.tag(key, body, keys.FROM_HOST)
         for own, decode in decoders.items():
@@ -144,7 +145,7 @@ def random_axis(random: Random) -> AxisLimits:
     return AxisLimits(low, high, speed, acceleration)
 
 
-def random_moves(count: int) -> Iterator[tuple[motion.Axes, Move]]:
+def random_moves(count: int) -> Iterator[tuple[motion.Axes, NodeMove]]:
     """Moves as nodes make them, from places that are out of bounds too."""
     random = Random(SEED)
     for number in range(count):
@@ -163,12 +164,12 @@ def c_limits(axes: motion.Axes) -> ctypes.Array[Limits]:
     return (Limits * 3)(*(Limits(axis.low, axis.high, axis.speed, axis.acceleration) for axis in axes))
 
 
-def facts(move: CMove) -> Move:
+def facts(move: CMove) -> NodeMove:
     brake_ms = None if move.brake_ms == -1 else move.brake_ms
-    return Move(tuple(move.start), tuple(move.target), move.duration_ms, move.ramp_ms, brake_ms)  # type: ignore[arg-type]
+    return NodeMove(tuple(move.start), tuple(move.target), move.duration_ms, move.ramp_ms, brake_ms)  # type: ignore[arg-type]
 
 
-def same_places(core: ctypes.CDLL, ours: Move, theirs: CMove, moments: list[int]) -> None:
+def same_places(core: ctypes.CDLL, ours: NodeMove, theirs: CMove, moments: list[int]) -> None:
     at = Counts()
     for moment in moments:
         core.cl_move_at(ctypes.byref(theirs), moment, at)

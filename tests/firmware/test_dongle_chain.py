@@ -8,17 +8,17 @@ from random import Random
 
 import pytest
 
-from curveline.plan import DriveTable
-from curveline.radio.air import Weather
-from curveline.radio.journal import Journal, new_run
-from curveline.radio.keys import Site
-from curveline.radio.link import read_status, send_plan
-from curveline.radio.mock import mock_site
-from curveline.radio.motion import axes_of
-from curveline.radio.node import Node
-from curveline.radio.nodestate import Identity, Memory
-from curveline.radio.plant import MotorPlant
-from curveline.radio.serial import READ_S, SerialRadio
+from curveline.plan_file import DriveSettings
+from curveline.radio.host.journal import Journal, new_run
+from curveline.radio.host.link import read_status, send_plan
+from curveline.radio.mock.air import Weather
+from curveline.radio.mock.display import mock_site
+from curveline.radio.node.machine import NodeMachine
+from curveline.radio.node.plant import MotorPlant
+from curveline.radio.node.state import Identity, Memory
+from curveline.radio.ports.serial import READ_S, SerialRadio
+from curveline.radio.protocol.keys import Site
+from curveline.radio.protocol.motion import axes_of
 from radio.bench import drive_table, make_plan
 from radio.chip import Chip
 from radio.chip_node import ChipNode
@@ -58,7 +58,7 @@ class Wire:
 class ChainRadio(SerialRadio):
     """The serial radio, on the ether's clock."""
 
-    def __init__(self, drive: DriveTable, site: Site, core: Core, ether: Ether) -> None:
+    def __init__(self, drive: DriveSettings, site: Site, core: Core, ether: Ether) -> None:
         self._ether = ether
         super().__init__("chain", drive, site, lambda path: Wire(core, ether))
 
@@ -74,14 +74,14 @@ class ChainRadio(SerialRadio):
 def test_a_plan_is_carried_through(tmp_path: Path, rate: str, loss: float) -> None:
     print(f"seed {SEED}")
     table = drive_table()
-    drive = DriveTable(table.display, table.digest, table.axes, 76, rate, table.addresses)
+    drive = DriveSettings(table.display, table.digest, table.axes, 76, rate, table.addresses)
     site, ether = mock_site(drive), Ether(loss=loss, seed=SEED)
     sender = Sender(Chip(ether, "dongle"), ether)
     core = Core(sender.transmit)
     core.configure = sender.configure
     plants = [MotorPlant((0, 0, 0)) for _ in drive.addresses]
     for index, address in enumerate(drive.addresses):
-        node = Node(Identity(index + 1, site), axes_of(drive), plants[index], Memory())
+        node = NodeMachine(Identity(index + 1, site), axes_of(drive), plants[index], Memory())
         listener = Listener(ether, bytes.fromhex(address), rate, 76)
         ChipNode(listener, node, Weather(), Random(SEED))
     radio = ChainRadio(drive, site, core, ether)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio.dongle import Kind, Outcome
+from curveline.radio.ports.dongle import PacketKind, SendOutcome
 from radio.chip import Chip
 from radio.chip_setup import Host, Listener
 from radio.chipbank import CONFIG, DYNPD, EN_AA, EN_RXADDR, FEATURE, RF_CH, RF_SETUP, SETUP_AW, SETUP_RETR
@@ -105,18 +105,18 @@ def test_a_frame_arrives_and_the_loaded_answer_comes_back(bench: Bench, rate: in
     node = Listener(bench.ether, address_of(A), name)
     assert bench.sender.configure(76, rate, 5, 3, delay_us)
     node.reload(b"y" * 32)
-    assert bench.sender.transmit(A, PAYLOAD) == (Outcome.ACKED, b"y" * 32, 0)
+    assert bench.sender.transmit(A, PAYLOAD) == (SendOutcome.ACKED, b"y" * 32, 0)
     assert node.heard() == [PAYLOAD]
     node.reload(b"z")
-    assert bench.sender.transmit(A, bytes(32)) == (Outcome.ACKED, b"z", 0)
+    assert bench.sender.transmit(A, bytes(32)) == (SendOutcome.ACKED, b"z", 0)
     node.chip.command(b"\xe1")
-    assert bench.sender.transmit(A, PAYLOAD) == (Outcome.ACKED, b"", 0)
+    assert bench.sender.transmit(A, PAYLOAD) == (SendOutcome.ACKED, b"", 0)
 
 
 def test_nobody_there_costs_no_more_than_the_repeats(bench: Bench) -> None:
     assert bench.sender.configure()
     begin = bench.ether.now_us
-    assert bench.sender.transmit(A, PAYLOAD) == (Outcome.NOTHING, b"", 3)
+    assert bench.sender.transmit(A, PAYLOAD) == (SendOutcome.NOTHING, b"", 3)
     assert 3500 < bench.ether.now_us - begin < 4500
     assert bench.ether.sent == 4
 
@@ -125,7 +125,7 @@ def test_what_could_not_be_delivered_is_not_sent_next_time(bench: Bench) -> None
     assert bench.sender.configure()
     bench.sender.transmit(A, PAYLOAD)
     node = Listener(bench.ether, address_of(B))
-    assert bench.sender.transmit(B, b"b" * 32)[0] is Outcome.ACKED
+    assert bench.sender.transmit(B, b"b" * 32)[0] is SendOutcome.ACKED
     assert node.heard() == [b"b" * 32]
 
 
@@ -135,7 +135,7 @@ def test_frames_go_to_the_node_they_are_for(bench: Bench) -> None:
     for number in range(20):
         address = (A, B, B)[number % 3]
         nodes[address].reload(address_of(address))
-        assert bench.sender.transmit(address, bytes([number] * 32)) == (Outcome.ACKED, address_of(address), 0)
+        assert bench.sender.transmit(address, bytes([number] * 32)) == (SendOutcome.ACKED, address_of(address), 0)
         assert nodes[address].heard() == [bytes([number] * 32)]
     assert nodes[A].heard() == nodes[B].heard() == []
 
@@ -153,9 +153,9 @@ def test_repeats_are_counted_and_an_answer_is_that_to_this_frame(bench: Bench) -
 
     bench.ether.jams = jam
     node.reload(b"first")
-    assert bench.sender.transmit(A, PAYLOAD) == (Outcome.ACKED, b"first", 2)
+    assert bench.sender.transmit(A, PAYLOAD) == (SendOutcome.ACKED, b"first", 2)
     node.reload(b"second")
-    assert bench.sender.transmit(A, bytes(32)) == (Outcome.ACKED, b"second", 0)
+    assert bench.sender.transmit(A, bytes(32)) == (SendOutcome.ACKED, b"second", 0)
 
 
 def test_an_answer_left_over_is_not_taken_for_one_to_the_next_frame(bench: Bench) -> None:
@@ -166,15 +166,15 @@ def test_an_answer_left_over_is_not_taken_for_one_to_the_next_frame(bench: Bench
     host.ether, host.chip = bench.ether, bench.chip
     host.send(address_of(A), PAYLOAD)
     node.reload(b"new")
-    assert bench.sender.transmit(A, bytes(32))[:2] == (Outcome.ACKED, b"new")
+    assert bench.sender.transmit(A, bytes(32))[:2] == (SendOutcome.ACKED, b"new")
 
 
 def test_a_chip_that_lost_its_settings_gets_them_again(bench: Bench) -> None:
     node = Listener(bench.ether, address_of(A))
     assert bench.sender.configure()
     bench.chip.reset()
-    assert bench.sender.transmit(A, PAYLOAD)[0] is Outcome.NOTHING
-    assert bench.sender.transmit(A, PAYLOAD)[0] is Outcome.ACKED
+    assert bench.sender.transmit(A, PAYLOAD)[0] is SendOutcome.NOTHING
+    assert bench.sender.transmit(A, PAYLOAD)[0] is SendOutcome.ACKED
     assert node.heard() == [PAYLOAD]
 
 
@@ -182,10 +182,10 @@ def test_settings_are_looked_at_once_a_second_even_if_all_goes_well(bench: Bench
     node = Listener(bench.ether, address_of(A))
     assert bench.sender.configure()
     bench.chip.command(bytes([0x20 | SETUP_RETR, 0x10]))  # no repeats: frames still arrive
-    assert bench.sender.transmit(A, PAYLOAD)[0] is Outcome.ACKED
+    assert bench.sender.transmit(A, PAYLOAD)[0] is SendOutcome.ACKED
     assert bench.chip.bank[SETUP_RETR] == 0x10
     bench.ether.advance(bench.ether.now_us + 1_000_000)
-    assert bench.sender.transmit(A, bytes(32))[0] is Outcome.ACKED
+    assert bench.sender.transmit(A, bytes(32))[0] is SendOutcome.ACKED
     assert bench.chip.bank[SETUP_RETR] == 0x13
     assert len(node.heard()) == 2
 
@@ -198,13 +198,13 @@ def test_a_chip_that_is_not_there_is_noticed_in_bounded_time(bench: Bench, level
     assert bench.sender.configure()
     bench.chip.unplugged = level
     begin = bench.ether.now_us
-    assert bench.sender.transmit(A, PAYLOAD)[0] is Outcome.BROKEN
+    assert bench.sender.transmit(A, PAYLOAD)[0] is SendOutcome.BROKEN
     assert bench.ether.now_us - begin < 15_000
     bench.chip.unplugged = None
     bench.chip.reset()
     Listener(bench.ether, address_of(A))
     bench.sender.transmit(A, PAYLOAD)
-    assert bench.sender.transmit(A, bytes(32))[0] is Outcome.ACKED
+    assert bench.sender.transmit(A, bytes(32))[0] is SendOutcome.ACKED
 
 
 def test_the_scan_finds_who_is_sending_and_nobody_else(bench: Bench) -> None:
@@ -223,7 +223,7 @@ def test_the_scan_finds_who_is_sending_and_nobody_else(bench: Bench) -> None:
     assert found == [False, True, False]
     Listener(bench.ether, address_of(A))
     assert bench.sender.configure()
-    assert bench.sender.transmit(A, PAYLOAD)[0] is Outcome.ACKED
+    assert bench.sender.transmit(A, PAYLOAD)[0] is SendOutcome.ACKED
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.3, 0.6])
@@ -241,9 +241,9 @@ def test_whatever_is_lost_no_answer_is_made_up(loss: float) -> None:
         outcome, answer, retries = bench.sender.transmit(address, mark * 16)
         heard = nodes[address].heard()
         assert retries <= 3
-        assert outcome in (Outcome.ACKED, Outcome.NOTHING)
+        assert outcome in (SendOutcome.ACKED, SendOutcome.NOTHING)
         assert heard in ([], [mark * 16])
-        if outcome is Outcome.ACKED:
+        if outcome is SendOutcome.ACKED:
             acked += 1
             assert heard
             assert answer == mark
@@ -257,6 +257,9 @@ def test_core_and_driver_together(bench: Bench) -> None:
     bench.sender.configure()
     core = Core(bench.sender.transmit)
     core.set_up()
-    results = core.ask(Kind.SCHEDULE, schedule_bytes([(A, PAYLOAD), (B, PAYLOAD)]))
-    assert results == [bytes([Kind.RESULT, 7, 0, 1, 0, 32]) + b"n" * 32, bytes([Kind.RESULT, 7, 1, 0, 3, 0])]
+    results = core.ask(PacketKind.SCHEDULE, schedule_bytes([(A, PAYLOAD), (B, PAYLOAD)]))
+    assert results == [
+        bytes([PacketKind.RESULT, 7, 0, 1, 0, 32]) + b"n" * 32,
+        bytes([PacketKind.RESULT, 7, 1, 0, 3, 0]),
+    ]
     assert node.heard() == [PAYLOAD]

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from curveline.radio.motion import AxisLimits, plan_move, rest_ms
+from curveline.radio.protocol.motion import AxisLimits, plan_move, rest_ms
 
 from . import build
 from .rig import AXES, BANDS, CORE, DRIVER, ENCODER, REENGAGES, STALL, Rig, compiled

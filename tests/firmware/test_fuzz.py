@@ -13,9 +13,19 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio import codes, frames, pages
-from curveline.radio.codes import BootCause, State
-from curveline.radio.frames import Drive, Estop, Hello, Home, Ident, NodeNonce, Report, Status, Stop
+from curveline.radio.protocol import codes, frames, page_frames
+from curveline.radio.protocol.codes import BootCause, NodeState
+from curveline.radio.protocol.frames import (
+    DriveFrame,
+    EstopFrame,
+    HelloFrame,
+    HomeFrame,
+    IdentFrame,
+    NodeNonce,
+    ReportFrame,
+    StatusFrame,
+    StopFrame,
+)
 
 from . import build, twin
 
@@ -44,19 +54,21 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     steps, holds = (0, 1, 2, 65535), (0, 1, 2, 3, 254, 255)
     targets = ((0, 0, 0), (221326, -5215, 48691), (codes.TARGET_LIMIT, -codes.TARGET_LIMIT, 1))
     found = [
-        frames.encode_drive(Drive(0, 1, 1, step, step, target, 100 * hold, hold), KEY)
+        frames.encode_drive(DriveFrame(0, 1, 1, step, step, target, 100 * hold, hold), KEY)
         for step, hold, target in product(steps, holds, targets)
     ]
-    found += [frames.encode_estop(Estop(1, 1, counter), KEY) for counter in (1, codes.COUNTER_END - 1)]
-    found += [frames.encode_home(Home(0, 1, 1, axes, axes), KEY) for axes in range(1, codes.ALL_AXES + 1)]
-    found += [frames.encode_hello(Hello(1, nonce << 8, 0x1111, 0, 1000, nonce), KEY) for nonce in range(16)]
-    found += [frames.encode_stop(Stop(purpose), KEY) for purpose in (0, 1)]
-    found += [pages.encode_ask(pages.Ask(node, 300)) for node in (1, codes.EVERY_NODE)]
-    steps_and_state = (1, 1, 1, State.READY, 0, codes.Fault.NONE, 0, (8, 8, 8))
-    found.append(frames.encode_status(Status(1, 1, 1, 1, *steps_and_state), KEY))
-    found.append(frames.encode_report(Report(1, 1, BootCause.PIN, *steps_and_state, (0, 15, 3), 1), KEY, 256))
+    found += [frames.encode_estop(EstopFrame(1, 1, counter), KEY) for counter in (1, codes.COUNTER_END - 1)]
+    found += [frames.encode_home(HomeFrame(0, 1, 1, axes, axes), KEY) for axes in range(1, codes.ALL_AXES + 1)]
+    found += [frames.encode_hello(HelloFrame(1, nonce << 8, 0x1111, 0, 1000, nonce), KEY) for nonce in range(16)]
+    found += [frames.encode_stop(StopFrame(purpose), KEY) for purpose in (0, 1)]
+    found += [page_frames.encode_ask(page_frames.AskFrame(node, 300)) for node in (1, codes.EVERY_NODE)]
+    steps_and_state = (1, 1, 1, NodeState.READY, 0, codes.Fault.NONE, 0, (8, 8, 8))
+    found.append(frames.encode_status(StatusFrame(1, 1, 1, 1, *steps_and_state), KEY))
+    found.append(frames.encode_report(ReportFrame(1, 1, BootCause.PIN, *steps_and_state, (0, 15, 3), 1), KEY, 256))
     nonce = NodeNonce(1, 1, 1)
-    found.append(frames.encode_ident(Ident(1, nonce, 1, 1, 2, State.READY, same_run=True, busy=False), KEY, 256))
+    found.append(
+        frames.encode_ident(IdentFrame(1, nonce, 1, 1, 2, NodeState.READY, same_run=True, busy=False), KEY, 256)
+    )
     path = tmp_path_factory.mktemp("corpus") / "frames"
     path.write_bytes(b"".join(found))
     return path
@@ -76,7 +88,7 @@ def fuzz(program: Path, corpus: Path, executions: int, seeds: Sequence[int] = SE
         accepted, states = int(out.split()[0]), int(out.split()[1], 16)
         print(f"seed {seed}: {executions} payloads, {accepted} accepted")
         assert accepted > executions // 4, "the fuzzer does not get in"
-        assert states == sum(1 << state for state in State if state is not State.BOOT)
+        assert states == sum(1 << state for state in NodeState if state is not NodeState.BOOT)
 
 
 def test_damaged_frames_do_no_harm(checked: Path, corpus: Path) -> None:

@@ -9,7 +9,7 @@ from types import TracebackType
 
 import pytest
 
-from curveline.radio.codes import NOT_HOMED
+from curveline.radio.protocol.codes import NOT_HOMED
 
 from . import build
 from .rig import CORE, DRIVER, ENCODER, RUNAWAY, STALL, Motor, Triple, compiled

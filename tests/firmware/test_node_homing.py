@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from curveline.plan import AXES as NAMES
-from curveline.radio.codes import Fault, State
-from curveline.radio.frames import Status
-from curveline.radio.service import clear_fault, home_axes
+from curveline.plan_file import AXES as NAMES
+from curveline.radio.host.service import clear_fault, home_axes
+from curveline.radio.protocol.codes import Fault, NodeState
+from curveline.radio.protocol.frames import StatusFrame
 
 from .display import Rig
 from .fleet import AXES
@@ -61,12 +61,12 @@ def test_a_host_has_all_axes_homed(rig: Rig) -> None:
     (machine,) = rig.machines
     machine.motors[TRANSLATE].at = PLACE
     hand = Hand(rig.fleet, rig.radio)
-    assert hand.status().state is State.UNHOMED
+    assert hand.status().state is NodeState.UNHOMED
     assert not machine.drivers_on
     hand.home(ALL, order=1)
-    assert hand.status().state is State.HOMING
+    assert hand.status().state is NodeState.HOMING
     assert machine.drivers_on
-    assert hand.watch().state is State.READY
+    assert hand.watch().state is NodeState.READY
     assert all(is_at_zero(machine, axis) for axis in range(3))
     rig.fleet.run(1_500_000)
     machine.power_cycle()
@@ -82,7 +82,7 @@ def test_an_absent_motor_does_not_keep_the_other_axes_from_their_zeros(rig: Rig)
     hand = Hand(rig.fleet, rig.radio)
     hand.status()
     hand.home(ALL, order=1)
-    assert hand.watch().state is State.UNHOMED
+    assert hand.watch().state is NodeState.UNHOMED
     assert is_at_zero(machine, TRANSLATE)
     (node,) = rig.status()
     assert (node.state, node.unhomed) == ("unhomed", {"bias": "encoder"})
@@ -101,8 +101,8 @@ def test_what_was_homed_in_part_is_homed_to_the_end_and_only_then_remembered(rig
     machine.unplugged.clear()
     before = machine.counts
     hand.home(1 << BIAS, order=2)
-    assert hand.status().state is State.HOMING
-    assert hand.watch().state is State.READY
+    assert hand.status().state is NodeState.HOMING
+    assert hand.watch().state is NodeState.READY
     assert is_at_zero(machine, BIAS)
     assert all(abs(machine.counts[axis] - before[axis]) <= 2 for axis in (EXTRUDE, TRANSLATE))
     rig.fleet.run(1_500_000)
@@ -118,7 +118,7 @@ def test_a_part_of_the_position_does_not_survive_the_power(homed: Rig) -> None:
     hand = Hand(homed.fleet, homed.radio)
     hand.status()
     hand.home(1 << BIAS, order=1)
-    assert hand.watch().state is State.UNHOMED
+    assert hand.watch().state is NodeState.UNHOMED
     assert homed.status()[0].unhomed == {"bias": "encoder"}
     homed.fleet.run(1_500_000)
     machine.power_cycle()
@@ -134,7 +134,7 @@ def test_an_axis_without_a_switch_is_homed_where_it_is(rig: Rig) -> None:
     hand.status()
     hand.home(1 << EXTRUDE, order=1)
     status = hand.watch(1_000_000)
-    assert (status.state, status.position) == (State.UNHOMED, (0, 0, 0))
+    assert (status.state, status.position) == (NodeState.UNHOMED, (0, 0, 0))
     assert rig.status()[0].unhomed == {"bias": "not homed", "translate": "not homed"}
     assert machine.counts[EXTRUDE] == int(PLACE)
 
@@ -160,7 +160,7 @@ def test_an_order_is_carried_out_once(rig: Rig) -> None:
     rig.fleet.run(300_000)
     before = machine.counts
     hand.home(1 << TRANSLATE, order=1)
-    assert hand.status().state is State.UNHOMED
+    assert hand.status().state is NodeState.UNHOMED
     rig.fleet.run(300_000)
     assert is_at_rest(machine)
     assert machine.counts == before
@@ -198,13 +198,13 @@ def test_a_lost_position_is_found_with_the_drivers_awake(homed: Rig) -> None:
     machine.reset(RESET_LOW_VOLTAGE)
     homed.fleet.run(20_000)
     hand = Hand(homed.fleet, homed.radio)
-    assert hand.status().state is State.POSITION_LOST
+    assert hand.status().state is NodeState.POSITION_LOST
     hand.home(ALL, order=1)
     status = hand.status()
-    assert (status.state, status.fault) == (State.HOMING, Fault.BROWN_OUT)
+    assert (status.state, status.fault) == (NodeState.HOMING, Fault.BROWN_OUT)
     assert machine.drivers_on
     status = hand.watch()
-    assert (status.state, status.fault) == (State.READY, Fault.NONE)
+    assert (status.state, status.fault) == (NodeState.READY, Fault.NONE)
 
 
 def test_a_driver_in_trouble_is_the_end_for_all_axes(rig: Rig) -> None:
@@ -215,7 +215,7 @@ def test_a_driver_in_trouble_is_the_end_for_all_axes(rig: Rig) -> None:
     hand.home(1 << BIAS | 1 << TRANSLATE, order=1)
     rig.fleet.run(100_000)
     machine.set_pin(NFAULT, 0)
-    assert hand.watch().state is State.UNHOMED
+    assert hand.watch().state is NodeState.UNHOMED
     assert rig.status()[0].unhomed == {"extrude": "not homed", "bias": "driver", "translate": "driver"}
     rig.fleet.run(200_000)
     assert is_at_rest(machine)
@@ -233,7 +233,7 @@ def test_an_axis_that_is_held_up_on_its_way_to_zero_has_a_reason(rig: Rig) -> No
             hand.poll()
             rig.fleet.run(20_000)
     machine.motors[TRANSLATE].jam()
-    assert hand.watch().state is State.UNHOMED
+    assert hand.watch().state is NodeState.UNHOMED
     assert rig.status()[0].unhomed == {"bias": "not homed", "translate": "stall"}
 
 
@@ -246,7 +246,7 @@ def test_missed_edges_after_the_zero_was_found_are_not_forgotten(rig: Rig) -> No
         hand.poll()
         rig.fleet.run(20_000)
     shake(rig, TRANSLATE)
-    assert hand.watch().state is State.UNHOMED
+    assert hand.watch().state is NodeState.UNHOMED
     assert rig.status()[0].unhomed == {"translate": "encoder"}
 
 
@@ -257,17 +257,17 @@ def test_missed_edges_of_an_axis_that_is_not_sought_are_a_fault_of_the_next_move
     hand.home(1 << BIAS, order=1)
     homed.fleet.run(100_000)
     shake(homed, TRANSLATE)
-    assert hand.watch().state is State.READY
+    assert hand.watch().state is NodeState.READY
     hand.poll(release=1, load=(1, (500, 0, 0), 0))
     homed.fleet.run(100_000)
     status = hand.status()
-    assert (status.state, status.fault, status.fault_axis) == (State.POSITION_LOST, Fault.ENCODER, TRANSLATE + 1)
+    assert (status.state, status.fault, status.fault_axis) == (NodeState.POSITION_LOST, Fault.ENCODER, TRANSLATE + 1)
     assert homed.status()[0].unhomed == {"translate": "encoder"}
     assert abs(machine.counts[EXTRUDE]) < 200
     hand = Hand(homed.fleet, homed.radio, run_tag=0x5678)
     hand.status()
     hand.home(ALL, order=1)
-    assert hand.watch().state is State.READY
+    assert hand.watch().state is NodeState.READY
 
 
 def test_edges_that_were_missed_at_rest_cost_the_position_over_a_power_cut(homed: Rig) -> None:
@@ -295,13 +295,13 @@ def test_the_host_program_has_nodes_homed(image: Image, tmp_path: Path, loss: fl
     rig = fitted(Rig(image, b"", tmp_path, count=1, loss=loss))
     (machine,) = rig.machines
     machine.unplugged.add(BIAS)
-    states: list[State] = []
+    states: list[NodeState] = []
     report = home_axes(rig.radio, rig.plan.drive, 1, ALL, lambda status: states.append(status.state))
-    assert State.HOMING in states
-    assert (report.state, report.axes) == (State.UNHOMED, (0, Fault.ENCODER, 0))
+    assert NodeState.HOMING in states
+    assert (report.state, report.axes) == (NodeState.UNHOMED, (0, Fault.ENCODER, 0))
     machine.unplugged.clear()
     report = home_axes(rig.radio, rig.plan.drive, 1, 1 << BIAS)
-    assert (report.state, report.axes) == (State.READY, (0, 0, 0))
+    assert (report.state, report.axes) == (NodeState.READY, (0, 0, 0))
     assert all(is_at_zero(machine, axis) for axis in range(3))
 
 
@@ -309,7 +309,7 @@ def test_a_host_program_that_is_interrupted_stops_the_search(rig: Rig) -> None:
     (machine,) = rig.machines
     machine.motors[TRANSLATE].at = 3000.5
 
-    def interrupt(status: Status) -> None:
+    def interrupt(status: StatusFrame) -> None:
         if machine.motors[TRANSLATE].speed < -500:
             raise KeyboardInterrupt
 
@@ -330,7 +330,7 @@ def test_a_stall_is_forgotten_when_the_host_program_says_so(homed: Rig) -> None:
     assert node.fault_seconds in (1, 2)
     machine.motors[EXTRUDE].low, machine.motors[EXTRUDE].high = free
     report = clear_fault(homed.radio, homed.plan.drive, 1)
-    assert (report.state, report.fault) == (State.HOLD_LINK, Fault.NONE)
+    assert (report.state, report.fault) == (NodeState.HOLD_LINK, Fault.NONE)
     homed.fleet.run(300_000)
     assert machine.drivers_on
 

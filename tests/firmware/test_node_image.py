@@ -10,11 +10,11 @@ from zlib import crc32
 import pytest
 
 from curveline.errors import LinkError
-from curveline.plan import AXES
-from curveline.radio.codes import BOOT_END
-from curveline.radio.intelhex import with_settings
-from curveline.radio.keyfile import settings_record
-from curveline.radio.link import Control, Progress, Request, read_status
+from curveline.plan_file import AXES
+from curveline.radio.host.link import Control, OperatorRequest, Progress, read_status
+from curveline.radio.protocol.codes import BOOT_END
+from curveline.radio.site.intel_hex import with_settings
+from curveline.radio.site.key_file import settings_record
 from hexfile import bytes_of
 
 from .display import POSES, Rig
@@ -296,7 +296,7 @@ def test_an_emergency_stop_outlives_a_reset_but_not_the_power_switch(single: Rig
 
     def stop(progress: Progress) -> None:
         if abs(machine.motors[0].speed) > 500:
-            control.ask(Request.ESTOP)
+            control.ask(OperatorRequest.ESTOP)
 
     with pytest.raises(LinkError, match="emergency stop"):
         single.send(stop, control)

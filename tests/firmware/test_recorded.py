@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio.codes import ATTEMPT_MASK, Kind, State
-from curveline.radio.envelope import kind_of
-from curveline.radio.frames import Hello, Ident, Status, encode_hello
-from curveline.radio.keys import Site
-from curveline.radio.peer import NO_LOAD, Peer
+from curveline.radio.host.peer import NO_LOAD, Peer
+from curveline.radio.protocol.codes import ATTEMPT_MASK, FrameKind, NodeState
+from curveline.radio.protocol.envelope import kind_of
+from curveline.radio.protocol.frames import HelloFrame, IdentFrame, StatusFrame, encode_hello
+from curveline.radio.protocol.keys import Site
 
 from . import build
 from .display import Rig
@@ -55,8 +55,8 @@ def test_drives_that_are_delivered_late_do_not_keep_the_motors_turning(single: R
     assert moving[5], "they are good until a dead-man time after what the host had heard"
     assert not any(moving[13:])
     assert hand.peer.clock > clock + 30, "old frames are answered with the time"
-    assert hand.status().state is State.HOLD_LINK
-    assert hand.status(hold=2).state is State.MOVING
+    assert hand.status().state is NodeState.HOLD_LINK
+    assert hand.status(hold=2).state is NodeState.MOVING
 
 
 # Sessions that were, on the C core
@@ -108,7 +108,7 @@ def host() -> Peer:
 
 
 def hello(peer: Peer, nonce: int) -> bytes:
-    return encode_hello(Hello(1, nonce, 0x77, 0, 1000), peer.node_key)
+    return encode_hello(HelloFrame(1, nonce, 0x77, 0, 1000), peer.node_key)
 
 
 def recorded_run(bench: Bench) -> tuple[bytes, list[bytes]]:
@@ -116,20 +116,20 @@ def recorded_run(bench: Bench) -> tuple[bytes, list[bytes]]:
     peer = host()
     greeting = hello(peer, peer.nonce)
     ident = peer.take(bench.hear(greeting))
-    assert isinstance(ident, Ident)
+    assert isinstance(ident, IdentFrame)
     peer.accept(ident, 0x77)
     drives = [peer.drive(1, 0, (1, TARGET, 0)), peer.drive(1, 0, NO_LOAD)]
     for payload in drives:
-        assert isinstance(peer.take(bench.hear(payload)), Status)
+        assert isinstance(peer.take(bench.hear(payload)), StatusFrame)
     assert bench.moves
     bench.now_ms += 5000
-    assert kind_of(bench.hear(drives[0])) is Kind.STATUS
+    assert kind_of(bench.hear(drives[0])) is FrameKind.STATUS
     assert not bench.moves
     return greeting, drives
 
 
 def offer_number(answer: bytes) -> int:
-    assert kind_of(answer) is Kind.IDENT
+    assert kind_of(answer) is FrameKind.IDENT
     return int.from_bytes(answer[2:4], "little")
 
 
@@ -141,7 +141,7 @@ def test_seventy_thousand_hellos_bring_no_old_session_back() -> None:
     nonce = peer.nonce
     greeting = hello(peer, nonce)
     ident = peer.take(bench.hear(greeting))
-    assert isinstance(ident, Ident)
+    assert isinstance(ident, IdentFrame)
     peer.accept(ident, 0x77)
     recorded = [peer.drive(1, 0, (1, TARGET, 0)), peer.drive(1, 0, NO_LOAD)]
     others = [hello(peer, nonce ^ 1 << 40), hello(peer, nonce ^ 1 << 41)]
@@ -189,11 +189,11 @@ def test_what_an_emergency_stop_of_an_offered_session_leaves_loaded_is_of_this_m
     bench, peer = Bench(), host()
     bench.now_ms = 10 * 3_600_000
     ident = peer.take(bench.hear(hello(peer, peer.nonce)))
-    assert isinstance(ident, Ident)
+    assert isinstance(ident, IdentFrame)
     peer.accept(ident, 0x77)
     bench.hear(peer.estop())
     bench.now_ms += 100
     status = peer.take(bench.hear(b""))
-    assert isinstance(status, Status)
-    assert status.state is State.ESTOP
+    assert isinstance(status, StatusFrame)
+    assert status.state is NodeState.ESTOP
     assert status.clock >= ident.clock

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from zlib import crc32
 
-from curveline.radio.codes import BOOT_END
+from curveline.radio.protocol.codes import BOOT_END
 
 from .test_store import CHECK, MARK, Flash
 

@@ -14,13 +14,13 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from curveline.radio.codes import BootCause, Counts, Fault
-from curveline.radio.frames import Hello
-from curveline.radio.keys import Site
-from curveline.radio.motion import Axes, AxisLimits, Move
-from curveline.radio.node import Node
-from curveline.radio.nodestate import Identity, Memory, Session
-from curveline.radio.plant import PlantFault, Sought
+from curveline.radio.node.machine import NodeMachine
+from curveline.radio.node.plant import PlantFault, Sought
+from curveline.radio.node.state import Identity, Memory, Session
+from curveline.radio.protocol.codes import BootCause, Counts, Fault
+from curveline.radio.protocol.frames import HelloFrame
+from curveline.radio.protocol.keys import Site
+from curveline.radio.protocol.motion import Axes, AxisLimits, NodeMove
 
 from . import build
 
@@ -63,7 +63,7 @@ IDENTITIES = (
     _identity(3, 0xA0000003, 7, bytes(range(1, 17))),
     _identity(128, 0xFFFFFFFF, 0x01020304, b"\xff\xfe"),
 )
-NO_MOVE = Move((0, 0, 0), (0, 0, 0), 0, 0, 0)
+NO_MOVE = NodeMove((0, 0, 0), (0, 0, 0), 0, 0, 0)
 
 
 class ToldPlant:
@@ -79,12 +79,12 @@ class ToldPlant:
         self.shift = (0, 0, 0)
         self.settles: int | None = None
         self.coming: PlantFault | None = None
-        self.move: Move | None = None
+        self.move: NodeMove | None = None
         self.follows = 0
         self._place = place
         self._start_ms = 0
 
-    def follow(self, now_ms: int, start_ms: int, move: Move) -> None:
+    def follow(self, now_ms: int, start_ms: int, move: NodeMove) -> None:
         """See Plant; a new move begins where the axes are, so it takes up what had pushed them."""
         if now_ms == start_ms:
             self.shift = (0, 0, 0)
@@ -121,7 +121,7 @@ class ToldPlant:
         self.give_ups += 1
 
 
-class WatchedNode(Node):
+class WatchedNode(NodeMachine):
     """A node that counts how often an answer is loaded, as the C one does for its radio."""
 
     loads = -1
@@ -144,7 +144,7 @@ def _session(facts: tuple[Any, ...]) -> Session | None:
     flags, hold_gen, exists, closed, owns_run, order = rest
     if not exists:
         return None
-    hello = Hello(0, handshake, run_tag, 0, deadman_ms, flags)
+    hello = HelloFrame(0, handshake, run_tag, 0, deadman_ms, flags)
     return Session(number, key, hello, counter, release, hold_gen, heard_ms, bool(closed), bool(owns_run), order)
 
 
@@ -171,7 +171,7 @@ def begin(start: tuple[Any, ...]) -> WatchedNode:
     return node
 
 
-def do(node: Node, event: tuple[Any, ...]) -> None:
+def do(node: NodeMachine, event: tuple[Any, ...]) -> None:
     """Let one event happen."""
     now_ms, payload, a, b, c, _, what, length, _, _ = event
     plant = node.plant
@@ -202,7 +202,7 @@ def look(node: WatchedNode, now_ms: int) -> bytes:
     return SHORT.pack(ack, *node.setpoint(now_ms), len(ack), node.state, node.loads & 0xFFFF)
 
 
-def look_closely(node: Node) -> bytes:
+def look_closely(node: NodeMachine) -> bytes:
     """All that the node keeps, after the last event."""
     memory, tally, session, plant = node.memory, node.tally, node._session, node.plant
     assert isinstance(plant, ToldPlant)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.plan import Plan
+from curveline.plan_file import Plan
 from curveline.planning.layout import Box, Layout
 from curveline.rod.problem import Array, Pose
 from curveline.scene import Node

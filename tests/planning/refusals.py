@@ -21,14 +21,14 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import Infeasible, InvalidInput
-from curveline.planning import make_plan
-from curveline.planning.proof import LEAST_STABILITY, STIFFEST
-from curveline.rod.equilibrium import SPATIAL, Equilibrium
-from curveline.rod.fidelity import judge
+from curveline.planning.tours import make_plan
+from curveline.planning.verification import LEAST_STABILITY, STIFFEST
+from curveline.rod.models.model_error import judge
+from curveline.rod.states.equilibrium import SPATIAL, Equilibrium
 from curveline.scene import Display, Node, Range, Scene, Segment
 from curveline.sections import Rectangle
-from curveline.shapefile import read_display
-from curveline.simulation import section_of, simulate
+from curveline.shapes.files import read_display
+from curveline.simulation.simulate import section_of, simulate
 from curveline.units import deg, mm
 
 MARGIN = LEAST_STABILITY * STIFFEST

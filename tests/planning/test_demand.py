@@ -10,12 +10,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.planning.demand import Demand, demand_of, load_of, node_needs, overload
+from curveline.planning.actuator_loads import ClampLoads, clamp_loads_of, load_of, node_needs, overload
 from curveline.planning.layout import Box, Layout, layout_of, pose_of
-from curveline.planning.proof import Prover
-from curveline.rod.equilibrium import refine
+from curveline.planning.verification import Verifier
+from curveline.rod.branches.tracking import tracked
 from curveline.rod.problem import mesh
-from curveline.rod.tracking import tracked
+from curveline.rod.states.equilibrium import refine
 from curveline.scene import Scene
 from rows import row
 
@@ -27,9 +27,9 @@ def nobody() -> None:
     pass
 
 
-def demands_of(scene: Scene) -> tuple[Demand, ...]:
+def demands_of(scene: Scene) -> tuple[ClampLoads, ...]:
     """What the wanted states of a shape ask while it stands."""
-    prover, layout = Prover(scene.display, nobody), layout_of(scene)
+    prover, layout = Verifier(scene.display, nobody), layout_of(scene)
     demands = []
     for index, segment in enumerate(scene.segments):
         pose = pose_of(scene.display, layout, index)
@@ -41,7 +41,7 @@ def demands_of(scene: Scene) -> tuple[Demand, ...]:
 def energy_of(scene: Scene, layout: Layout) -> float:
     """Energy [J] of all segments in their wanted states; heights of the rod between bearings count from 0."""
     total, weight = 0.0, scene.display.rod.weight_per_length
-    prover = Prover(scene.display, nobody)
+    prover = Verifier(scene.display, nobody)
     for index, segment in enumerate(scene.segments):
         states = prover.states(pose_of(scene.display, layout, index))
         found = next(state for state in states if state.name == segment.state)
@@ -89,14 +89,14 @@ def test_a_node_gives_the_slope_of_the_energy_of_both_its_segments(
 
 
 DISPLAY = row(3).display
-FINE = Demand(np.full(6, -0.01), np.full(6, 0.01), 1.0)
+FINE = ClampLoads(np.full(6, -0.01), np.full(6, 0.01), 1.0)
 
 
-def asking(axis: int, low: float, high: float, curvature: float = 1.0) -> Demand:
+def asking(axis: int, low: float, high: float, curvature: float = 1.0) -> ClampLoads:
     """As FINE, but for one of the six."""
     lows, highs = FINE.low.copy(), FINE.high.copy()
     lows[axis], highs[axis] = low, high
-    return Demand(lows, highs, curvature)
+    return ClampLoads(lows, highs, curvature)
 
 
 OVERLOADS = {
@@ -128,15 +128,15 @@ def test_opposite_needs_of_two_segments_are_borne_together_and_bounds_are_not_mi
     unsure = asking(3, 7.0, 7.0), asking(0, -7.0, 1.5), FINE
     assert "at node 2 extruding takes 8.5 N" in overload(DISPLAY, unsure)
     # Of a straight rod nothing is known, and nothing is asked.
-    assert overload(DISPLAY, (Demand(), FINE, Demand())) == ""
+    assert overload(DISPLAY, (ClampLoads(), FINE, ClampLoads())) == ""
 
 
 def test_a_followed_branch_is_bounded_by_its_samples() -> None:
     samples = np.random.default_rng(1).normal(size=(20, 9))
-    demand = demand_of(samples)
+    demand = clamp_loads_of(samples)
     assert np.all(samples[:, 3:] >= demand.low)
     assert np.all(samples[:, 3:] <= demand.high)
     assert demand.curvature == samples[:, 2].max()
     both = demand.joined(FINE)
     np.testing.assert_array_equal(both.low, np.minimum(demand.low, -0.01))
-    assert demand_of(np.zeros((0, 9))).joined(FINE).curvature == 1.0
+    assert clamp_loads_of(np.zeros((0, 9))).joined(FINE).curvature == 1.0

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curveline.planning.feeding import Room, schedule
-from curveline.planning.proof import Refused
+from curveline.planning.verification import Refused
 
 SPAN = 0.5
 SLACK = 1e-9

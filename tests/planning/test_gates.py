@@ -6,13 +6,13 @@ from functools import cache
 
 import pytest
 
-from curveline.planning.gates import IN_A_ROW, LONE, Gate, gates_for, rounds_of
+from curveline.planning.funnels import IN_A_ROW, LONE, Funnel, gates_for, rounds_of
 from curveline.planning.layout import Box
-from curveline.planning.proof import LEAST_PAST_FOLD, Prover, Refused
+from curveline.planning.verification import LEAST_PAST_FOLD, Refused, Verifier
+from curveline.rod.branches.control_path import between
 from curveline.rod.problem import Pose
-from curveline.rod.states import find_states
-from curveline.rod.way import between
-from curveline.shapefile import read_display
+from curveline.rod.states.planar_states import find_states
+from curveline.shapes.files import read_display
 from curveline.units import deg
 
 STATES = ("peak", "valley")
@@ -23,12 +23,12 @@ def nobody() -> None:
 
 
 @cache
-def prover(name: str) -> Prover:
-    return Prover(read_display(name), nobody)
+def prover(name: str) -> Verifier:
+    return Verifier(read_display(name), nobody)
 
 
 @cache
-def gates(name: str, wanted: tuple[str, ...]) -> tuple[list[Gate], list[Refused]]:
+def gates(name: str, wanted: tuple[str, ...]) -> tuple[list[Funnel], list[Refused]]:
     refusals: list[Refused] = []
     return gates_for(prover(name), wanted, refusals), refusals
 
@@ -36,11 +36,11 @@ def gates(name: str, wanted: tuple[str, ...]) -> tuple[list[Gate], list[Refused]
 CASES = [("single", ("peak",)), ("single", ("valley",)), ("quad", ("peak", "valley", "valley", "peak"))]
 
 
-def level(name: str, gate: Gate) -> Pose:
+def level(name: str, gate: Funnel) -> Pose:
     return Pose(prover(name).display.span, 0.0, 0.0, 0.0, gate.length)
 
 
-def biased(name: str, gate: Gate, state: str) -> Pose:
+def biased(name: str, gate: Funnel, state: str) -> Pose:
     """The pose of the first segment of a row that the gate takes into a state."""
     count = prover(name).display.node_count
     start, end, *others = gate.angles((state,) * (count - 1), range(1), (0.0,) * count)
@@ -115,11 +115,11 @@ def test_neighbours_never_go_through_a_funnel_together_and_everyone_does_once() 
 
 
 def test_a_gate_turns_the_nodes_of_its_segments_alone() -> None:
-    gate = Gate((IN_A_ROW[0] * deg(30.0), IN_A_ROW[1] * deg(30.0)), 0.6, 0.3)
+    gate = Funnel((IN_A_ROW[0] * deg(30.0), IN_A_ROW[1] * deg(30.0)), 0.6, 0.3)
     before = (0.01, 0.02, 0.03, 0.04, 0.05)
     first, second = rounds_of(4)
     wanted = ("peak", "valley", "valley", "peak")
     assert gate.angles(wanted, first, before) == pytest.approx((0.0, -deg(30.0), 0.0, deg(30.0), 0.05))
     assert gate.angles(wanted, second, before) == pytest.approx((0.01, 0.0, deg(30.0), 0.0, -deg(30.0)))
-    lone = Gate((LONE[0] * deg(30.0), LONE[1] * deg(30.0)), 0.6, 0.3)
+    lone = Funnel((LONE[0] * deg(30.0), LONE[1] * deg(30.0)), 0.6, 0.3)
     assert lone.angles(("peak",), range(1), (0.0, 0.0)) == pytest.approx((deg(30.0), -deg(30.0)))

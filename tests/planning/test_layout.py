@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curveline.errors import Infeasible
-from curveline.planning import make_plan
 from curveline.planning.layout import (
     Box,
     Layout,
@@ -24,9 +23,10 @@ from curveline.planning.layout import (
     pose_of,
     tails_of,
 )
+from curveline.planning.tours import make_plan
 from curveline.rod.problem import Pose
 from curveline.scene import Node
-from curveline.shapefile import read_display
+from curveline.shapes.files import read_display
 from rows import row
 
 from .boxes import mixed

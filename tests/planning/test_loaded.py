@@ -9,13 +9,13 @@ import pytest
 
 from curveline.errors import Infeasible
 from curveline.loading.pushes import Push
-from curveline.loading.snap import load
-from curveline.planning import make_plan
-from curveline.planning.goals import RESERVE, check_goal
-from curveline.planning.proof import Prover
+from curveline.loading.snap_through import load
+from curveline.planning.feasibility import RESERVE, check_goal
+from curveline.planning.tours import make_plan
+from curveline.planning.verification import Verifier
 from curveline.scene import Load, Node, Scene, Segment
-from curveline.shapefile import read_display
-from curveline.simulation import simulate
+from curveline.shapes.files import read_display
+from curveline.simulation.simulate import simulate
 from curveline.units import deg, mm
 
 SINGLE = read_display("single")
@@ -54,7 +54,7 @@ def test_the_motors_of_the_reproduction() -> None:
 def test_what_loads_ask_is_what_the_loaded_state_asks() -> None:
     """Against the state that is found afresh with the loads on it."""
     scene = shape(down(3.0), Load(0, 0.3, (0.4, -0.5)))
-    burden = check_goal(Prover(SINGLE, lambda: None), scene)
+    burden = check_goal(Verifier(SINGLE, lambda: None), scene)
     (segment,) = simulate(scene)
     assert burden is not None
     assert segment.wanted is not None
@@ -85,7 +85,7 @@ def test_loads_on_one_segment_of_a_row_count_at_the_nodes_of_both() -> None:
     nodes = tuple(Node(0.0, 0.0) for _ in range(quad.node_count))
     segments = tuple(Segment(mm(560.0), "valley") for _ in range(quad.node_count - 1))
     scene = Scene("row", quad, nodes, segments, (Load(1, 0.5, (0.0, -2.0)),))
-    prover = Prover(quad, lambda: None)
+    prover = Verifier(quad, lambda: None)
     burden = check_goal(prover, scene)
     assert burden is not None
     weight = quad.rod.weight_per_length * mm(560.0)

@@ -7,18 +7,18 @@ from dataclasses import replace
 import pytest
 
 from curveline.errors import Infeasible
-from curveline.planning import make_plan
 from curveline.planning.layout import Box
-from curveline.planning.proof import LEAST_STABILITY, STABILITY, STIFFEST, Prover, Refused
-from curveline.rod.continuation import coarse_start
-from curveline.rod.equilibrium import Equilibrium
+from curveline.planning.tours import make_plan
+from curveline.planning.verification import LEAST_STABILITY, STABILITY, STIFFEST, Refused, Verifier
+from curveline.rod.branches.continuation import coarse_start
+from curveline.rod.branches.control_path import between, straight_path
+from curveline.rod.branches.special_points import SpecialKind, critical
+from curveline.rod.branches.tracking import tracked
 from curveline.rod.problem import Pose
-from curveline.rod.special_points import Kind, critical
-from curveline.rod.tracking import tracked
-from curveline.rod.way import between, straight
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Display, Node, Scene, Segment
 from curveline.sections import Rectangle
-from curveline.shapefile import read_display
+from curveline.shapes.files import read_display
 from curveline.units import deg, mm
 
 SINGLE = read_display("single")
@@ -54,17 +54,17 @@ LEVEL = Pose(SPAN, 0.0, 0.0, 0.0, 0.56)
 TILTED = LEVEL._replace(start=-0.9, end=0.5)
 
 
-def to_the_fold(prover: Prover, state: Equilibrium) -> float:
+def to_the_fold(prover: Verifier, state: Equilibrium) -> float:
     """The part of the way to `TILTED` at which the peak ends, for the continuous rod."""
-    point = critical(straight(LEVEL, TILTED), state.rod.bearing, *coarse_start(state), 1e-7)
-    assert point.kind is Kind.FOLD
+    point = critical(straight_path(LEVEL, TILTED), state.rod.bearing, *coarse_start(state), 1e-7)
+    assert point.kind is SpecialKind.FOLD
     return point.fraction
 
 
 @pytest.mark.parametrize("before_fold", [0.03, 0.01, 0.003, 0.001])
 def test_a_margin_is_that_of_the_continuous_rod_and_decides(before_fold: float) -> None:
     """Against the refined state at the end of the way, where the eigenvalue is lowest."""
-    prover = Prover(SINGLE, lambda: None)
+    prover = Verifier(SINGLE, lambda: None)
     peak = prover.states(LEVEL)[0]
     there = between(LEVEL, TILTED, (1.0 - before_fold) * to_the_fold(prover, peak))
     truth = min(prover.states(there), key=lambda state: state.lowest_eigenvalue).lowest_eigenvalue / STIFFEST
@@ -78,7 +78,7 @@ def test_a_margin_is_that_of_the_continuous_rod_and_decides(before_fold: float) 
 
 
 def test_both_verdicts_occur_near_the_fold() -> None:
-    prover = Prover(SINGLE, lambda: None)
+    prover = Verifier(SINGLE, lambda: None)
     peak = prover.states(LEVEL)[0]
     fold = to_the_fold(prover, peak)
     prover.keep(LEVEL, between(LEVEL, TILTED, 0.99 * fold), Box(LEVEL, LEVEL), tracked(peak))

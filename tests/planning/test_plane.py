@@ -7,16 +7,16 @@ from dataclasses import replace
 import pytest
 
 from curveline.errors import Infeasible
-from curveline.planning import make_plan
-from curveline.planning.proof import LEAST_STABILITY, OUT_OF_PLANE, STIFFEST
-from curveline.playback import replay
-from curveline.rod.fidelity import judge
-from curveline.rod.showable import showable_states
+from curveline.planning.tours import make_plan
+from curveline.planning.verification import LEAST_STABILITY, OUT_OF_PLANE, STIFFEST
+from curveline.replay.monte_carlo import Errors, Setup, play_run
+from curveline.replay.playback import replay
+from curveline.rod.models.model_error import judge
+from curveline.rod.models.showable import showable_states
 from curveline.scene import BUCKLED, Display, Node, Scene, Segment
 from curveline.sections import Rectangle, Round
-from curveline.shapefile import read_display
-from curveline.simulation import clamped_rod, section_of, simulate
-from curveline.trials import Errors, Setup, play_run
+from curveline.shapes.files import read_display
+from curveline.simulation.simulate import clamped_rod, section_of, simulate
 from curveline.units import deg, mm
 from playing import motion
 

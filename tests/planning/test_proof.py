@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from curveline.planning.layout import Box, Layout, centred, pose_of
-from curveline.planning.moves import Leg, Stage, Travel, advance
-from curveline.planning.proof import LEAST_STABILITY, STIFFEST, Passed, Prover, Refused
-from curveline.rod.continuation import coarse_start, follow
-from curveline.rod.course import pass_through
-from curveline.rod.equilibrium import Equilibrium
+from curveline.planning.moves import DisplayState, Leg, Travel, advance
+from curveline.planning.verification import LEAST_STABILITY, STIFFEST, Passed, Refused, Verifier
+from curveline.rod.branches.continuation import coarse_start, follow
+from curveline.rod.branches.control_path import between, straight_path
+from curveline.rod.branches.quasi_static import pass_through
+from curveline.rod.branches.tracking import tracked
 from curveline.rod.problem import Pose
-from curveline.rod.states import find_states
-from curveline.rod.tracking import tracked
-from curveline.rod.way import between, straight
+from curveline.rod.states.equilibrium import Equilibrium
+from curveline.rod.states.planar_states import find_states
 from curveline.scene import Node
-from curveline.shapefile import read_display
+from curveline.shapes.files import read_display
 from curveline.units import deg
 
 from .boxes import box_between, mixed, uneven_way
@@ -40,8 +40,8 @@ def nobody() -> None:
 
 
 @cache
-def prover() -> Prover:
-    return Prover(SINGLE, nobody)
+def prover() -> Verifier:
+    return Verifier(SINGLE, nobody)
 
 
 def drawn(chance: np.random.Generator) -> tuple[Pose, Pose, Equilibrium] | None:
@@ -113,7 +113,7 @@ NARROWED = Pose(0.5, 0.114292079, -0.039023107, -0.716716723, 0.581545982)
 
 
 def lowest_on(before: Pose, after: Pose, state: Equilibrium) -> float:
-    branch = follow(straight(before, after), prover().bearing, *coarse_start(state))
+    branch = follow(straight_path(before, after), prover().bearing, *coarse_start(state))
     assert branch.reached == 1.0
     return float(branch.samples[:, 1].min()) / STIFFEST
 
@@ -123,11 +123,14 @@ def test_a_box_whose_corners_all_pass_can_be_too_narrow_between_them() -> None:
     (valley,) = prover().states(NARROW)
     assert min(lowest_on(NARROW, corner, valley) for corner in (*box.corners(), NARROWED)) > LEAST_STABILITY
     tilted = NARROW._replace(end=NARROWED.end)
-    turned = follow(straight(NARROW, tilted), prover().bearing, *coarse_start(valley))
+    turned = follow(straight_path(NARROW, tilted), prover().bearing, *coarse_start(valley))
     assert turned.reached == 1.0
     assert (
         follow(
-            straight(tilted, NARROWED._replace(length=NARROW.length)), prover().bearing, turned.phi, turned.multipliers
+            straight_path(tilted, NARROWED._replace(length=NARROW.length)),
+            prover().bearing,
+            turned.phi,
+            turned.multipliers,
         ).reached
         < 1.0
     )
@@ -152,7 +155,7 @@ def axis_by_axis(before: Layout, after: Layout, order: np.ndarray) -> list[Layou
     return way
 
 
-def played(stage: Stage, after: Layout, order: np.ndarray) -> np.ndarray | None:
+def played(stage: DisplayState, after: Layout, order: np.ndarray) -> np.ndarray | None:
     """Angles in which the rod ends if one axis moves after the other; None if it loses its state."""
     (hold,) = stage.holds
     assert hold is not None
@@ -162,7 +165,7 @@ def played(stage: Stage, after: Layout, order: np.ndarray) -> np.ndarray | None:
     return np.asarray(angles) if done == len(poses) - 1 else None
 
 
-def one_that_only_keeps_in_step() -> tuple[Stage, Layout]:
+def one_that_only_keeps_in_step() -> tuple[DisplayState, Layout]:
     """The first drawn move that keeps its state if all axes go in step, and does not if they do not."""
     chance = np.random.default_rng(3)
     while True:
@@ -179,7 +182,7 @@ def one_that_only_keeps_in_step() -> tuple[Stage, Layout]:
             prover().keep(before, after, box_between(before, after), hold)
         except Refused as refusal:
             if "loses its stability" in refusal.message and not refusal.is_hopeless:
-                return Stage(layout_for(before), (hold,)), layout_for(after)
+                return DisplayState(layout_for(before), (hold,)), layout_for(after)
 
 
 def test_a_step_that_only_nodes_in_step_survive_is_cut_until_any_do() -> None:
@@ -233,7 +236,7 @@ def test_a_way_that_ends_just_before_a_fold_is_refused_with_its_margin() -> None
     level = Pose(SPAN, 0.0, 0.0, 0.0, 0.56)
     peak = prover().states(level)[0]
     tilted = level._replace(start=-0.9, end=0.5)
-    gone = follow(straight(level, tilted), prover().bearing, *coarse_start(peak, 768)).reached
+    gone = follow(straight_path(level, tilted), prover().bearing, *coarse_start(peak, 768)).reached
     assert 0.0 < gone < 1.0
     for share, is_kept in ((0.8, True), (0.9995, False)):
         there = between(level, tilted, share * gone)

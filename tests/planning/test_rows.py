@@ -11,10 +11,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from curveline.plan import Plan, Step, from_json, to_json
-from curveline.planning import make_home_plan, make_plan, start_at
-from curveline.planning.proof import LEAST_PAST_FOLD, LEAST_STABILITY
-from curveline.playback import replay
+from curveline.plan_file import Plan, Step, from_json, to_json
+from curveline.planning.tours import make_home_plan, make_plan, start_at
+from curveline.planning.verification import LEAST_PAST_FOLD, LEAST_STABILITY
+from curveline.replay.playback import replay
 from curveline.scene import STRAIGHT, Scene
 from curveline.units import mm
 from playing import counts_of, motion, scene

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.plan import Plan, from_json, to_json
-from curveline.planning import make_home_plan, make_plan, make_round_trip, make_tour, start_at
-from curveline.playback import replay
+from curveline.plan_file import Plan, from_json, to_json
+from curveline.planning.tours import make_home_plan, make_plan, make_round_trip, make_tour, start_at
+from curveline.replay.playback import replay
 from curveline.scene import STRAIGHT
 from playing import SHAPES, Counts, counts_of, motion, scene
 from rows import row

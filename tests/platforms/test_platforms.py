@@ -15,15 +15,15 @@ from typing import NamedTuple
 import pytest
 
 from cli.conftest import SHAPES, small_plan
-from curveline.plan import drive_table, read_plan, write_plan
-from curveline.radio.journal import read_journal
-from curveline.radio.keyfile import read_site
-from curveline.shapefile import read_display
+from curveline.plan_file import drive_settings, read_plan, write_plan
+from curveline.radio.host.journal import read_journal
+from curveline.radio.site.key_file import read_site
+from curveline.shapes.files import read_display
 from radio.dongle_host import DongleHost, Room, dongle_host, write_keys
 
 IMITATION = Path(__file__).parent / "imitation"
 SHAPE = SHAPES / "level-up-peak.toml"
-DRIVE = drive_table(read_display("single"))
+DRIVE = drive_settings(read_display("single"))
 LIMIT_S = 120.0
 BREAK = 21
 """What Windows sends to the programs of a console that is closed, under the number that it has there."""
@@ -123,7 +123,7 @@ def test_a_shape_is_simulated(there: Computer) -> None:
 
 def test_half_a_file_leaves_nothing(there: Computer) -> None:
     code = """
-from curveline.files import NewFile
+from curveline.system.files import NewFile
 try:
     with NewFile("peak.csv") as file:
         file.write(b"half")
@@ -239,11 +239,11 @@ def test_a_run_has_one_host_until_that_is_killed(there: Computer, sending: subpr
 HOLD = """
 import sys
 from pathlib import Path
-from curveline.plan import drive_table
-from curveline.radio import store
-from curveline.shapefile import read_display
+from curveline.plan_file import drive_settings
+from curveline.radio.mock import store
+from curveline.shapes.files import read_display
 store.LOCK_WAIT_S = 0.2
-mine = store.Store(Path(sys.argv[1]), drive_table(read_display("single")))
+mine = store.Store(Path(sys.argv[1]), drive_settings(read_display("single")))
 try:
     mine.open()
 except store.InUse as error:
@@ -305,7 +305,7 @@ def test_room_for_a_record_is_made_by_hand_where_no_call_makes_it(there: Compute
     code = """
 import os, sys
 from pathlib import Path
-from curveline.radio.journal import Journal
+from curveline.radio.host.journal import Journal
 journal = Journal(Path(sys.argv[1]))
 journal.append({"type": "start"})
 journal.reserve(200_000)
@@ -325,7 +325,7 @@ def test_a_record_is_forced_to_the_medium_as_the_system_wants_it(there: Computer
     code = """
 import os, sys
 from pathlib import Path
-from curveline.radio.journal import Journal
+from curveline.radio.host.journal import Journal
 synced = []
 really = os.fsync
 os.fsync = lambda descriptor: (synced.append(sys._getframe(1).f_code.co_name), really(descriptor))[1]

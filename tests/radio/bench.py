@@ -6,17 +6,17 @@ import json
 from collections.abc import Callable, Sequence
 from random import Random
 
-from curveline.plan import AxisDrive, DriveTable, NodeTarget, Plan, Step
-from curveline.radio.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
-from curveline.radio.air import Air, Antenna, Heard, Weather
-from curveline.radio.codes import Counts
-from curveline.radio.conductor import Conductor
-from curveline.radio.mock import mock_site
-from curveline.radio.motion import Move, axes_of
-from curveline.radio.node import Node
-from curveline.radio.nodestate import NOWHERE, Identity, Memory
-from curveline.radio.plant import MotorPlant
-from curveline.radio.resume import resume_point
+from curveline.plan_file import AxisDrive, DriveSettings, NodeTarget, Plan, Step
+from curveline.radio.host.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
+from curveline.radio.host.conductor import Conductor
+from curveline.radio.host.resume import resume_point
+from curveline.radio.mock.air import Air, Antenna, Heard, Weather
+from curveline.radio.mock.display import mock_site
+from curveline.radio.node.machine import NodeMachine
+from curveline.radio.node.plant import MotorPlant
+from curveline.radio.node.state import NOWHERE, Identity, Memory
+from curveline.radio.protocol.codes import Counts
+from curveline.radio.protocol.motion import NodeMove, axes_of
 
 AXES = (
     AxisDrive(221.3263, 20.0, 100.0, -1000.0, 1000.0),
@@ -27,9 +27,9 @@ HOME = (0.0, 0.0, 0.0)
 POSES = ((10.0, 0.0, 0.0), (10.0, 20.0, 0.0), (30.0, -10.0, 5.0))
 
 
-def drive_table(count: int = 2, name: str = "test") -> DriveTable:
+def drive_table(count: int = 2, name: str = "test") -> DriveSettings:
     addresses = tuple(f"C1C1C1C1{number:02X}" for number in range(1, count + 1))
-    return DriveTable(name, "digest", AXES, 76, "1Mbps", addresses)
+    return DriveSettings(name, "digest", AXES, 76, "1Mbps", addresses)
 
 
 def target(pose: Sequence[float]) -> NodeTarget:
@@ -57,7 +57,7 @@ class RestingPlant(MotorPlant):
 
     _rest: tuple[int, Counts] | None = None
 
-    def follow(self, now_ms: int, start_ms: int, move: Move) -> None:
+    def follow(self, now_ms: int, start_ms: int, move: NodeMove) -> None:
         """See Plant."""
         self._rest = None
         super().follow(now_ms, start_ms, move)
@@ -79,7 +79,7 @@ class Bench:
     The classes of node and host can be replaced by others, to see what a mistake in them does.
     """
 
-    node_class = Node
+    node_class = NodeMachine
     host_class = Conductor
 
     def __init__(
@@ -110,7 +110,7 @@ class Bench:
     def now_ms(self) -> int:
         return self.now_us // 1000
 
-    def new_node(self, index: int, memory: Memory) -> Node:
+    def new_node(self, index: int, memory: Memory) -> NodeMachine:
         return self.node_class(Identity(index + 1, self.site), self.axes, self.plants[index], memory)
 
     def reboot(self, index: int, **memory: object) -> None:

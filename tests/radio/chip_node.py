@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from random import Random
 
-from curveline.radio.air import Weather
-from curveline.radio.node import Node
+from curveline.radio.mock.air import Weather
+from curveline.radio.node.machine import NodeMachine
 
 from .chip_setup import Listener
 
@@ -17,7 +17,7 @@ TICK_US = 2000
 class ChipNode:
     """A node behind a listening chip; of the weather it makes packets that come twice and answers that are old."""
 
-    def __init__(self, listener: Listener, node: Node, weather: Weather, random: Random) -> None:
+    def __init__(self, listener: Listener, node: NodeMachine, weather: Weather, random: Random) -> None:
         self.node = node
         self.listener = listener
         self._ether = listener.ether

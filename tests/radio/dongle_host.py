@@ -17,22 +17,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from curveline.plan import DriveTable
-from curveline.radio.air import Air, Antenna, Weather
-from curveline.radio.dongle import Outcome
-from curveline.radio.keyfile import adopt, new_site
-from curveline.radio.keys import Site
-from curveline.radio.mock import mock_site
-from curveline.radio.motion import axes_of
-from curveline.radio.node import Node
-from curveline.radio.nodestate import HOMED, NOWHERE, Identity, Memory
-from curveline.radio.plant import MotorPlant
+from curveline.plan_file import DriveSettings
+from curveline.radio.mock.air import Air, Antenna, Weather
+from curveline.radio.mock.display import mock_site
+from curveline.radio.node.machine import NodeMachine
+from curveline.radio.node.plant import MotorPlant
+from curveline.radio.node.state import HOMED, NOWHERE, Identity, Memory
+from curveline.radio.ports.dongle import SendOutcome
+from curveline.radio.protocol.keys import Site
+from curveline.radio.protocol.motion import axes_of
+from curveline.radio.site.key_file import adopt, new_site
 from firmware.dongle_core import Core
 
 PAUSE_S = 0.0005
 
 
-def write_keys(path: Path, drive: DriveTable) -> Site:
+def write_keys(path: Path, drive: DriveSettings) -> Site:
     """A key file for the display."""
     chips = {address: 0x2000 + number for number, address in enumerate(drive.addresses, start=1)}
     return adopt(new_site(path), chips).site(drive)
@@ -41,7 +41,7 @@ def write_keys(path: Path, drive: DriveTable) -> Site:
 class Room:
     """Air, nodes and their motors, by the clock on the wall; the time that packets are in the air is left out."""
 
-    def __init__(self, drive: DriveTable, site: Site | None = None, weather: Weather | None = None) -> None:
+    def __init__(self, drive: DriveSettings, site: Site | None = None, weather: Weather | None = None) -> None:
         self.site = site or mock_site(drive)
         self.axes = axes_of(drive)
         self.air = Air(weather or Weather(), drive.data_rate, Random(7))
@@ -64,19 +64,19 @@ class Room:
         fresh = self._new_node(index, Memory(boot=old.memory.boot + 1, unhomed=HOMED if old.move is None else NOWHERE))
         list(self.antennas.values())[index].node = self.nodes[index] = fresh
 
-    def transmit(self, address: str, payload: bytes) -> tuple[Outcome, bytes, int]:
+    def transmit(self, address: str, payload: bytes) -> tuple[SendOutcome, bytes, int]:
         """What a transmission comes to."""
         antenna = self.antennas.get(address)
         heard = self.air.unheard() if antenna is None else self.air.exchange(antenna, payload, self.now_us)
         if heard.payload is None:
-            return Outcome.NOTHING, b"", heard.retries
-        return Outcome.ACKED, heard.payload, heard.retries
+            return SendOutcome.NOTHING, b"", heard.retries
+        return SendOutcome.ACKED, heard.payload, heard.retries
 
     def positions(self) -> list[tuple[int, int, int]]:
         return [plant.positions(self.now_us // 1000) for plant in self.plants]
 
-    def _new_node(self, index: int, memory: Memory) -> Node:
-        return Node(Identity(index + 1, self.site), self.axes, self.plants[index], memory)
+    def _new_node(self, index: int, memory: Memory) -> NodeMachine:
+        return NodeMachine(Identity(index + 1, self.site), self.axes, self.plants[index], memory)
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class DongleHost:
         os.close(self._woken)
         os.close(self._wake)
 
-    def _transmit(self, address: str, payload: bytes) -> tuple[Outcome, bytes, int]:
+    def _transmit(self, address: str, payload: bytes) -> tuple[SendOutcome, bytes, int]:
         self._frames += 1
         return self.room.transmit(address, payload)
 

@@ -11,13 +11,14 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import LinkError
-from curveline.plan import DriveTable
-from curveline.radio import BATCH, Answer, Radio, RadioGone, open_radio
-from curveline.radio.air import RETRIES, Weather
-from curveline.radio.codes import FLAG_QUERY
-from curveline.radio.frames import Hello, Report, decode_report, encode_hello
-from curveline.radio.keyfile import read_site
-from curveline.radio.link import read_status
+from curveline.plan_file import DriveSettings
+from curveline.radio.host.link import read_status
+from curveline.radio.interface import BATCH, Answer, Radio, RadioGone, open_radio
+from curveline.radio.mock.air import Weather
+from curveline.radio.protocol.air_time import RETRIES
+from curveline.radio.protocol.codes import FLAG_QUERY
+from curveline.radio.protocol.frames import HelloFrame, ReportFrame, decode_report, encode_hello
+from curveline.radio.site.key_file import read_site
 
 from .bench import drive_table
 from .chip_setup import read
@@ -50,7 +51,7 @@ class Lab:
     """The machine and how to open its radio."""
 
     rig: SpiRig
-    drive: DriveTable
+    drive: DriveSettings
     folder: Path
 
     def open(self, spec: str = SPEC) -> Radio:
@@ -60,15 +61,15 @@ class Lab:
         return radio.exchange([self.query(number, attempt)])[0]
 
     def query(self, number: int = 1, attempt: int = 0) -> tuple[str, bytes]:
-        hello = Hello(number, NONCE | attempt, 0, 0, 0, FLAG_QUERY)
+        hello = HelloFrame(number, NONCE | attempt, 0, 0, 0, FLAG_QUERY)
         return self.drive.addresses[number - 1], encode_hello(hello, self.rig.site.node_key(number))
 
     def is_status(self, answer: Answer, number: int = 1) -> bool:
         status = decode_report(answer.payload or b"", self.rig.site.node_key(number), NONCE)
-        return isinstance(status, Report) and status.node == number
+        return isinstance(status, ReportFrame) and status.node == number
 
 
-def build(folder: Path, drive: DriveTable) -> Lab:
+def build(folder: Path, drive: DriveSettings) -> Lab:
     keys = folder / "site.json"
     site = read_site(keys).site(drive) if keys.exists() else write_keys(keys, drive)
     return Lab(SpiRig(folder, drive, site, Weather()), drive, folder)

@@ -9,7 +9,7 @@ from itertools import count
 from pathlib import Path
 from types import ModuleType
 
-from curveline.radio.node import Node
+from curveline.radio.node.machine import NodeMachine
 
 _serial = count(1)
 
@@ -25,11 +25,11 @@ class Mistake:
     caught: str = ""
 
 
-def with_body(module: ModuleType) -> type[Node]:
+def with_body(module: ModuleType) -> type[NodeMachine]:
     """The node, which does without frames what the other `nodebody` says."""
-    other = {name: what for name, what in vars(module.NodeBody).items() if name not in vars(Node)}
+    other = {name: what for name, what in vars(module.NodeBody).items() if name not in vars(NodeMachine)}
     members = {name: what for name, what in other.items() if callable(what) or isinstance(what, property)}
-    return type("Node", (Node,), members)
+    return type("Node", (NodeMachine,), members)
 
 
 def mutant(mistake: Mistake) -> ModuleType:

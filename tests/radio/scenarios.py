@@ -10,15 +10,15 @@ from collections.abc import Callable
 from random import Random
 
 from curveline.errors import InvalidInput
-from curveline.radio.actions import Phase, Policy, Poll, Send, Write
-from curveline.radio.air import Air, Heard, Weather
-from curveline.radio.codes import Kind
-from curveline.radio.conductor import Conductor
-from curveline.radio.halts import Cause
-from curveline.radio.motion import Move
-from curveline.radio.node import Node
-from curveline.radio.nodestate import Identity, Memory
-from curveline.radio.plant import MotorPlant
+from curveline.radio.host.actions import Phase, Policy, Poll, Send, Write
+from curveline.radio.host.conductor import Conductor
+from curveline.radio.host.stop_causes import Cause
+from curveline.radio.mock.air import Air, Heard, Weather
+from curveline.radio.node.machine import NodeMachine
+from curveline.radio.node.plant import MotorPlant
+from curveline.radio.node.state import Identity, Memory
+from curveline.radio.protocol.codes import FrameKind
+from curveline.radio.protocol.motion import NodeMove
 
 from .visits import keep_back, look_in
 from .watched import LAYOUTS, QUICK, SLOW_STEP, STEPS, Watched, layout_plan, require
@@ -193,7 +193,7 @@ def silenced(seed: int, bench_class: type[Watched] = Watched) -> int:
     return bench.polls
 
 
-def _slowest_ms(move: Move) -> int:
+def _slowest_ms(move: NodeMove) -> int:
     """How long the slowest axis of the simulation takes to slow down: 0.7 of the commanded speed."""
     return -(-10 * move.ramp_ms // 7) + 1
 
@@ -253,7 +253,7 @@ def haunted(seed: int, bench_class: type[Watched] = Watched) -> int:
         recorded.append(send)
         times.append(bench.now_ms)
         old = bench.random.choice(recorded)
-        if old.payload[0] & 0xF == Kind.DRIVE:
+        if old.payload[0] & 0xF == FrameKind.DRIVE:
             _replay(bench, old)
 
     bench.hooks.append(again)
@@ -320,7 +320,7 @@ def visited(seed: int, bench_class: type[Watched] = Watched) -> int:
 class Rivals:
     """Two hosts with plans and radios of their own, and the same nodes."""
 
-    def __init__(self, seed: int, node_class: type[Node], host_class: type[Conductor]) -> None:
+    def __init__(self, seed: int, node_class: type[NodeMachine], host_class: type[Conductor]) -> None:
         self.random = random = Random(seed)
         count, steps = random.choice((2, 3, 4)), random.choice((4, 8, 16))
         self.benches = [
@@ -345,15 +345,15 @@ class Rivals:
         self.pending: list[list[Send]] = [[], []]
         self.answers: list[list[tuple[int, Heard]]] = [[], []]
 
-    def _spy(self, index: int, follow: Callable[..., None]) -> Callable[[int, int, Move], None]:
-        def checked(now_ms: int, start_ms: int, move: Move) -> None:
+    def _spy(self, index: int, follow: Callable[..., None]) -> Callable[[int, int, NodeMove], None]:
+        def checked(now_ms: int, start_ms: int, move: NodeMove) -> None:
             if move.brake_ms is None:
                 self._check_departure(index, move)
             follow(self.benches[0].plants[index], now_ms, start_ms, move)
 
         return checked
 
-    def _check_departure(self, index: int, move: Move) -> None:
+    def _check_departure(self, index: int, move: NodeMove) -> None:
         nodes = self.benches[0].nodes
         run = nodes[index].memory.run_tag
         owner = next(bench for bench in self.benches if bench.conductor.run_tag == run)

@@ -10,13 +10,13 @@ import os
 from pathlib import Path
 from random import Random
 
-from curveline.plan import DriveTable
-from curveline.radio.air import Weather
-from curveline.radio.keys import Site
-from curveline.radio.motion import axes_of
-from curveline.radio.node import Node
-from curveline.radio.nodestate import Identity, Memory
-from curveline.radio.plant import MotorPlant
+from curveline.plan_file import DriveSettings
+from curveline.radio.mock.air import Weather
+from curveline.radio.node.machine import NodeMachine
+from curveline.radio.node.plant import MotorPlant
+from curveline.radio.node.state import Identity, Memory
+from curveline.radio.protocol.keys import Site
+from curveline.radio.protocol.motion import axes_of
 from firmware.build import shared_library
 
 from .chip import Chip
@@ -55,7 +55,7 @@ class SpiRig:
     device is a file in `folder`, which can be locked.
     """
 
-    def __init__(self, folder: Path, drive: DriveTable, site: Site, weather: Weather, seed: int = 0) -> None:
+    def __init__(self, folder: Path, drive: DriveSettings, site: Site, weather: Weather, seed: int = 0) -> None:
         self.ether = Ether(weather.loss, weather.corrupt, seed)
         self.site = site
         self.ce_connected = True
@@ -82,8 +82,8 @@ class SpiRig:
         """Let the next transfers on the bus fail."""
         self._library.shim_fail(ctypes.c_int(count))
 
-    def _new_node(self, number: int, drive: DriveTable, site: Site) -> ChipNode:
-        node = Node(Identity(number, site), axes_of(drive), MotorPlant((0, 0, 0)), Memory())
+    def _new_node(self, number: int, drive: DriveSettings, site: Site) -> ChipNode:
+        node = NodeMachine(Identity(number, site), axes_of(drive), MotorPlant((0, 0, 0)), Memory())
         address = bytes.fromhex(drive.addresses[number - 1])
         listener = Listener(self.ether, address, drive.data_rate, drive.channel)
         return ChipNode(listener, node, self._weather, self._random)

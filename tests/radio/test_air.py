@@ -6,7 +6,8 @@ from random import Random
 
 import pytest
 
-from curveline.radio.air import HOST_US, RETRIES, Air, Antenna, Heard, Weather
+from curveline.radio.mock.air import HOST_US, Air, Antenna, Heard, Weather
+from curveline.radio.protocol.air_time import RETRIES
 
 
 class Echo:

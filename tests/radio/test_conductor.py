@@ -9,20 +9,20 @@ from functools import partial
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.radio import codes, frames
-from curveline.radio.actions import Phase, Policy, Poll, Send, Write
-from curveline.radio.air import Heard, Weather
-from curveline.radio.codes import Fault, Kind, State
-from curveline.radio.conductor import Conductor
-from curveline.radio.envelope import kind_of
-from curveline.radio.frames import Drive, Hello, Stop
-from curveline.radio.halts import Cause, Halt, fault_halt
-from curveline.radio.keys import Site
-from curveline.radio.motion import AxisLimits, plan_move
-from curveline.radio.node import Node
-from curveline.radio.nodestate import NOWHERE, Identity, Memory
-from curveline.radio.peer import Peer
-from curveline.radio.plant import PlantFault
+from curveline.radio.host.actions import Phase, Policy, Poll, Send, Write
+from curveline.radio.host.conductor import Conductor
+from curveline.radio.host.peer import Peer
+from curveline.radio.host.stop_causes import Cause, Halt, fault_halt
+from curveline.radio.mock.air import Heard, Weather
+from curveline.radio.node.machine import NodeMachine
+from curveline.radio.node.plant import PlantFault
+from curveline.radio.node.state import NOWHERE, Identity, Memory
+from curveline.radio.protocol import codes, frames
+from curveline.radio.protocol.codes import Fault, FrameKind, NodeState
+from curveline.radio.protocol.envelope import kind_of
+from curveline.radio.protocol.frames import DriveFrame, HelloFrame, StopFrame
+from curveline.radio.protocol.keys import Site
+from curveline.radio.protocol.motion import AxisLimits, plan_move
 
 from .bench import POSES, Bench, make_plan, target
 
@@ -76,7 +76,7 @@ def test_a_run_goes_from_barrier_to_barrier_and_writes_before_it_speaks() -> Non
         frame = frames.decode_drive(
             send.payload, bench.conductor.peers[send.node - 1].key, codes.clock_of(bench.now_ms)
         )
-        if isinstance(frame, Drive):
+        if isinstance(frame, DriveFrame):
             released = [record["step"] for record in bench.records if record["type"] == "release"]
             assert frame.release <= max(released, default=0)
             seen.append((frame.release, frame.load_step))
@@ -92,10 +92,10 @@ def test_a_run_goes_from_barrier_to_barrier_and_writes_before_it_speaks() -> Non
     assert (0, 1) in seen
     assert (1, 2) in seen, "the next step is staged while one is being done"
     assert bench.positions() == [target(POSES[-1]).counts] * 2
-    assert [node.state for node in bench.nodes] == [State.READY] * 2
+    assert [node.state for node in bench.nodes] == [NodeState.READY] * 2
     for node in bench.nodes:
         node.advance(10**7)
-        assert node.state is State.READY, "a session that was given back leaves no dead-man behind"
+        assert node.state is NodeState.READY, "a session that was given back leaves no dead-man behind"
 
 
 def test_the_start_record_says_all_that_a_resume_needs() -> None:
@@ -174,7 +174,7 @@ def test_a_node_that_is_off() -> None:
 def test_a_node_with_another_key() -> None:
     bench = Bench(make_plan())
     foreign = Identity(1, Site(b"another master k", bench.site.chips))
-    bench.antennas[0].node = Node(foreign, bench.axes, bench.plants[0], Memory())
+    bench.antennas[0].node = NodeMachine(foreign, bench.axes, bench.plants[0], Memory())
     refused(bench, Cause.UNTRUSTED, 1)
 
 
@@ -182,21 +182,21 @@ def test_a_node_with_another_chip() -> None:
     """The key belongs to the chip: another device with the site's key answers under another one."""
     bench = Bench(make_plan())
     other = Identity(2, Site(bench.site.master, (bench.site.chips[0], 0xDEAD)))
-    bench.antennas[1].node = Node(other, bench.axes, bench.plants[1], Memory())
+    bench.antennas[1].node = NodeMachine(other, bench.axes, bench.plants[1], Memory())
     refused(bench, Cause.UNTRUSTED, 2)
 
 
 def test_a_node_with_other_settings() -> None:
     bench = Bench(make_plan())
     slow = AxisLimits(-1000, 1000, 500, 500)
-    other = Node(Identity(2, bench.site), (slow, slow, slow), bench.plants[1], Memory())
+    other = NodeMachine(Identity(2, bench.site), (slow, slow, slow), bench.plants[1], Memory())
     bench.antennas[1].node = bench.nodes[1] = other
     refused(bench, Cause.CONFIG, 2)
 
 
 def test_a_node_with_another_firmware(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(make_plan())
-    monkeypatch.setattr("curveline.radio.node.VERSION", 3)
+    monkeypatch.setattr("curveline.radio.node.machine.VERSION", 3)
     halt = refused(bench, Cause.VERSION, 1)
     assert "it has 3, this release needs 2" in halt.message
 
@@ -270,7 +270,7 @@ def test_a_node_that_is_not_fit_to_move(memory: Memory, cause: Cause) -> None:
     bench.nodes[1] = bench.antennas[1].node = bench.new_node(1, memory)
     halt = refused(bench, cause, 2)
     assert "step" not in halt.message
-    assert bench.nodes[0].state is State.READY, "nodes that are well are given back as they were"
+    assert bench.nodes[0].state is NodeState.READY, "nodes that are well are given back as they were"
 
 
 def test_faults_can_be_cleared_on_request() -> None:
@@ -303,7 +303,7 @@ def test_a_node_that_falls_silent_for_good() -> None:
     silence(bench, 2)
     halt = halted(bench, Cause.SILENT, 2)
     assert "for 6.0 s" in halt.message
-    assert bench.nodes[0].state is State.HOLD
+    assert bench.nodes[0].state is NodeState.HOLD
     bench.nodes[1].advance(bench.now_ms)
     assert bench.nodes[1].memory.finished <= 1
     assert bench.nodes[1].move is None
@@ -466,7 +466,7 @@ def test_a_fault_of_a_motor(fault: Fault, cause: Cause, monkeypatch: pytest.Monk
     assert "in step 1" in halt.message
     assert "translate" in halt.message
     at_rest(bench)
-    assert bench.nodes[1].state is State.HOLD
+    assert bench.nodes[1].state is NodeState.HOLD
 
 
 @pytest.mark.parametrize(("load", "cause"), [((1, (5, 5, 5), 0), Cause.CONFLICT), ((2, (10**6, 0, 0), 0), Cause.LIMIT)])
@@ -485,7 +485,7 @@ def test_a_target_that_the_node_refuses(load: tuple[int, codes.Counts, int], cau
 
 def test_a_stop_that_somebody_else_sent() -> None:
     bench = moving()
-    bench.nodes[1].receive(bench.now_ms, frames.encode_stop(Stop(0), bench.site.stop_key))
+    bench.nodes[1].receive(bench.now_ms, frames.encode_stop(StopFrame(0), bench.site.stop_key))
     halted(bench, Cause.STOPPED, 2)
 
 
@@ -535,7 +535,7 @@ def test_a_pause_waits_for_the_barrier(moment_ms: int) -> None:
     bench.run_to(Phase.PAUSED)
     assert len({node.memory.finished for node in bench.nodes}) == 1
     assert {node.memory.started - node.memory.finished for node in bench.nodes} == {0}
-    assert {node.state for node in bench.nodes} == {State.HOLD}
+    assert {node.state for node in bench.nodes} == {NodeState.HOLD}
     assert bench.records[-1]["type"] == "pause"
     assert bench.run(lambda: bench.now_ms > 5000) is Phase.PAUSED
     bench.conductor.resume(bench.now_ms)
@@ -632,7 +632,7 @@ def test_an_emergency_stop_reaches_everybody(loss: float) -> None:
     bench.air.weather = Weather(loss)
     bench.conductor.estop(bench.now_ms)
     halted(bench, Cause.ESTOP)
-    assert {node.state for node in bench.nodes} == {State.ESTOP}
+    assert {node.state for node in bench.nodes} == {NodeState.ESTOP}
 
 
 def test_a_node_that_obeys_somebody_else_is_not_called_late() -> None:
@@ -643,7 +643,7 @@ def test_a_node_that_obeys_somebody_else_is_not_called_late() -> None:
     other = Peer(2, bench.plan.drive.addresses[1], bench.site.node_key(2), 0xAA00)
     taken.receive(bench.now_ms, other.hello(replace(first._hello, nonce=0)))
     ident = other.take(taken.ack)
-    assert isinstance(ident, frames.Ident)
+    assert isinstance(ident, frames.IdentFrame)
     other.accept(ident, first.run_tag)
 
     def keep(send: Send) -> None:
@@ -667,14 +667,14 @@ def test_an_emergency_stop_reaches_a_node_that_another_host_has_taken() -> None:
     taken._session.heard_ms -= 5000  # type: ignore[union-attr]
     taken.receive(bench.now_ms, other.hello(hello))
     ident = other.take(taken.ack)
-    assert isinstance(ident, frames.Ident)
+    assert isinstance(ident, frames.IdentFrame)
     other.accept(ident, bench.conductor.run_tag)
     taken.receive(bench.now_ms, other.drive(1, 0, (1, target(POSES[0]).counts, 9000)))
     taken.receive(bench.now_ms + 1, other.drive(1, 0, (1, target(POSES[0]).counts, 9000)))
     bench.conductor.estop(bench.now_ms)
     bench.run()
-    assert bench.nodes[0].state is State.ESTOP
-    assert taken.state is State.HOLD
+    assert bench.nodes[0].state is NodeState.ESTOP
+    assert taken.state is NodeState.HOLD
     assert taken._stopped
 
 
@@ -685,7 +685,7 @@ def test_an_emergency_stop_also_while_nodes_are_being_held() -> None:
     bench.conductor.estop(bench.now_ms)
     bench.conductor.estop(bench.now_ms)
     halted(bench, Cause.REBOOT, 2)
-    assert bench.nodes[0].state is State.ESTOP
+    assert bench.nodes[0].state is NodeState.ESTOP
 
 
 def test_an_emergency_stop_before_any_node_is_claimed_touches_none() -> None:
@@ -725,7 +725,7 @@ def test_every_fault_has_its_cause() -> None:
 def test_a_hello_that_replaces_an_offer_costs_a_handshake_and_no_more() -> None:
     """Somebody sends a recorded HELLO each time that the host has an offer and has not taken it up yet."""
     bench = Bench(make_plan())
-    other = [frames.encode_hello(Hello(1, nonce << 8, 5, 0, 1000), bench.site.node_key(1)) for nonce in (1, 2, 3)]
+    other = [frames.encode_hello(HelloFrame(1, nonce << 8, 5, 0, 1000), bench.site.node_key(1)) for nonce in (1, 2, 3)]
 
     def meddle(send: Send) -> None:
         if bench.conductor.phase is Phase.PREFLIGHT and send.node == 1 and other:
@@ -748,7 +748,7 @@ def test_a_stop_between_offer_and_first_frame_is_not_undone() -> None:
     bench = Bench(make_plan())
     bench.run(lambda: bench.conductor.peers[0].ident is not None and bench.conductor.phase is Phase.DISCOVER)
     for node in bench.nodes:
-        node.receive(bench.now_ms, frames.encode_stop(Stop(0), bench.site.stop_key))
+        node.receive(bench.now_ms, frames.encode_stop(StopFrame(0), bench.site.stop_key))
     assert bench.run() is Phase.HALTED
     assert bench.conductor.halt is not None
     assert bench.conductor.halt.cause is Cause.STOPPED
@@ -766,7 +766,7 @@ def test_a_stop_of_somebody_else_outlives_a_pause_and_a_resume(phase: Phase) -> 
         bench.run(lambda: all(peer.ident is not None for peer in bench.conductor.peers[:1]))
         bench.run(lambda: bench.conductor.phase is phase)
     for node in bench.nodes:
-        node.receive(bench.now_ms, frames.encode_stop(Stop(0), bench.site.stop_key))
+        node.receive(bench.now_ms, frames.encode_stop(StopFrame(0), bench.site.stop_key))
     stands = bench.positions()
     if phase is Phase.PAUSED:
         bench.conductor.resume(bench.now_ms)
@@ -795,7 +795,7 @@ def test_old_answers_replayed_do_not_pass_for_a_living_node() -> None:
 
 def look(bench: Bench, node: int) -> None:
     """Somebody asks for a node's last run, as `was_last_run` does: the first half of a handshake."""
-    hello = Hello(node, bench.polls + 1 << 8, 5, 0, 0)
+    hello = HelloFrame(node, bench.polls + 1 << 8, 5, 0, 0)
     bench.nodes[node - 1].receive(bench.now_ms, frames.encode_hello(hello, bench.site.node_key(node)))
 
 
@@ -804,7 +804,7 @@ def before_first_drive(bench: Bench, happens: Callable[[int], object]) -> None:
     waiting = {1, 2}
 
     def hook(send: Send) -> None:
-        if kind_of(send.payload) is Kind.DRIVE and send.node in waiting:
+        if kind_of(send.payload) is FrameKind.DRIVE and send.node in waiting:
             waiting.remove(send.node)
             happens(send.node)
 
@@ -815,7 +815,7 @@ def test_nor_does_an_offer_that_was_replaced_after_a_stop_undo_it() -> None:
     bench = Bench(make_plan())
 
     def stop_and_look(number: int) -> None:
-        bench.nodes[number - 1].receive(bench.now_ms, frames.encode_stop(Stop(0), bench.site.stop_key))
+        bench.nodes[number - 1].receive(bench.now_ms, frames.encode_stop(StopFrame(0), bench.site.stop_key))
         look(bench, number)
 
     before_first_drive(bench, stop_and_look)
@@ -828,7 +828,7 @@ def test_nor_does_an_offer_that_was_replaced_after_a_stop_undo_it() -> None:
 def test_a_send_after_a_stop_lifts_it_also_when_its_offer_is_replaced() -> None:
     bench = Bench(make_plan())
     for node in bench.nodes:
-        node.receive(0, frames.encode_stop(Stop(0), bench.site.stop_key))
+        node.receive(0, frames.encode_stop(StopFrame(0), bench.site.stop_key))
     before_first_drive(bench, partial(look, bench))
     assert bench.run() is Phase.DONE
 
@@ -837,7 +837,7 @@ def test_a_stop_between_the_wish_to_pause_and_the_pause_outlives_it() -> None:
     bench = moving(5.0)
     bench.conductor.hold(bench.now_ms)
     for node in bench.nodes:
-        node.receive(bench.now_ms, frames.encode_stop(Stop(0), bench.site.stop_key))
+        node.receive(bench.now_ms, frames.encode_stop(StopFrame(0), bench.site.stop_key))
     bench.run_to(Phase.PAUSED)
     bench.conductor.resume(bench.now_ms)
     assert bench.run() is Phase.HALTED

@@ -11,17 +11,25 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import InvalidInput, LinkError
-from curveline.plan import Plan
-from curveline.radio import BACK_ENDS, BATCH, Answer, Radio
-from curveline.radio.actions import Policy
-from curveline.radio.air import RETRIES, Weather
-from curveline.radio.codes import FLAG_QUERY, FLAG_TAKEOVER, FRAME_BYTES, Fault, State
-from curveline.radio.frames import Drive, Hello, Report, decode_report, encode_drive, encode_hello
-from curveline.radio.journal import Journal, new_run, read_journal
-from curveline.radio.keys import session_key
-from curveline.radio.link import Control, Progress, Request, RunReport, read_status, send_plan
-from curveline.radio.nodestate import NOWHERE
-from curveline.radio.service import clear_fault, home_axes, report_of
+from curveline.plan_file import Plan
+from curveline.radio.host.actions import Policy
+from curveline.radio.host.journal import Journal, new_run, read_journal
+from curveline.radio.host.link import Control, OperatorRequest, Progress, RunReport, read_status, send_plan
+from curveline.radio.host.service import clear_fault, home_axes, report_of
+from curveline.radio.interface import BACK_ENDS, BATCH, Answer, Radio
+from curveline.radio.mock.air import Weather
+from curveline.radio.node.state import NOWHERE
+from curveline.radio.protocol.air_time import RETRIES
+from curveline.radio.protocol.codes import FLAG_QUERY, FLAG_TAKEOVER, FRAME_BYTES, Fault, NodeState
+from curveline.radio.protocol.frames import (
+    DriveFrame,
+    HelloFrame,
+    ReportFrame,
+    decode_report,
+    encode_drive,
+    encode_hello,
+)
+from curveline.radio.protocol.keys import session_key
 
 from .bench import drive_table, make_plan, short_plan
 from .worlds import HERE, SEED, WORLDS, World, world_of
@@ -65,14 +73,14 @@ def send(world: World, plan: Plan = PLAN, control: Control | None = None, radio:
 
 def query(world: World, number: int, attempt: int = 0) -> tuple[str, bytes]:
     """A question to a node that changes nothing."""
-    hello = Hello(number, NONCE | attempt, 0, 0, 0, FLAG_QUERY)
+    hello = HelloFrame(number, NONCE | attempt, 0, 0, 0, FLAG_QUERY)
     return world.drive.addresses[number - 1], encode_hello(hello, world.radio.site.node_key(number))
 
 
-def answered(world: World, number: int, answer: Answer) -> Report | None:
+def answered(world: World, number: int, answer: Answer) -> ReportFrame | None:
     """What a node said to the question, None if it is not that."""
     status = decode_report(answer.payload or b"", world.radio.site.node_key(number), NONCE)
-    return status if isinstance(status, Report) and status.node == number else None
+    return status if isinstance(status, ReportFrame) and status.node == number else None
 
 
 def assert_arrived(world: World, report: RunReport, plan: Plan = PLAN) -> None:
@@ -164,13 +172,13 @@ def test_an_answer_was_loaded_before_its_question(world: World) -> None:
     heard = []
     for round_number in range(3):
         handshake = NONCE + (round_number << 8)
-        hello = Hello(1, handshake, 0, 0, 0, FLAG_QUERY)
+        hello = HelloFrame(1, handshake, 0, 0, 0, FLAG_QUERY)
         (answer,) = world.radio.exchange([(world.drive.addresses[0], encode_hello(hello, key))])
         heard.append(answer.payload or b"")
         world.radio.sleep_until(world.radio.now_us() + 5000)
-    assert not any(isinstance(decode_report(heard[0], key, NONCE + (later << 8)), Report) for later in range(3))
-    assert isinstance(decode_report(heard[1], key, NONCE), Report)
-    assert isinstance(decode_report(heard[2], key, NONCE + 0x100), Report)
+    assert not any(isinstance(decode_report(heard[0], key, NONCE + (later << 8)), ReportFrame) for later in range(3))
+    assert isinstance(decode_report(heard[1], key, NONCE), ReportFrame)
+    assert isinstance(decode_report(heard[2], key, NONCE + 0x100), ReportFrame)
 
 
 def test_one_node_twice_in_a_batch_is_asked_twice(world: World) -> None:
@@ -178,7 +186,7 @@ def test_one_node_twice_in_a_batch_is_asked_twice(world: World) -> None:
     world.radio.exchange([query(world, 1, 1 << 8)])
     answers = world.radio.exchange([query(world, 1, 2 << 8), query(world, 1, 3 << 8)])
     for number, answer in enumerate(answers, start=1):
-        assert isinstance(decode_report(answer.payload or b"", key, NONCE | number << 8), Report)
+        assert isinstance(decode_report(answer.payload or b"", key, NONCE | number << 8), ReportFrame)
 
 
 def test_retries_are_reported(display: Display) -> None:
@@ -219,11 +227,11 @@ def test_a_node_is_homed_and_forgets_its_fault(world: World) -> None:
     unhomed, hurt = world.nodes()
     unhomed.memory.unhomed = NOWHERE
     hurt.memory.fault, hurt.memory.fault_axis = Fault.STALL, 2
-    assert report_of(world.radio, world.drive, 1).state is State.UNHOMED
+    assert report_of(world.radio, world.drive, 1).state is NodeState.UNHOMED
     homed = home_axes(world.radio, world.drive, 1)
-    assert (homed.axes, homed.state, homed.boot) == ((0, 0, 0), State.READY, 1)
+    assert (homed.axes, homed.state, homed.boot) == ((0, 0, 0), NodeState.READY, 1)
     assert report_of(world.radio, world.drive, 2).fault is Fault.STALL
-    assert clear_fault(world.radio, world.drive, 2).state is State.READY
+    assert clear_fault(world.radio, world.drive, 2).state is NodeState.READY
     assert_arrived(world, send(world, THERE_AND_BACK), THERE_AND_BACK)
 
 
@@ -296,9 +304,9 @@ def test_frames_of_another_run_are_ignored(world: World) -> None:
 
 def test_a_stranger_with_another_key_moves_nothing(world: World) -> None:
     address, stranger = world.drive.addresses[0], bytes(range(16))
-    frames = [(address, encode_hello(Hello(1, NONCE, 5, 0, 1000, FLAG_TAKEOVER), stranger))]
+    frames = [(address, encode_hello(HelloFrame(1, NONCE, 5, 0, 1000, FLAG_TAKEOVER), stranger))]
     for session in range(4):
-        drive = Drive(0, session, 1000 + session, 9, 1, (500, 500, 500), 100)
+        drive = DriveFrame(0, session, 1000 + session, 9, 1, (500, 500, 500), 100)
         frames.append((address, encode_drive(drive, session_key(stranger, NONCE, (1, 1, 0), 5))))
     for _ in range(3):
         world.radio.exchange(frames)
@@ -315,7 +323,7 @@ def test_a_hold_stops_the_run_where_it_is(world: World) -> None:
 
     def watch(progress: Progress) -> None:
         if progress.status.started:
-            control.ask(Request.HOLD)
+            control.ask(OperatorRequest.HOLD)
 
     report = send_plan(plan, world.radio, journal, watch, control)
     journal.close()
@@ -355,7 +363,7 @@ def test_closing_during_a_run_ends_it_with_a_link_error(world: World) -> None:
 
 
 def test_a_second_opener_is_refused_until_the_first_closes(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("curveline.radio.store.LOCK_WAIT_S", 0.1)
+    monkeypatch.setattr("curveline.radio.mock.store.LOCK_WAIT_S", 0.1)
     with pytest.raises(LinkError, match=r"in use|locked|another") as caught:
         world.open()
     assert caught.value.hint

@@ -17,12 +17,12 @@ from random import Random
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.radio.actions import Phase, Policy, Write
-from curveline.radio.air import Weather
-from curveline.radio.conductor import Conductor
-from curveline.radio.halts import Cause
-from curveline.radio.journal import FILE_NAME, ReopenedJournal, SystemDisk, encode_record
-from curveline.radio.resume import ResumePoint, resume_point
+from curveline.radio.host.actions import Phase, Policy, Write
+from curveline.radio.host.conductor import Conductor
+from curveline.radio.host.journal import FILE_NAME, ReopenedJournal, SystemDisk, encode_record
+from curveline.radio.host.resume import ResumePoint, resume_point
+from curveline.radio.host.stop_causes import Cause
+from curveline.radio.mock.air import Weather
 
 from .bench import Bench, make_plan, short_plan
 

@@ -13,16 +13,16 @@ from typing import Any
 import pytest
 
 from curveline.errors import EXIT_LINK, LinkError
-from curveline.radio import RadioGone
-from curveline.radio.air import Air
-from curveline.radio.codes import State
-from curveline.radio.halts import Cause
-from curveline.radio.journal import Journal, new_run, read_journal
-from curveline.radio.keys import Site
-from curveline.radio.link import Halted, RunReport, send_plan
-from curveline.radio.mishaps import MISHAPS
-from curveline.radio.mock import MockRadio, open_radio
-from curveline.radio.scan import problems, scan
+from curveline.radio.host.journal import Journal, new_run, read_journal
+from curveline.radio.host.link import Halted, RunReport, send_plan
+from curveline.radio.host.scan import problems, scan
+from curveline.radio.host.stop_causes import Cause
+from curveline.radio.interface import RadioGone
+from curveline.radio.mock.air import Air
+from curveline.radio.mock.display import MockRadio, open_radio
+from curveline.radio.mock.fault_injection import MISHAPS
+from curveline.radio.protocol.codes import NodeState
+from curveline.radio.protocol.keys import Site
 
 from .bench import drive_table, make_plan
 
@@ -226,7 +226,7 @@ def test_strangers_and_replays_are_counted(tmp_path: Path) -> None:
     for node in ran.radio.nodes:
         assert node.tally.bad_tags > 10
         assert node.tally.old_frames > 10
-        assert node.state is State.READY
+        assert node.state is NodeState.READY
     found = scan(ran.radio, drive_table())
     assert all(page.bad_tags > 10 for each in found for page in each.pages.values())
     ran.radio.close()

@@ -11,11 +11,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curveline.errors import InvalidInput
-from curveline.radio import codes, envelope, frames, pages
-from curveline.radio.codes import NOT_HOMED, BootCause, Fault, Kind, Reject, State
-from curveline.radio.frames import Drive, Estop, Hello, Home, Ident, NodeNonce, Report, Status, Stop
-from curveline.radio.keys import OPEN_KEY, Site, derive, session_key
-from curveline.radio.pages import Ask, Page
+from curveline.radio.protocol import codes, envelope, frames, page_frames
+from curveline.radio.protocol.codes import NOT_HOMED, BootCause, Fault, FrameKind, NodeState, Reject
+from curveline.radio.protocol.frames import (
+    DriveFrame,
+    EstopFrame,
+    HelloFrame,
+    HomeFrame,
+    IdentFrame,
+    NodeNonce,
+    ReportFrame,
+    StatusFrame,
+    StopFrame,
+)
+from curveline.radio.protocol.keys import OPEN_KEY, Site, derive, session_key
+from curveline.radio.protocol.page_frames import AskFrame, PageFrame
 
 KEY = bytes(range(16))
 NONCE = 0x0123456789ABCD00
@@ -23,19 +33,19 @@ NONCE = 0x0123456789ABCD00
 CLOCK = 0x1_0203_0405
 """A time of the node [ticks], more than its low bits."""
 NOW = CLOCK + 9
-DRIVE = Drive(CLOCK, 0x1234, 0x01020304, 7, 8, (-1, 0x123456, -0x7FFFFF), 0x2211, 5)
-ESTOP = Estop(3, 0x1234, 0x01020304)
-HOME = Home(CLOCK, 0x1234, 0x01020304, 5, 7)
-STATUS = Status(2, 0x1234, 0x01020304, CLOCK, 6, 7, 8, State.MOVING, 5, Fault.STALL, 2, (8, -16, 262136))
-HELLO = Hello(4, NONCE + 1, 0x1111111122222222, 0xBEEF, 1000, 3, 2, 2)
-IDENT = Ident(4, NodeNonce(0x00090A, 0x00014321, 0x0B0C0D0E), 0x02030405, 0xBEEF, 2, State.READY, True, True)
-REPORT = Report(
-    *(4, 0x00090A, BootCause.WATCHDOG, 6, 7, 8, State.MOVING, 5, Fault.STALL, 2, (8, -16, 262136)),
+DRIVE = DriveFrame(CLOCK, 0x1234, 0x01020304, 7, 8, (-1, 0x123456, -0x7FFFFF), 0x2211, 5)
+ESTOP = EstopFrame(3, 0x1234, 0x01020304)
+HOME = HomeFrame(CLOCK, 0x1234, 0x01020304, 5, 7)
+STATUS = StatusFrame(2, 0x1234, 0x01020304, CLOCK, 6, 7, 8, NodeState.MOVING, 5, Fault.STALL, 2, (8, -16, 262136))
+HELLO = HelloFrame(4, NONCE + 1, 0x1111111122222222, 0xBEEF, 1000, 3, 2, 2)
+IDENT = IdentFrame(4, NodeNonce(0x00090A, 0x00014321, 0x0B0C0D0E), 0x02030405, 0xBEEF, 2, NodeState.READY, True, True)
+REPORT = ReportFrame(
+    *(4, 0x00090A, BootCause.WATCHDOG, 6, 7, 8, NodeState.MOVING, 5, Fault.STALL, 2, (8, -16, 262136)),
     *((0, NOT_HOMED, Fault.ENCODER), 0x0E10, True, False),
 )
-STOP = Stop(1)
-ASK = Ask(0xFF, NONCE + 1)
-PAGE = Page(4, 0xCAFEF00D, 0x00010203, 0x00090A, 0xBEEF, State.READY, 2, 0x0201, 0x0403)
+STOP = StopFrame(1)
+ASK = AskFrame(0xFF, NONCE + 1)
+PAGE = PageFrame(4, 0xCAFEF00D, 0x00010203, 0x00090A, 0xBEEF, NodeState.READY, 2, 0x0201, 0x0403)
 
 GOLDEN = {
     # head clock session counter / release load / three 24-bit targets / move_ms hold
@@ -67,8 +77,8 @@ ENCODED = {
     "ident": frames.encode_ident(IDENT, KEY, NONCE),
     "report": frames.encode_report(REPORT, KEY, NONCE),
     "stop": frames.encode_stop(STOP, KEY),
-    "ask": pages.encode_ask(ASK),
-    "page": pages.encode_page(PAGE, NONCE),
+    "ask": page_frames.encode_ask(ASK),
+    "page": page_frames.encode_page(PAGE, NONCE),
 }
 DECODE = {
     "drive": lambda payload: frames.decode_drive(payload, KEY, NOW),
@@ -79,8 +89,8 @@ DECODE = {
     "ident": lambda payload: frames.decode_ident(payload, KEY, NONCE),
     "report": lambda payload: frames.decode_report(payload, KEY, NONCE),
     "stop": lambda payload: frames.decode_stop(payload, KEY),
-    "ask": pages.decode_ask,
-    "page": lambda payload: pages.decode_page(payload, NONCE),
+    "ask": page_frames.decode_ask,
+    "page": lambda payload: page_frames.decode_page(payload, NONCE),
 }
 MESSAGES = {"drive": DRIVE, "estop": ESTOP, "status": STATUS, "hello": HELLO, "ident": IDENT, "stop": STOP}
 MESSAGES |= {"ask": ASK, "page": PAGE, "home": HOME, "report": REPORT}
@@ -88,7 +98,9 @@ TRAILERS = {"estop": b"H", "hello": b"H", "stop": b"H", "ask": b"H", "status": C
 TRAILERS["drive"] = TRAILERS["home"] = CLOCK.to_bytes(8, "little") + b"H"
 TRAILERS["ident"] = TRAILERS["page"] = TRAILERS["report"] = NONCE.to_bytes(8, "little") + b"N"
 KEYS = dict.fromkeys(GOLDEN, KEY) | {"ask": OPEN_KEY, "page": OPEN_KEY}
-KINDS = {kind: [name for name, payload in ENCODED.items() if envelope.kind_of(payload) is kind] for kind in codes.Kind}
+KINDS = {
+    kind: [name for name, payload in ENCODED.items() if envelope.kind_of(payload) is kind] for kind in codes.FrameKind
+}
 NAMES = sorted(GOLDEN)
 
 
@@ -127,7 +139,7 @@ def test_every_single_and_double_bit_flip_is_rejected(name: str) -> None:
 def test_random_payloads_are_never_accepted() -> None:
     """A million that look right up to the tag, each to the decoders of its kind; thousands of any length to all."""
     random = Random(1)
-    kinds = list(codes.Kind)
+    kinds = list(codes.FrameKind)
     heads = [bytes([0x20 | kind]) for kind in kinds]
     decoders = [[DECODE[name] for name in KINDS[kind]] for kind in kinds]
     for number in range(1_000_000):
@@ -160,7 +172,7 @@ def test_rejects_say_why() -> None:
     assert frames.decode_drive(ENCODED["status"], KEY, NOW) is Reject.KIND
     assert frames.decode_drive(drive, bytes(16), NOW) is Reject.TAG
     assert envelope.kind_of(b"\x2a" + drive[1:]) is Reject.KIND
-    assert envelope.kind_of(drive) is Kind.DRIVE
+    assert envelope.kind_of(drive) is FrameKind.DRIVE
 
 
 def test_an_ident_is_worth_nothing_under_another_nonce() -> None:
@@ -179,7 +191,7 @@ def test_a_query_answer_is_bound_to_its_question() -> None:
 def test_a_drive_is_known_by_its_clock_for_sixteen_seconds(later: int, known: bool) -> None:
     found = frames.decode_drive(ENCODED["drive"], KEY, CLOCK + later)
     assert found == (DRIVE if known else Reject.TAG)
-    assert isinstance(frames.decode_home(ENCODED["home"], KEY, CLOCK + later), Home) == known
+    assert isinstance(frames.decode_home(ENCODED["home"], KEY, CLOCK + later), HomeFrame) == known
 
 
 @pytest.mark.parametrize(
@@ -240,30 +252,34 @@ u8, u16, u24, u32, u40, u64 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 2
 i24 = st.integers(-codes.TARGET_LIMIT, codes.TARGET_LIMIT)
 units = st.integers(-32767, 32767).map(lambda value: value * 8)
 bool_ = st.booleans()
-drives = st.builds(Drive, u40, u16, u32, u16, u16, st.tuples(i24, i24, i24), u16, u8)
+drives = st.builds(DriveFrame, u40, u16, u32, u16, u16, st.tuples(i24, i24, i24), u16, u8)
 statuses = st.builds(
-    Status,
+    StatusFrame,
     *(u8, u16, u32, u40, u16, u16, u16),
-    *(st.sampled_from(State), st.integers(0, 15), st.sampled_from(Fault), st.integers(0, 3)),
+    *(st.sampled_from(NodeState), st.integers(0, 15), st.sampled_from(Fault), st.integers(0, 3)),
     st.tuples(units, units, units),
 )
-hellos = st.builds(Hello, u8, u64, u64, u16, u8.map(lambda value: value * 50), u8, u8, u8)
+hellos = st.builds(HelloFrame, u8, u64, u64, u16, u8.map(lambda value: value * 50), u8, u8, u8)
 nonces = st.builds(NodeNonce, u24, u32.filter(bool), u32)
-idents = st.builds(Ident, u8, nonces, u32, u16, u8, st.sampled_from(State), bool_, bool_, bool_)
+idents = st.builds(IdentFrame, u8, nonces, u32, u16, u8, st.sampled_from(NodeState), bool_, bool_, bool_)
 reasons = st.sampled_from([*Fault, NOT_HOMED])
 reports = st.builds(
-    Report,
+    ReportFrame,
     *(u8, u24, st.sampled_from(BootCause), u16, u16, u16),
-    *(st.sampled_from(State), st.integers(0, 15), st.sampled_from(Fault), st.integers(0, 3)),
+    *(st.sampled_from(NodeState), st.integers(0, 15), st.sampled_from(Fault), st.integers(0, 3)),
     *(st.tuples(units, units, units), st.tuples(reasons, reasons, reasons), u16, bool_, bool_),
 )
-homes = st.builds(Home, u40, u16, u32, st.integers(1, 7), u8)
+homes = st.builds(HomeFrame, u40, u16, u32, st.integers(1, 7), u8)
 
 
 @settings(max_examples=200)
-@given(st.tuples(drives, homes), st.tuples(statuses, reports), hellos, idents, st.builds(Estop, u8, u16, u32))
+@given(st.tuples(drives, homes), st.tuples(statuses, reports), hellos, idents, st.builds(EstopFrame, u8, u16, u32))
 def test_decoding_gives_back_what_was_encoded(
-    claims: tuple[Drive, Home], answers: tuple[Status, Report], hello: Hello, ident: Ident, estop: Estop
+    claims: tuple[DriveFrame, HomeFrame],
+    answers: tuple[StatusFrame, ReportFrame],
+    hello: HelloFrame,
+    ident: IdentFrame,
+    estop: EstopFrame,
 ) -> None:
     (drive, home), (status, report) = claims, answers
     assert frames.decode_drive(frames.encode_drive(drive, KEY), KEY, drive.clock) == drive
@@ -275,28 +291,28 @@ def test_decoding_gives_back_what_was_encoded(
     assert frames.decode_estop(frames.encode_estop(estop, KEY), KEY) == estop
 
 
-pages_ = st.builds(Page, u8, u32, u32, u24, u16, st.sampled_from(State), u8, u16, u16, u8)
+pages_ = st.builds(PageFrame, u8, u32, u32, u24, u16, st.sampled_from(NodeState), u8, u16, u16, u8)
 
 
-@given(st.builds(Ask, u8, u64, u8), pages_)
-def test_pages_give_back_what_was_encoded(ask: Ask, page: Page) -> None:
-    assert pages.decode_ask(pages.encode_ask(ask)) == ask
-    assert pages.decode_page(pages.encode_page(page, NONCE), NONCE) == page
-    assert pages.decode_page(pages.encode_page(page, NONCE), NONCE + 0x100) is Reject.TAG
+@given(st.builds(AskFrame, u8, u64, u8), pages_)
+def test_pages_give_back_what_was_encoded(ask: AskFrame, page: PageFrame) -> None:
+    assert page_frames.decode_ask(page_frames.encode_ask(ask)) == ask
+    assert page_frames.decode_page(page_frames.encode_page(page, NONCE), NONCE) == page
+    assert page_frames.decode_page(page_frames.encode_page(page, NONCE), NONCE + 0x100) is Reject.TAG
 
 
 def test_counts_of_a_page_saturate() -> None:
-    page = Page(4, 1, 2, 3, 4, State.HOLD, bad_tags=70_000, old_frames=65_536)
-    found = pages.decode_page(pages.encode_page(page, NONCE), NONCE)
-    assert isinstance(found, Page)
+    page = PageFrame(4, 1, 2, 3, 4, NodeState.HOLD, bad_tags=70_000, old_frames=65_536)
+    found = page_frames.decode_page(page_frames.encode_page(page, NONCE), NONCE)
+    assert isinstance(found, PageFrame)
     assert (found.bad_tags, found.old_frames) == (0xFFFF, 0xFFFF)
 
 
 @given(st.integers(-(10**9), 10**9))
 def test_positions_are_rounded_to_eight_counts_and_saturate(counts: int) -> None:
-    status = Status(1, 1, 1, 1, 0, 0, 0, State.READY, 0, Fault.NONE, 0, (counts, 0, 0))
+    status = StatusFrame(1, 1, 1, 1, 0, 0, 0, NodeState.READY, 0, Fault.NONE, 0, (counts, 0, 0))
     decoded = frames.decode_status(frames.encode_status(status, KEY), KEY, 1)
-    assert isinstance(decoded, Status)
+    assert isinstance(decoded, StatusFrame)
     nearest = max(-codes.POSITION_LIMIT, min(codes.POSITION_LIMIT, counts))
     assert abs(decoded.position[0] - nearest) <= 4
 
@@ -304,22 +320,22 @@ def test_positions_are_rounded_to_eight_counts_and_saturate(counts: int) -> None
 @pytest.mark.parametrize(
     "frame",
     [
-        Drive(1, 1, 1, target=(2**23, 0, 0)),
-        Drive(1, 1, 1, target=(0, -(2**23), 0)),
-        Drive(1, 1, 2**32),
-        Drive(1, 1, 1, release=2**16),
-        Drive(1, 1, 1, load_step=-1),
-        Drive(1, 1, 1, move_ms=2**16),
-        Drive(1, 2**16, 1),
+        DriveFrame(1, 1, 1, target=(2**23, 0, 0)),
+        DriveFrame(1, 1, 1, target=(0, -(2**23), 0)),
+        DriveFrame(1, 1, 2**32),
+        DriveFrame(1, 1, 1, release=2**16),
+        DriveFrame(1, 1, 1, load_step=-1),
+        DriveFrame(1, 1, 1, move_ms=2**16),
+        DriveFrame(1, 2**16, 1),
     ],
 )
-def test_what_does_not_fit_a_frame_is_refused(frame: Drive) -> None:
+def test_what_does_not_fit_a_frame_is_refused(frame: DriveFrame) -> None:
     with pytest.raises(InvalidInput):
         frames.encode_drive(frame, KEY)
 
 
 def test_attempts_share_a_handshake_but_no_bytes() -> None:
-    one, two = (Hello(1, NONCE + attempt, 5, 6, 1000) for attempt in (1, 2))
+    one, two = (HelloFrame(1, NONCE + attempt, 5, 6, 1000) for attempt in (1, 2))
     assert one.handshake == two.handshake == NONCE
     assert frames.encode_hello(one, KEY) != frames.encode_hello(two, KEY)
 

@@ -12,16 +12,16 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import InvalidInput, LinkError
-from curveline.plan import Plan
-from curveline.radio import Answer
-from curveline.radio.codes import Kind, State
-from curveline.radio.envelope import kind_of
-from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, SystemDisk, read_journal
-from curveline.radio.link import resume_plan, send_plan
-from curveline.radio.mock import MockRadio
-from curveline.radio.mockspec import MockSpec
-from curveline.radio.resume import resume_point
-from curveline.radio.store import state_at_home
+from curveline.plan_file import Plan
+from curveline.radio.host.journal import FILE_NAME, Journal, ReopenedJournal, SystemDisk, read_journal
+from curveline.radio.host.link import resume_plan, send_plan
+from curveline.radio.host.resume import resume_point
+from curveline.radio.interface import Answer
+from curveline.radio.mock.display import MockRadio
+from curveline.radio.mock.spec import MockSpec
+from curveline.radio.mock.store import state_at_home
+from curveline.radio.protocol.codes import FrameKind, NodeState
+from curveline.radio.protocol.envelope import kind_of
 
 from .bench import short_plan
 
@@ -69,7 +69,7 @@ class Watch(MockRadio):
 
     def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
         for _, payload in frames:
-            if kind_of(payload) is Kind.DRIVE:
+            if kind_of(payload) is FrameKind.DRIVE:
                 assert int.from_bytes(payload[8:10], "little") <= self.released(), "released before it was on disk"
         answers = super().exchange(frames)
         for node, begun in zip(self.nodes, self.begun, strict=True):
@@ -112,7 +112,7 @@ def test_a_disk_that_fails_at_any_call_releases_nothing_and_the_run_goes_on(
         send(radio)
     assert "CURVELINE_RUNS" in caught.value.hint
     assert all(node.move is None for node in radio.nodes)
-    assert {node.state for node in radio.nodes} <= {State.BOOT, State.READY, State.HOLD}
+    assert {node.state for node in radio.nodes} <= {NodeState.BOOT, NodeState.READY, NodeState.HOLD}
 
     radio.watched = FailingDisk()
     records = read_journal(tmp_path / FILE_NAME)

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.radio.intelhex import SETTINGS_SECTOR, with_settings
+from curveline.radio.site.intel_hex import SETTINGS_SECTOR, with_settings
 from hexfile import bytes_of
 
 SETTINGS = bytes(range(100, 184))

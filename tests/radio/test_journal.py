@@ -12,10 +12,9 @@ from zlib import crc32
 
 import pytest
 
-from curveline import portable
 from curveline.errors import InvalidInput, LinkError
-from curveline.radio import journal as journal_module
-from curveline.radio.journal import (
+from curveline.radio.host import journal as journal_module
+from curveline.radio.host.journal import (
     Journal,
     ReopenedJournal,
     SystemDisk,
@@ -26,6 +25,7 @@ from curveline.radio.journal import (
     read_journal,
     runs_folder,
 )
+from curveline.system import portable
 
 RECORDS = [{"type": "start", "run": "00ff", "steps": [[1, [2, 3]]]}]
 for _step in range(1, 6):
@@ -440,5 +440,5 @@ def test_a_run_is_open_as_long_as_somebody_sends_it(tmp_path: Path, monkeypatch:
     def refuse(descriptor: int) -> bool:
         raise OSError("no locks on this disk")
 
-    monkeypatch.setattr("curveline.portable.lock", refuse)
+    monkeypatch.setattr("curveline.system.portable.lock", refuse)
     assert not is_open(run)

@@ -12,10 +12,10 @@ from zlib import crc32
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.radio import keyfile
-from curveline.radio.keyfile import SiteFile, adopt, default_path, hardware_site, lenient, new_site, read_site
-from curveline.radio.keys import ZERO_MASTER, derive
-from curveline.radio.motion import axes_of
+from curveline.radio.protocol.keys import ZERO_MASTER, derive
+from curveline.radio.protocol.motion import axes_of
+from curveline.radio.site import key_file
+from curveline.radio.site.key_file import SiteFile, adopt, default_path, hardware_site, lenient, new_site, read_site
 
 from .bench import drive_table
 
@@ -269,7 +269,7 @@ def test_neither_repr_nor_fingerprint_tells_the_key(path: Path) -> None:
 
 def test_settings_are_laid_out_as_the_node_reads_them() -> None:
     drive = drive_table()
-    record = keyfile.settings_record(MASTER, drive, 2)
+    record = key_file.settings_record(MASTER, drive, 2)
     assert len(record) == 84
     assert record[:16] == b"CLN1" + bytes([84, 0, 2, 1, 76, 0xC1, 0xC1, 0xC1, 0xC1, 0x02, 0, 0])
     assert record[16:32] == MASTER
@@ -281,8 +281,8 @@ def test_settings_are_laid_out_as_the_node_reads_them() -> None:
     assert int.from_bytes(record[80:], "little") == crc32(record[:80])
     for number in (0, 3):
         with pytest.raises(InvalidInput, match=f"no node {number}"):
-            keyfile.settings_record(MASTER, drive, number)
+            key_file.settings_record(MASTER, drive, number)
     many = drive_table(255)
-    assert keyfile.settings_record(MASTER, many, 254)[6] == 254
+    assert key_file.settings_record(MASTER, many, 254)[6] == 254
     with pytest.raises(InvalidInput, match="no node 255"):
-        keyfile.settings_record(MASTER, many, 255)
+        key_file.settings_record(MASTER, many, 255)

@@ -21,13 +21,14 @@ from random import Random
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.plan import Plan, sealed, write_plan
-from curveline.radio import open_radio, store
-from curveline.radio.journal import FILE_NAME, Journal, ReopenedJournal, SystemDisk, new_run, read_journal
-from curveline.radio.link import resume_plan, send_plan
-from curveline.radio.mock import MockRadio
-from curveline.radio.resume import resume_point
-from curveline.radio.runfolder import run_names
+from curveline.plan_file import Plan, sealed, write_plan
+from curveline.radio.host.journal import FILE_NAME, Journal, ReopenedJournal, SystemDisk, new_run, read_journal
+from curveline.radio.host.link import resume_plan, send_plan
+from curveline.radio.host.resume import resume_point
+from curveline.radio.host.run_folder import run_names
+from curveline.radio.interface import open_radio
+from curveline.radio.mock import store
+from curveline.radio.mock.display import MockRadio
 
 from .bench import short_plan
 

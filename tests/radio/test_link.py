@@ -13,16 +13,16 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import InvalidInput, LinkError
-from curveline.radio import Answer, RadioGone, open_radio
-from curveline.radio.actions import Phase, Policy
-from curveline.radio.air import Weather
-from curveline.radio.frames import Drive, decode_drive
-from curveline.radio.journal import Journal, SystemDisk, read_journal
-from curveline.radio.link import Control, Progress, Request, ignore, read_status, send_plan
-from curveline.radio.listing import describe_plan_frames
-from curveline.radio.mock import MockRadio
-from curveline.radio.mockspec import MockSpec
-from curveline.radio.store import state_at_home
+from curveline.radio.host.actions import Phase, Policy
+from curveline.radio.host.frame_listing import describe_plan_frames
+from curveline.radio.host.journal import Journal, SystemDisk, read_journal
+from curveline.radio.host.link import Control, OperatorRequest, Progress, ignore, read_status, send_plan
+from curveline.radio.interface import Answer, RadioGone, open_radio
+from curveline.radio.mock.air import Weather
+from curveline.radio.mock.display import MockRadio
+from curveline.radio.mock.spec import MockSpec
+from curveline.radio.mock.store import state_at_home
+from curveline.radio.protocol.frames import DriveFrame, decode_drive
 
 from .bench import POSES, drive_table, make_plan, target
 
@@ -90,7 +90,7 @@ class NoJournal:
         """Heard and forgotten."""
 
 
-def asking(request: Request, control: Control, step: int = 2):
+def asking(request: OperatorRequest, control: Control, step: int = 2):
     """An observer that asks for something in the middle of a step."""
 
     def observer(progress: Progress) -> None:
@@ -102,7 +102,7 @@ def asking(request: Request, control: Control, step: int = 2):
 
 def test_a_pause_ends_at_the_barrier(journal: Journal) -> None:
     control, radio = Control(), mock()
-    report = send_plan(make_plan(), radio, journal, asking(Request.PAUSE, control), control)
+    report = send_plan(make_plan(), radio, journal, asking(OperatorRequest.PAUSE, control), control)
     assert (report.outcome, report.steps_done) == ("paused", 2)
     assert {status.state for status in report.nodes} == {"hold"}
     assert radio.positions() == (target(POSES[1]).counts,) * 2
@@ -111,7 +111,7 @@ def test_a_pause_ends_at_the_barrier(journal: Journal) -> None:
 
 def test_a_hold_ends_at_once(journal: Journal) -> None:
     control, radio = Control(), mock()
-    report = send_plan(make_plan(), radio, journal, asking(Request.HOLD, control), control)
+    report = send_plan(make_plan(), radio, journal, asking(OperatorRequest.HOLD, control), control)
     assert (report.outcome, report.steps_done) == ("paused", 1)
     assert target(POSES[0]).counts < radio.positions()[0] < target(POSES[1]).counts
     assert all(node.move is None for node in radio.nodes)
@@ -120,7 +120,7 @@ def test_a_hold_ends_at_once(journal: Journal) -> None:
 def test_an_emergency_stop_is_an_error(journal: Journal) -> None:
     control, radio = Control(), mock()
     with pytest.raises(LinkError, match="emergency stop was asked for in step 2") as caught:
-        send_plan(make_plan(), radio, journal, asking(Request.ESTOP, control), control)
+        send_plan(make_plan(), radio, journal, asking(OperatorRequest.ESTOP, control), control)
     assert "off and on" in caught.value.hint
     assert kinds(journal)[-1] == "halt"
     assert [status.state for status in read_status(radio, drive_table())] == ["estop"] * 2
@@ -132,7 +132,7 @@ def test_a_paused_run_waits_for_an_operator_who_said_so(journal: Journal) -> Non
 
     def observer(progress: Progress) -> None:
         seen.append(progress.phase)
-        asking(Request.PAUSE, control)(progress)
+        asking(OperatorRequest.PAUSE, control)(progress)
         if seen.count(Phase.PAUSED) == 50:
             control.resume()
 
@@ -148,18 +148,23 @@ def test_a_waiting_operator_can_end_the_pause(journal: Journal) -> None:
 
     def observer(progress: Progress) -> None:
         seen.append(progress.phase)
-        control.ask(Request.PAUSE)
+        control.ask(OperatorRequest.PAUSE)
         if seen.count(Phase.PAUSED) == 5:
-            control.ask(Request.HOLD)
+            control.ask(OperatorRequest.HOLD)
 
     assert send_plan(make_plan(), mock(), journal, observer, control).outcome == "paused"
 
 
 def test_control_escalates_and_never_goes_back() -> None:
     control = Control()
-    assert [control.escalate() for _ in range(4)] == [Request.PAUSE, Request.HOLD, Request.ESTOP, Request.ESTOP]
-    control.ask(Request.PAUSE)
-    assert control.request is Request.ESTOP
+    assert [control.escalate() for _ in range(4)] == [
+        OperatorRequest.PAUSE,
+        OperatorRequest.HOLD,
+        OperatorRequest.ESTOP,
+        OperatorRequest.ESTOP,
+    ]
+    control.ask(OperatorRequest.PAUSE)
+    assert control.request is OperatorRequest.ESTOP
 
 
 @pytest.mark.parametrize("poll_ms", [20, 700])
@@ -171,7 +176,7 @@ def test_whoever_asks_from_outside_is_heard_soon(journal: Journal, poll_ms: int)
     def listen() -> None:
         heard.append(radio.now_us())
         if len(heard) == 60:
-            control.ask(Request.HOLD, "a neighbour")
+            control.ask(OperatorRequest.HOLD, "a neighbour")
 
     control.attend(listen)
     report = send_plan(make_plan(2), radio, journal, control=control)
@@ -194,7 +199,7 @@ def test_a_request_is_heard_while_the_radio_is_away(journal: Journal) -> None:
         raise RadioGone("unplugged", may_return=tries[0] < 200)
 
     radio.exchange = exchange  # type: ignore[method-assign]
-    control.attend(lambda: control.ask(Request.HOLD, "a neighbour") if tries[0] == 50 else None)
+    control.attend(lambda: control.ask(OperatorRequest.HOLD, "a neighbour") if tries[0] == 50 else None)
     with pytest.raises(RadioGone):
         send_plan(make_plan(2), radio, journal, control=control)
     assert tries[0] < 60
@@ -300,7 +305,7 @@ def test_a_dry_run_shows_the_real_frames() -> None:
     assert [(each.step, each.node) for each in records] == [(step, node) for step in (1, 2, 3) for node in (1, 2)]
     for record in records:
         frame = decode_drive(record.payload, bytes(16), 0)
-        assert isinstance(frame, Drive)
+        assert isinstance(frame, DriveFrame)
         assert (frame.load_step, frame.release) == (record.step, record.step - 1)
         assert frame.target == record.target == plan.steps[record.step - 1].targets[record.node - 1].counts
         assert record.move_ms == 1500
@@ -320,7 +325,7 @@ def test_what_does_not_exist_is_said_in_one_sentence(tmp_path: Path) -> None:
 
 def test_the_link_starts_without_heavy_libraries() -> None:
     script = (
-        "import sys; import curveline.radio.link, curveline.radio.mock; "
+        "import sys; import curveline.radio.host.link, curveline.radio.mock.display; "
         "heavy = {'numpy', 'scipy', 'numba', 'pydantic', 'typer', 'rich'} & set(sys.modules); assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", script], check=True)

@@ -31,25 +31,25 @@ def trial(name: str, where: tuple[str, str, str], scenario: str, caught: str) ->
 TRIALS = (
     trial(
         "a hold does not keep a node from moving",
-        ("nodebody", "return not (self._silent or self._stopped or session.hold_gen & 1)", "return True"),
+        ("node.body", "return not (self._silent or self._stopped or session.hold_gen & 1)", "return True"),
         "paused",
         "I3",
     ),
     trial(
         "release is an edge",
         (
-            "node",
+            "node.machine",
             "session.release = max(session.release, frame.release)",
             "session.release = 65535 * (frame.release > 0)",
         ),
         "lossy",
         "I4",
     ),
-    trial("a counter is not checked", ("node", "counter <= session.counter or", ""), "haunted", "I6"),
+    trial("a counter is not checked", ("node.machine", "counter <= session.counter or", ""), "haunted", "I6"),
     trial(
         "the dead-man does not brake",
         (
-            "nodebody",
+            "node.body",
             "self._lift_above = self._session.hold_gen\n            self._halt(now_ms)",
             "self._lift_above = self._session.hold_gen",
         ),
@@ -59,7 +59,7 @@ TRIALS = (
     trial(
         "being heard again lifts the dead-man",
         (
-            "node",
+            "node.machine",
             "session.counter = counter\n        return",
             "session.counter, self._silent = counter, False\n        return",
         ),
@@ -69,7 +69,7 @@ TRIALS = (
     trial(
         "another target for a staged step is taken",
         (
-            "node",
+            "node.machine",
             "memory.next_target, memory.next_ms):\n                self._fail(now_ms, Fault.CONFLICT, 0)",
             "memory.next_target, memory.next_ms):\n                memory.next_target = frame.target",
         ),
@@ -79,7 +79,7 @@ TRIALS = (
     trial(
         "a target is used as soon as it is staged",
         (
-            "node",
+            "node.machine",
             "memory.next_target, memory.next_ms = frame.target, frame.move_ms",
             "memory.target = memory.next_target = frame.target",
         ),
@@ -88,32 +88,32 @@ TRIALS = (
     ),
     trial(
         "a resumed session begins from nothing",
-        ("node", "session.owns_run = bool(flags & FLAG_RESUME)", "session.owns_run = False"),
+        ("node.machine", "session.owns_run = bool(flags & FLAG_RESUME)", "session.owns_run = False"),
         "killed",
         "I10",
     ),
     trial(
         "a session key without the node's nonce",
-        ("keys", "*numbers, run_tag", "run_tag"),
+        ("protocol.keys", "*numbers, run_tag", "run_tag"),
         "haunted",
         "I6",
     ),
     trial(
         "frames never grow old",
-        ("node", "now_ms >= said_ms + session.hello.deadman_ms", "False"),
+        ("node.machine", "now_ms >= said_ms + session.hello.deadman_ms", "False"),
         "withheld",
         "I8",
     ),
     trial(
         "the dead-man is fed by a frame's arrival, not by what its host had heard",
-        ("node", "session.heard_ms = max(session.heard_ms, said_ms)", "session.heard_ms = now_ms"),
+        ("node.machine", "session.heard_ms = max(session.heard_ms, said_ms)", "session.heard_ms = now_ms"),
         "withheld",
         "I8",
     ),
     trial(
         "a run is forgotten as soon as another host looks in",
         (
-            "node",
+            "node.machine",
             "if not session.owns_run:\n            self._silent",
             "if not session.owns_run:\n            self._begin_run(session)\n            self._silent",
         ),
@@ -122,14 +122,18 @@ TRIALS = (
     ),
     trial(
         "a step is released before its record",
-        ("conductor", 'self._write({"type": "release", "step": self.step}, self._release)', "self._release(now_ms)"),
+        (
+            "host.conductor",
+            'self._write({"type": "release", "step": self.step}, self._release)',
+            "self._release(now_ms)",
+        ),
         "lossy",
         "I4",
     ),
     trial(
         "the barrier asks one node only",
         (
-            "conductor",
+            "host.conductor",
             "late = [peer for peer in self.peers if peer.finished < self.step]",
             "late = [peer for peer in self.peers[:1] if peer.finished < self.step]",
         ),
@@ -138,14 +142,14 @@ TRIALS = (
     ),
     trial(
         "the barrier asks for started, not finished",
-        ("conductor", "if peer.finished < self.step]", "if peer.started < self.step]"),
+        ("host.conductor", "if peer.finished < self.step]", "if peer.started < self.step]"),
         "lossy",
         "I1",
     ),
     trial(
         "a resumed run leaves a step out",
         (
-            "conductor",
+            "host.conductor",
             "self.step = 1 if resume is None else resume.barrier + 1",
             "self.step = 1 if resume is None else resume.released + 1",
         ),
@@ -154,32 +158,32 @@ TRIALS = (
     ),
     trial(
         "a restart is not noticed",
-        ("conductor", "elif ident.boot != peer.boot:", "elif ident.boot < 0:"),
+        ("host.conductor", "elif ident.boot != peer.boot:", "elif ident.boot < 0:"),
         "restarted",
         "I2",
     ),
     trial(
         "a pause is believed without an answer to it",
-        ("conductor", "status.echo < peer.mark:", "status.echo < 0:"),
+        ("host.conductor", "status.echo < peer.mark:", "status.echo < 0:"),
         "paused",
         "I3",
     ),
     trial(
         "the newest answer wins, however old its facts",
-        ("peer", "self.started = max(self.started, status.started)", "self.started = status.started"),
+        ("host.peer", "self.started = max(self.started, status.started)", "self.started = status.started"),
         "lossy",
         "I4",
     ),
     trial(
         "a handshake is repeated bit by bit",
-        ("peer", "(self.nonce + 1 & ATTEMPT_MASK)", "(self.nonce & ATTEMPT_MASK)"),
+        ("host.peer", "(self.nonce + 1 & ATTEMPT_MASK)", "(self.nonce & ATTEMPT_MASK)"),
         "filtered",
         "I10",
     ),
     trial(
         "a poll is repeated bit by bit",
         (
-            "peer",
+            "host.peer",
             "self.counter += 1\n        step, target",
             "self.counter = max(self.counter, 1)\n        step, target",
         ),
@@ -196,11 +200,11 @@ def bench_with(mistake: Mistake) -> type[Watched]:
     class Mistaken(Watched):
         pass
 
-    if mistake.module == "node":
+    if mistake.module == "node.machine":
         Mistaken.node_class = module.Node
-    elif mistake.module == "nodebody":
+    elif mistake.module == "node.body":
         Mistaken.node_class = with_body(module)
-    elif mistake.module == "conductor":
+    elif mistake.module == "host.conductor":
         Mistaken.host_class = module.Conductor
     else:
         _rebuild(Mistaken, mistake.module, vars(module))
@@ -210,9 +214,10 @@ def bench_with(mistake: Mistake) -> type[Watched]:
 def _rebuild(bench: type[Watched], name: str, names: dict[str, object]) -> None:
     """Host and node once more, with what they import from the module of the mistake."""
     node, peer, conductor = (
-        mutant(Mistake("", module, "from __future__", "from __future__")) for module in ("node", "peer", "conductor")
+        mutant(Mistake("", module, "from __future__", "from __future__"))
+        for module in ("node.machine", "host.peer", "host.conductor")
     )
-    if name == "keys":
+    if name == "protocol.keys":
         node.session_key = peer.session_key = names["session_key"]
         conductor.Peer = peer.Peer
     else:

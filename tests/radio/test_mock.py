@@ -14,15 +14,15 @@ from random import Random
 import pytest
 
 from curveline.errors import InvalidInput, LinkError
-from curveline.radio import Answer
-from curveline.radio import store as store_module
-from curveline.radio.air import Weather
-from curveline.radio.codes import State
-from curveline.radio.journal import Journal, new_run
-from curveline.radio.link import RunReport, read_status, send_plan
-from curveline.radio.mishaps import MISHAPS, Mishap
-from curveline.radio.mock import MockRadio, open_radio
-from curveline.radio.mockspec import MockSpec, parse_spec
+from curveline.radio.host.journal import Journal, new_run
+from curveline.radio.host.link import RunReport, read_status, send_plan
+from curveline.radio.interface import Answer
+from curveline.radio.mock import store as store_module
+from curveline.radio.mock.air import Weather
+from curveline.radio.mock.display import MockRadio, open_radio
+from curveline.radio.mock.fault_injection import MISHAPS, Mishap
+from curveline.radio.mock.spec import MockSpec, parse_spec
+from curveline.radio.protocol.codes import NodeState
 
 from .bench import HOME, POSES, drive_table, make_plan, target
 
@@ -392,7 +392,7 @@ import sys
 from pathlib import Path
 sys.path[:0] = {paths!r}
 from radio.bench import drive_table
-from curveline.radio.mock import open_radio
+from curveline.radio.mock.display import open_radio
 radio = open_radio("", drive_table(), Path({runs!r}))
 print("locked", flush=True)
 sys.stdin.readline()
@@ -473,5 +473,5 @@ def test_a_node_that_restarts_while_idle_knows_its_place(tmp_path: Path) -> None
     radio = open_radio("", drive_table(), tmp_path)
     radio._stations[0].restart(0, Random(0))
     radio.nodes[0].advance(0)
-    assert (radio.nodes[0].state, radio.nodes[0].memory.boot) == (State.READY, 2)
+    assert (radio.nodes[0].state, radio.nodes[0].memory.boot) == (NodeState.READY, 2)
     radio.close()

@@ -11,20 +11,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curveline.errors import InvalidInput
-from curveline.plan import AxisDrive
-from curveline.radio.codes import POSITION_LIMIT
-from curveline.radio.keyfile import SETTINGS_BYTES, settings_record
-from curveline.radio.motion import (
+from curveline.plan_file import AxisDrive
+from curveline.radio.protocol.codes import POSITION_LIMIT
+from curveline.radio.protocol.motion import (
     LEAST_RATE,
     MOST_RATE,
     AxisLimits,
-    Move,
+    NodeMove,
     axes_of,
     config_hash,
     outside,
     plan_move,
     rest_ms,
 )
+from curveline.radio.site.key_file import SETTINGS_BYTES, settings_record
 
 from .bench import drive_table
 
@@ -43,7 +43,7 @@ axes_sets = st.tuples(limits, limits, limits)
 least = st.integers(0, 65535)
 
 
-def assert_within_limits(move: Move, axes: tuple[AxisLimits, AxisLimits, AxisLimits], span_ms: int) -> None:
+def assert_within_limits(move: NodeMove, axes: tuple[AxisLimits, AxisLimits, AxisLimits], span_ms: int) -> None:
     """Finite differences over `span_ms` at places spread over the move, with the half count that rounding costs."""
     last = max(move.end_ms, 1)
     for part in range(65):

@@ -17,9 +17,10 @@ from xml.etree import ElementTree
 
 import pytest
 
-from curveline import portable
 from curveline.errors import InvalidInput, LinkError, MissingExtra
-from curveline.radio import nrf24, open_radio
+from curveline.radio.interface import open_radio
+from curveline.radio.ports import nrf24
+from curveline.system import portable
 
 from . import inner_nrf24, test_contract
 from .bench import drive_table
@@ -197,5 +198,5 @@ def test_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_the_library_is_loaded_only_when_a_chip_is_asked_for() -> None:
-    code = "import sys, curveline.radio.nrf24; sys.exit('pyrf24' in sys.modules)"
+    code = "import sys, curveline.radio.ports.nrf24; sys.exit('pyrf24' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

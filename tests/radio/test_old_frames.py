@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from curveline.radio import codes, envelope, frames
-from curveline.radio.codes import OFFERS_END, State
-from curveline.radio.frames import Drive, Hello, Ident, Status
-from curveline.radio.keys import session_key
-from curveline.radio.nodestate import Memory
+from curveline.radio.node.state import Memory
+from curveline.radio.protocol import codes, envelope, frames
+from curveline.radio.protocol.codes import OFFERS_END, NodeState
+from curveline.radio.protocol.frames import DriveFrame, HelloFrame, IdentFrame, StatusFrame
+from curveline.radio.protocol.keys import session_key
 
 from .single import AXES, DEADMAN, FAR, NODE_KEY, RUN, Host, config_hash, keep_alive, make_node
 
@@ -30,7 +30,7 @@ class Recorder:
         self.payloads.append(payload)
         self._receive(now, payload)
 
-    def of(self, kind: codes.Kind) -> list[bytes]:
+    def of(self, kind: codes.FrameKind) -> list[bytes]:
         return [each for each in self.payloads if envelope.kind_of(each) is kind]
 
 
@@ -45,12 +45,12 @@ def recorded_run(memory: Memory | None = None) -> tuple[Host, list[bytes], list[
     host.start(0, target=FAR)
     keep_alive(host, 100, 8000, release=1)
     host.drive(8100, release=1, hold_gen=codes.HOLD_END)
-    return host, recorder.of(codes.Kind.HELLO), recorder.of(codes.Kind.DRIVE)[:2]
+    return host, recorder.of(codes.FrameKind.HELLO), recorder.of(codes.FrameKind.DRIVE)[:2]
 
 
 def two_hellos(old: bytes) -> Iterator[bytes]:
     """A recorded HELLO and another one by turns: each replaces the offer that the other has brought about."""
-    other = frames.encode_hello(Hello(1, 0xEE00, RUN + 5, config_hash(AXES), DEADMAN), NODE_KEY)
+    other = frames.encode_hello(HelloFrame(1, 0xEE00, RUN + 5, config_hash(AXES), DEADMAN), NODE_KEY)
     while True:
         yield old
         yield other
@@ -91,7 +91,7 @@ def test_nor_is_a_node_taken_from_its_living_host() -> None:
         if number % 10_000 == 0:
             owner.drive(9001)
     assert owner.drive(9002).echo == owner.counter
-    assert owner.start(9003).state is State.MOVING
+    assert owner.start(9003).state is NodeState.MOVING
 
 
 def test_a_node_that_has_made_all_its_offers_makes_none_until_it_is_switched_on_again() -> None:
@@ -100,11 +100,11 @@ def test_a_node_that_has_made_all_its_offers_makes_none_until_it_is_switched_on_
     assert (ident.nonce.offers, ident.session) == (OFFERS_END - 1, (OFFERS_END - 2) % 0xFFFF + 1)
     host.drive(0)
     before = host.node.ack
-    other = Hello(1, 0x9900, RUN, config_hash(AXES), DEADMAN)
+    other = HelloFrame(1, 0x9900, RUN, config_hash(AXES), DEADMAN)
     host.node.receive(10, frames.encode_hello(other, NODE_KEY))
     assert host.node.ack == before
     assert host.drive(20).echo == host.counter, "who owns it goes on"
-    assert host.report(30).state is State.READY, "and it says how it is"
+    assert host.report(30).state is NodeState.READY, "and it says how it is"
 
 
 def test_session_numbers_come_again_but_never_as_none() -> None:
@@ -130,13 +130,13 @@ def test_frames_kept_back_do_not_keep_a_silent_hosts_node_moving() -> None:
     kept = []
     for _ in range(50, 2000, 50):
         host.counter += 1
-        frame = Drive(codes.clock_of(0), host.session, host.counter, release=1)
+        frame = DriveFrame(codes.clock_of(0), host.session, host.counter, release=1)
         kept.append(frames.encode_drive(frame, host.key))
     for now, payload in zip(range(900, 60_000, 900), kept, strict=False):
         host.node.receive(now, payload)
         if now > DEADMAN:
-            assert host.node.state is not State.READY
-    assert host.node.state is State.HOLD_LINK
+            assert host.node.state is not NodeState.READY
+    assert host.node.state is NodeState.HOLD_LINK
     assert host.node.plant.settles_ms() < DEADMAN + 500
 
 
@@ -160,18 +160,18 @@ def test_an_old_frame_changes_nothing_but_the_answer_which_tells_the_time(late: 
     host.node.advance(now)
     status = host.drive(now, clock=0, release=1, load_step=1, target=FAR, hold_gen=2)
     assert (status.clock, status.echo) == (codes.clock_of(now), 1)
-    assert (status.staged, status.state) == (0, State.HOLD_LINK)
+    assert (status.staged, status.state) == (0, NodeState.HOLD_LINK)
     assert host.node.tally.old_frames == 1
-    assert host.drive(now + 1, clock=status.clock, hold_gen=2).state is State.READY
+    assert host.drive(now + 1, clock=status.clock, hold_gen=2).state is NodeState.READY
 
 
 def test_an_old_frame_for_an_offered_session_is_answered_with_the_offer_and_the_time() -> None:
     host = Host(make_node())
     host.offer(0)
     host.counter += 1
-    host.node.receive(3000, frames.encode_drive(Drive(0, host.session, 1), host.key))
+    host.node.receive(3000, frames.encode_drive(DriveFrame(0, host.session, 1), host.key))
     ident = frames.decode_ident(host.node.ack, NODE_KEY, host.hello.handshake)
-    assert isinstance(ident, Ident)
+    assert isinstance(ident, IdentFrame)
     assert (ident.session, ident.clock) == (host.session, codes.clock_of(3000))
     assert host.node._session is None
     assert host.drive(3010, clock=ident.clock).echo == host.counter
@@ -181,7 +181,7 @@ def test_a_time_that_has_not_come_yet_is_a_wrong_tag() -> None:
     host = Host(make_node())
     host.offer(0)
     host.drive(0)
-    frame = Drive(codes.clock_of(5000), host.session, 2)
+    frame = DriveFrame(codes.clock_of(5000), host.session, 2)
     host.node.receive(100, frames.encode_drive(frame, host.key))
     assert (host.node.tally.bad_tags, host.node.memory.staged) == (1, 0)
 
@@ -191,7 +191,7 @@ def test_what_is_older_than_the_clocks_low_bits_tell_is_a_wrong_tag() -> None:
     host.offer(0)
     host.drive(0)
     host.counter += 1
-    host.node.receive(20_000, frames.encode_drive(Drive(1, host.session, host.counter), host.key))
+    host.node.receive(20_000, frames.encode_drive(DriveFrame(1, host.session, host.counter), host.key))
     assert host.node.tally.bad_tags == 1
 
 
@@ -200,15 +200,15 @@ def test_an_emergency_stop_is_never_too_old() -> None:
     host.offer(0)
     host.start(0, target=FAR)
     host.node.advance(50_000)
-    host.node.receive(50_000, frames.encode_estop(frames.Estop(1, host.session, 99), host.key))
-    assert host.node.state is State.ESTOP
+    host.node.receive(50_000, frames.encode_estop(frames.EstopFrame(1, host.session, 99), host.key))
+    assert host.node.state is NodeState.ESTOP
 
 
 def test_old_homing_orders_start_nothing() -> None:
     host = Host(make_node())
     host.offer(0)
     host.drive(0)
-    frame = frames.Home(0, host.session, 2, codes.ALL_AXES, 1)
+    frame = frames.HomeFrame(0, host.session, 2, codes.ALL_AXES, 1)
     host.node.receive(DEADMAN, frames.encode_home(frame, host.key))
     assert host.node.memory.homing == 0
     assert host.node.memory.homed
@@ -225,8 +225,8 @@ def test_a_host_that_moves_nothing_leaves_the_run_before_it_as_it_was() -> None:
     other = Host(host.node, nonce=0x9900, run=RUN + 1)
     other.offer(5000)
     status = other.drive(5001)
-    assert (status.started, status.finished, status.staged, status.state) == (0, 0, 0, State.READY)
-    assert other.drive(5100, release=9).state is State.READY, "and what was under way does not go on for it"
+    assert (status.started, status.finished, status.staged, status.state) == (0, 0, 0, NodeState.READY)
+    assert other.drive(5100, release=9).state is NodeState.READY, "and what was under way does not go on for it"
     other.drive(5200, hold_gen=codes.HOLD_END)
     assert other.report(5300).started == 1
     again = Host(host.node, nonce=0xAA00, run=RUN, flags=codes.FLAG_RESUME)
@@ -234,7 +234,7 @@ def test_a_host_that_moves_nothing_leaves_the_run_before_it_as_it_was() -> None:
     again.drive(5500, release=1)
     again.drive(5600, release=1, hold_gen=2)
     done = keep_alive(again, 5700, 12_000, release=1, hold_gen=2)
-    assert isinstance(done, Status)
+    assert isinstance(done, StatusFrame)
     assert (done.finished, host.node.plant.positions(12_000)) == (1, FAR)
 
 

@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import LinkError
-from curveline.radio import Answer, RadioGone
-from curveline.radio.air import Weather
-from curveline.radio.codes import Kind
-from curveline.radio.envelope import kind_of
-from curveline.radio.journal import Journal, SystemDisk, read_journal
-from curveline.radio.link import Control, Progress, Request, RunReport, ignore, send_plan
-from curveline.radio.mock import MockRadio
-from curveline.radio.mockspec import MockSpec
-from curveline.radio.store import state_at_home
+from curveline.radio.host.journal import Journal, SystemDisk, read_journal
+from curveline.radio.host.link import Control, OperatorRequest, Progress, RunReport, ignore, send_plan
+from curveline.radio.interface import Answer, RadioGone
+from curveline.radio.mock.air import Weather
+from curveline.radio.mock.display import MockRadio
+from curveline.radio.mock.spec import MockSpec
+from curveline.radio.mock.store import state_at_home
+from curveline.radio.protocol.codes import FrameKind
+from curveline.radio.protocol.envelope import kind_of
 
 from .bench import POSES, drive_table, make_plan, target
 
@@ -94,7 +94,7 @@ def test_nobody_has_to_wait_for_a_radio(tmp_path: Path) -> None:
 
     def exchange(frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
         if radio.now_us() > 3_000_000:
-            control.ask(Request.HOLD)
+            control.ask(OperatorRequest.HOLD)
         return plain(frames)
 
     radio.exchange = exchange  # type: ignore[method-assign]
@@ -121,7 +121,7 @@ def test_a_pause_that_was_asked_for_outlives_the_radio(tmp_path: Path, asked_s: 
 
     def observer(progress: Progress) -> None:
         if progress.seconds > asked_s:
-            control.ask(Request.PAUSE)
+            control.ask(OperatorRequest.PAUSE)
 
     report = radio.send(tmp_path, observer, control)
     assert (report.outcome, report.steps_done) == ("paused", 0 if asked_s < 0 else 1)
@@ -138,7 +138,7 @@ class Asked(MockRadio):
         self._control = control
 
     def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
-        holds = any(kind_of(payload) is Kind.DRIVE and payload[23] & 1 for _, payload in frames)
+        holds = any(kind_of(payload) is FrameKind.DRIVE and payload[23] & 1 for _, payload in frames)
         if holds and self.waited_us is None:
             self.waited_us = self.now_us() - self._moment_us
         answers = super().exchange(frames)
@@ -151,7 +151,7 @@ class Asked(MockRadio):
 
     def _look(self) -> None:
         if self.now_us() >= self._moment_us:
-            self._control.ask(Request.HOLD)
+            self._control.ask(OperatorRequest.HOLD)
 
 
 def test_a_hold_is_on_the_air_within_a_tenth_of_a_second(tmp_path: Path) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from curveline.radio.codes import Fault
-from curveline.radio.motion import axes_of, plan_move
-from curveline.radio.plant import MUTE_MS, RUNAWAY_COUNTS, STALL_MS, MotorPlant
+from curveline.radio.node.plant import MUTE_MS, RUNAWAY_COUNTS, STALL_MS, MotorPlant
+from curveline.radio.protocol.codes import Fault
+from curveline.radio.protocol.motion import axes_of, plan_move
 
 from .bench import drive_table
 

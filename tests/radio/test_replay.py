@@ -12,23 +12,23 @@ from random import Random
 
 import pytest
 
-from curveline.radio.actions import Phase, Send
-from curveline.radio.air import Weather
-from curveline.radio.codes import Kind, State
-from curveline.radio.conductor import Conductor
-from curveline.radio.envelope import kind_of
-from curveline.radio.motion import Axes
-from curveline.radio.node import Node
-from curveline.radio.nodestate import HOMED, Identity, Memory, Tally
-from curveline.radio.plant import MotorPlant
-from curveline.radio.resume import resume_point
+from curveline.radio.host.actions import Phase, Send
+from curveline.radio.host.conductor import Conductor
+from curveline.radio.host.resume import resume_point
+from curveline.radio.mock.air import Weather
+from curveline.radio.node.machine import NodeMachine
+from curveline.radio.node.plant import MotorPlant
+from curveline.radio.node.state import HOMED, Identity, Memory, NodeTally
+from curveline.radio.protocol.codes import FrameKind, NodeState
+from curveline.radio.protocol.envelope import kind_of
+from curveline.radio.protocol.motion import Axes
 
 from .bench import HOME, Bench, make_plan, target
 
 POSES = [(0.4, 0.5, 0.1), (0.2, 0.0, 0.3), (0.3, 0.2, 0.0)]
 
 
-class Hearing(Node):
+class Hearing(NodeMachine):
     """A node that writes down what it hears."""
 
     def __init__(self, past: list[bytes], identity: Identity, axes: Axes, plant: MotorPlant, memory: Memory) -> None:
@@ -49,7 +49,7 @@ class Haunted(Bench):
         super().__init__(make_plan(poses=POSES, seconds=0.1), weather, random=Random(7))
         self.hooks.append(self.haunt)
 
-    def new_node(self, index: int, memory: Memory) -> Node:
+    def new_node(self, index: int, memory: Memory) -> NodeMachine:
         return Hearing(self.past[index + 1], Identity(index + 1, self.site), self.axes, self.plants[index], memory)
 
     def haunt(self, send: Send) -> None:
@@ -58,7 +58,7 @@ class Haunted(Bench):
         copy = deepcopy(node)
         before = essence(copy)
         for payload in self.past[send.node]:
-            copy.tally = Tally()  # a flood of forgeries would make it deaf to the rest
+            copy.tally = NodeTally()  # a flood of forgeries would make it deaf to the rest
             copy.receive(self.now_ms, payload)
             assert essence(copy) == before, f"{kind_of(payload)} {payload.hex()} has an effect at {self.now_ms} ms"
             self.replayed += 1
@@ -72,7 +72,7 @@ class Haunted(Bench):
         self.plan, self.conductor = plan, Conductor(plan, self.site, nonce)
 
 
-def essence(node: Node) -> tuple[object, ...]:
+def essence(node: NodeMachine) -> tuple[object, ...]:
     """All that decides what a node does; an offer that nobody can take up is not part of it."""
     memory = {name: value for name, value in vars(node.memory).items() if name != "offers"}
     session = None if node._session is None else dict(vars(node._session))
@@ -87,7 +87,7 @@ def test_nothing_of_a_run_has_an_effect_later_in_it_nor_in_the_next(loss: float)
     bench.go_back(0x99AA00)
     assert bench.run() is Phase.DONE
     assert bench.positions() == [target(HOME).counts] * 2
-    assert bench.kinds() == {Kind.HELLO, Kind.DRIVE}
+    assert bench.kinds() == {FrameKind.HELLO, FrameKind.DRIVE}
     assert bench.replayed > 1000
 
 
@@ -110,8 +110,8 @@ def test_nor_does_an_emergency_stop_stop_another_run() -> None:
     bench.run_to(Phase.PAUSED)
     bench.conductor.estop(bench.now_ms)
     assert bench.run() is Phase.HALTED
-    assert {node.state for node in bench.nodes} == {State.ESTOP}
-    assert Kind.ESTOP in bench.kinds()
+    assert {node.state for node in bench.nodes} == {NodeState.ESTOP}
+    assert FrameKind.ESTOP in bench.kinds()
     for index, plant in enumerate(bench.plants):
         bench.reboot(index, unhomed=HOMED, estop=False)
         plant._home, plant._past, plant._begins = (0, 0, 0), [], []

@@ -10,14 +10,14 @@ from typing import Any
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.radio.actions import Phase, Policy
-from curveline.radio.air import Weather
-from curveline.radio.codes import ALL_AXES, BOOT_END, Fault, State
-from curveline.radio.conductor import Conductor
-from curveline.radio.halts import Cause, Halt
-from curveline.radio.nodestate import HOMED, NOWHERE
-from curveline.radio.plant import PlantFault
-from curveline.radio.resume import FINAL, ResumePoint, can_resume, resume_point
+from curveline.radio.host.actions import Phase, Policy
+from curveline.radio.host.conductor import Conductor
+from curveline.radio.host.resume import FINAL, ResumePoint, can_resume, resume_point
+from curveline.radio.host.stop_causes import Cause, Halt
+from curveline.radio.mock.air import Weather
+from curveline.radio.node.plant import PlantFault
+from curveline.radio.node.state import HOMED, NOWHERE
+from curveline.radio.protocol.codes import ALL_AXES, BOOT_END, Fault, NodeState
 
 from .bench import POSES, Bench, make_plan, target
 
@@ -159,7 +159,7 @@ def refused(bench: Bench, cause: Cause, node: int) -> Halt:
 def test_a_run_goes_on_in_the_midst_of_a_step(loss: float) -> None:
     bench = broken_off()
     bench.air.weather = Weather(loss)
-    assert {node.state for node in bench.nodes} == {State.MOVING}
+    assert {node.state for node in bench.nodes} == {NodeState.MOVING}
     bench.new_host()
     assert bench.run() is Phase.DONE
     assert bench.positions() == [target(POSES[-1]).counts] * 2
@@ -173,9 +173,9 @@ def test_no_node_stirs_before_the_record_says_that_the_run_goes_on() -> None:
     bench.run_to(Phase.RELEASED)
     resumed_us = bench.now_us
     assert bench.records[-1]["type"] == "resume"
-    assert {node.state for node in bench.nodes} == {State.HOLD}
+    assert {node.state for node in bench.nodes} == {NodeState.HOLD}
     bench.run_for(100)
-    assert {node.state for node in bench.nodes} == {State.MOVING}
+    assert {node.state for node in bench.nodes} == {NodeState.MOVING}
     assert bench.now_us > resumed_us
 
 
@@ -258,7 +258,7 @@ def test_a_stall_is_cleared_by_going_on_and_no_other_fault_is(monkeypatch: pytes
             at_ms = bench.now_ms + 300
             patch.setattr(bench.plants[0], "fault", lambda at_ms=at_ms, fault=fault: PlantFault(at_ms, fault, 2))
             assert bench.run() is Phase.HALTED
-        assert bench.nodes[0].state is State.FAULT
+        assert bench.nodes[0].state is NodeState.FAULT
         bench.new_host()
         assert bench.run() is Phase.DONE
         assert bench.positions() == [target(POSES[-1]).counts] * 2

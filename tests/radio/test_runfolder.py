@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import LinkError
-from curveline.radio import runfolder
-from curveline.radio.journal import new_run
-from curveline.radio.runfolder import claim_folder, folder_names, number_of, run_names
+from curveline.radio.host import run_folder
+from curveline.radio.host.journal import new_run
+from curveline.radio.host.run_folder import claim_folder, folder_names, number_of, run_names
 
 
 def test_a_clock_that_is_set_back_does_not_change_the_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -64,7 +64,7 @@ def test_two_processes_never_get_the_same_number(tmp_path: Path) -> None:
 
 
 def test_a_number_that_was_taken_since_it_was_read_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    plain, calls = runfolder._taken, []
+    plain, calls = run_folder._taken, []
 
     def late(runs: Path) -> list[int]:
         found = list(plain(runs))
@@ -73,6 +73,6 @@ def test_a_number_that_was_taken_since_it_was_read_is_given_up(tmp_path: Path, m
             claim_folder(runs, "20200101-000000-quick")
         return found
 
-    monkeypatch.setattr(runfolder, "_taken", late)
+    monkeypatch.setattr(run_folder, "_taken", late)
     assert number_of(claim_folder(tmp_path, "20200101-000000-slow").name) == 2
     assert sorted(os.listdir(tmp_path)) == ["000001-20200101-000000-quick", "000002-20200101-000000-slow"]

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from curveline.radio.codes import OFFERS_END
-from curveline.radio.journal import Journal, new_run
-from curveline.radio.link import Halted, read_status, send_plan
-from curveline.radio.mock import MockRadio, open_radio
-from curveline.radio.scan import PROBES, problems, radio_test, scan
+from curveline.radio.host.journal import Journal, new_run
+from curveline.radio.host.link import Halted, read_status, send_plan
+from curveline.radio.host.scan import PROBES, problems, radio_test, scan
+from curveline.radio.mock.display import MockRadio, open_radio
+from curveline.radio.protocol.codes import OFFERS_END
 
 from .bench import drive_table, make_plan
 

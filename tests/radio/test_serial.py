@@ -15,14 +15,14 @@ import serial
 from serial.tools import list_ports
 
 from curveline.errors import InvalidInput, LinkError
-from curveline.plan import DriveTable
-from curveline.radio import BATCH, Answer, RadioGone, open_radio
-from curveline.radio import serial as serial_radio
-from curveline.radio.air import RATES_KBPS
-from curveline.radio.dongle import Dongle, Kind, LineLost, LineSilent, Outcome, encode_packet, frame_s
-from curveline.radio.keyfile import default_path
-from curveline.radio.link import read_status
-from curveline.radio.serial import SerialLine, SerialRadio
+from curveline.plan_file import DriveSettings
+from curveline.radio.host.link import read_status
+from curveline.radio.interface import BATCH, Answer, RadioGone, open_radio
+from curveline.radio.ports import serial as serial_radio
+from curveline.radio.ports.dongle import Dongle, LineLost, LineSilent, PacketKind, SendOutcome, encode_packet, frame_s
+from curveline.radio.ports.serial import SerialLine, SerialRadio
+from curveline.radio.protocol.air_time import RATES_KBPS
+from curveline.radio.site.key_file import default_path
 from firmware.dongle_core import UNIQUE, Core
 
 from .bench import drive_table
@@ -44,7 +44,7 @@ def host(tmp_path: Path) -> Iterator[DongleHost]:
 
 
 @contextmanager
-def radio_of(host: DongleHost, drive: DriveTable = DRIVE) -> Iterator[SerialRadio]:
+def radio_of(host: DongleHost, drive: DriveSettings = DRIVE) -> Iterator[SerialRadio]:
     with closing(SerialRadio(str(host.path), drive, host.room.site)) as radio:
         yield radio
 
@@ -125,7 +125,7 @@ def test_the_handshake_tells_who_is_there_and_sets_the_radio_up(line: WireLine) 
 
 
 def test_addresses_and_payloads_go_out_as_they_are(dongle: Dongle, line: WireLine) -> None:
-    line.core.transmit = lambda address, payload: (Outcome.ACKED, payload[::-1], payload[0])
+    line.core.transmit = lambda address, payload: (SendOutcome.ACKED, payload[::-1], payload[0])
     frames = [(f"{number:010X}", bytes([number]) * 31 + b"z") for number in range(BATCH)]
     answers = dongle.exchange(frames)
     assert answers == [Answer(payload[::-1], payload[0]) for _, payload in frames]
@@ -135,24 +135,24 @@ def test_addresses_and_payloads_go_out_as_they_are(dongle: Dongle, line: WireLin
 @pytest.mark.parametrize(
     ("outcome", "payload", "answer"),
     [
-        (Outcome.NOTHING, b"", Answer(None, 3)),
-        (Outcome.ACKED, b"", Answer(b"", 3)),
-        (Outcome.ACKED, b"short", Answer(b"short", 3)),
-        (Outcome.ACKED, FRAME, Answer(FRAME, 3)),
+        (SendOutcome.NOTHING, b"", Answer(None, 3)),
+        (SendOutcome.ACKED, b"", Answer(b"", 3)),
+        (SendOutcome.ACKED, b"short", Answer(b"short", 3)),
+        (SendOutcome.ACKED, FRAME, Answer(FRAME, 3)),
     ],
 )
 def test_outcomes_mean_what_a_radio_says(
-    dongle: Dongle, line: WireLine, outcome: Outcome, payload: bytes, answer: Answer
+    dongle: Dongle, line: WireLine, outcome: SendOutcome, payload: bytes, answer: Answer
 ) -> None:
     line.core.transmit = lambda *frame: (outcome, payload, 3)
     assert dongle.exchange([(A, FRAME)]) == [answer]
 
 
 def test_an_answer_to_an_older_request_counts_for_nothing(dongle: Dongle, line: WireLine) -> None:
-    line.core.transmit = lambda *frame: (Outcome.ACKED, b"old", 0)
-    line.core.feed(encode_packet(bytes([Kind.SCHEDULE, 99, 1]) + bytes(37)))
+    line.core.transmit = lambda *frame: (SendOutcome.ACKED, b"old", 0)
+    line.core.feed(encode_packet(bytes([PacketKind.SCHEDULE, 99, 1]) + bytes(37)))
     line.core.step()
-    line.core.transmit = lambda *frame: (Outcome.ACKED, b"new", 0)
+    line.core.transmit = lambda *frame: (SendOutcome.ACKED, b"new", 0)
     assert dongle.exchange([(A, FRAME)]) == [Answer(b"new")]
 
 
@@ -174,13 +174,13 @@ def test_answers_may_come_in_any_pieces_between_any_rubbish(line: WireLine) -> N
     assert dongle.introduce().unique == UNIQUE
     dongle.configure(76, "1Mbps")
     for number in range(200):
-        line.core.transmit = lambda *frame, number=number: (Outcome.ACKED, bytes([number]) * 32, 0)
+        line.core.transmit = lambda *frame, number=number: (SendOutcome.ACKED, bytes([number]) * 32, 0)
         assert dongle.exchange([(A, FRAME)] * 2) == [Answer(bytes([number]) * 32)] * 2
 
 
 def test_a_result_that_was_lost_on_the_way_is_not_mistaken_for_another(dongle: Dongle, line: WireLine) -> None:
     whole = line.read
-    line.core.transmit = lambda address, payload: (Outcome.ACKED, payload, 0)
+    line.core.transmit = lambda address, payload: (SendOutcome.ACKED, payload, 0)
 
     def read() -> bytes:
         said = whole()
@@ -197,7 +197,7 @@ def test_a_result_that_was_lost_on_the_way_is_not_mistaken_for_another(dongle: D
 @pytest.mark.parametrize("version", [0, 2, 255])
 def test_another_version_is_refused_with_both_and_the_cure(line: WireLine, version: int) -> None:
     def read() -> bytes:
-        return encode_packet(bytes([Kind.IDENT, 1, version, 0, 0, 0, 0, 0, 0]))
+        return encode_packet(bytes([PacketKind.IDENT, 1, version, 0, 0, 0, 0, 0, 0]))
 
     line.read = read  # type: ignore[method-assign]
     with pytest.raises(LinkError, match=f"speaks version {version}, this host 1") as caught:
@@ -207,7 +207,7 @@ def test_another_version_is_refused_with_both_and_the_cure(line: WireLine, versi
 
 
 def test_an_introduction_of_our_version_that_says_too_little_is_none(line: WireLine) -> None:
-    line.read = lambda: encode_packet(bytes([Kind.IDENT, 1, 1, 0]))  # type: ignore[method-assign]
+    line.read = lambda: encode_packet(bytes([PacketKind.IDENT, 1, 1, 0]))  # type: ignore[method-assign]
     with pytest.raises(LineSilent):
         Dongle(line, "here").introduce(tries=1)
 
@@ -273,11 +273,11 @@ def test_one_that_falls_silent_after_some_answers_too(line: WireLine, rate: str)
     dongle.configure(76, rate)
     heard_s = 0.0
 
-    def transmit(address: str, payload: bytes) -> tuple[Outcome, bytes, int]:
+    def transmit(address: str, payload: bytes) -> tuple[SendOutcome, bytes, int]:
         nonlocal heard_s
         line.time_s += frame_s(rate)  # nobody answers, at every address
         heard_s, line.silent = line.time_s, len(line.core.sent) > 9
-        return Outcome.NOTHING, b"", 3
+        return SendOutcome.NOTHING, b"", 3
 
     line.core.transmit = transmit
     with pytest.raises(LineSilent):
@@ -290,9 +290,9 @@ def test_a_row_of_silent_nodes_is_no_silence_of_the_dongle(line: WireLine, rate:
     dongle = Dongle(line, "here")
     dongle.configure(76, rate)
 
-    def transmit(address: str, payload: bytes) -> tuple[Outcome, bytes, int]:
+    def transmit(address: str, payload: bytes) -> tuple[SendOutcome, bytes, int]:
         line.time_s += frame_s(rate)
-        return Outcome.NOTHING, b"", 3
+        return SendOutcome.NOTHING, b"", 3
 
     line.core.transmit = transmit
     assert dongle.exchange([(A, FRAME)] * BATCH) == [Answer(None, 3)] * BATCH
@@ -325,7 +325,7 @@ def test_a_host_that_was_kept_from_running_blames_nobody(dongle: Dongle, line: W
         return said
 
     line.read = late  # type: ignore[method-assign]
-    line.core.transmit = lambda *frame: (Outcome.ACKED, b"", 0)
+    line.core.transmit = lambda *frame: (SendOutcome.ACKED, b"", 0)
     assert dongle.exchange([(A, FRAME)]) == [Answer(b"")]
 
 
@@ -391,7 +391,7 @@ def test_without_a_port_it_tells_which_there_are(
 
 
 def test_a_rate_that_no_radio_has_is_refused(tmp_path: Path) -> None:
-    table = DriveTable("test", "digest", DRIVE.axes, 76, "9Mbps", DRIVE.addresses)
+    table = DriveSettings("test", "digest", DRIVE.axes, 76, "9Mbps", DRIVE.addresses)
     with pytest.raises(InvalidInput, match="9Mbps"):
         open_radio("serial:/dev/ttyACM0", table, tmp_path)
 

@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import InvalidInput, LinkError
-from curveline.radio.codes import ALL_AXES, NOT_HOMED, BootCause, Fault, Kind, State
-from curveline.radio.envelope import kind_of
-from curveline.radio.frames import Hello, Ident, Stop, encode_hello, encode_stop
-from curveline.radio.halts import Cause
-from curveline.radio.journal import Journal, ReopenedJournal, new_run
-from curveline.radio.link import Halted, resume_plan, send_plan
-from curveline.radio.mock import MockRadio, open_radio
-from curveline.radio.peer import NO_LOAD, Peer
-from curveline.radio.service import clear_fault, home_axes, report_of
+from curveline.radio.host.journal import Journal, ReopenedJournal, new_run
+from curveline.radio.host.link import Halted, resume_plan, send_plan
+from curveline.radio.host.peer import NO_LOAD, Peer
+from curveline.radio.host.service import clear_fault, home_axes, report_of
+from curveline.radio.host.stop_causes import Cause
+from curveline.radio.mock.display import MockRadio, open_radio
+from curveline.radio.protocol.codes import ALL_AXES, NOT_HOMED, BootCause, Fault, FrameKind, NodeState
+from curveline.radio.protocol.envelope import kind_of
+from curveline.radio.protocol.frames import HelloFrame, IdentFrame, StopFrame, encode_hello, encode_stop
 
 from .bench import drive_table, make_plan
 
@@ -43,10 +43,10 @@ def broken_off(runs: Path, settings: str) -> tuple[Path, LinkError]:
 def test_an_unhomed_node_is_homed(tmp_path: Path, weather: str) -> None:
     radio = opened(tmp_path, f"unhomed=2,{weather}")
     assert report_of(radio, DRIVE, 2).axes == (NOT_HOMED, NOT_HOMED, NOT_HOMED)
-    seen: list[State] = []
+    seen: list[NodeState] = []
     report = home_axes(radio, DRIVE, 2, watcher=lambda status: seen.append(status.state))
-    assert (report.axes, report.state, report.cause) == ((0, 0, 0), State.READY, BootCause.POWER_ON)
-    assert State.HOMING in seen
+    assert (report.axes, report.state, report.cause) == ((0, 0, 0), NodeState.READY, BootCause.POWER_ON)
+    assert NodeState.HOMING in seen
     radio.close()
 
 
@@ -54,7 +54,7 @@ def test_one_axis_at_a_time_and_a_motor_that_is_absent(tmp_path: Path) -> None:
     radio = opened(tmp_path, "unhomed=1,absent=bias@1")
     assert home_axes(radio, DRIVE, 1, 0b001).axes == (0, NOT_HOMED, NOT_HOMED)
     report = home_axes(radio, DRIVE, 1, ALL_AXES)
-    assert (report.axes, report.state, report.fault) == ((0, Fault.ENCODER, 0), State.UNHOMED, Fault.NONE)
+    assert (report.axes, report.state, report.fault) == ((0, Fault.ENCODER, 0), NodeState.UNHOMED, Fault.NONE)
     radio.close()
 
 
@@ -72,7 +72,7 @@ def test_what_interrupts_homing_ends_it(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         home_axes(radio, DRIVE, 1, watcher=interrupt)
     assert radio.nodes[0].memory.homing == 0
-    assert report_of(radio, DRIVE, 1).state is State.UNHOMED
+    assert report_of(radio, DRIVE, 1).state is NodeState.UNHOMED
     radio.close()
 
 
@@ -82,9 +82,9 @@ def test_a_fault_is_cleared_and_the_run_goes_on(tmp_path: Path, weather: str) ->
     assert isinstance(error, Halted)
     radio = opened(tmp_path, weather)
     before = report_of(radio, DRIVE, 1)
-    assert (before.state, before.fault, before.fault_axis) == (State.FAULT, Fault.STALL, 2)
+    assert (before.state, before.fault, before.fault_axis) == (NodeState.FAULT, Fault.STALL, 2)
     after = clear_fault(radio, DRIVE, 1)
-    assert (after.state, after.fault, after.started) == (State.HOLD_LINK, Fault.NONE, before.started)
+    assert (after.state, after.fault, after.started) == (NodeState.HOLD_LINK, Fault.NONE, before.started)
     journal = ReopenedJournal(run)
     assert resume_plan(make_plan(seconds=2.0), radio, journal).outcome == "done"
     journal.close()
@@ -94,8 +94,8 @@ def test_a_fault_is_cleared_and_the_run_goes_on(tmp_path: Path, weather: str) ->
 def test_a_lost_position_is_not_cleared(tmp_path: Path) -> None:
     broken_off(tmp_path, "encoder=1@step2")
     radio = opened(tmp_path, "")
-    assert clear_fault(radio, DRIVE, 1).state is State.POSITION_LOST
-    assert home_axes(radio, DRIVE, 1).state is State.READY
+    assert clear_fault(radio, DRIVE, 1).state is NodeState.POSITION_LOST
+    assert home_axes(radio, DRIVE, 1).state is NodeState.READY
     radio.close()
 
 
@@ -113,7 +113,7 @@ def test_a_node_of_another_host_is_left_alone(tmp_path: Path) -> None:
         with pytest.raises(Halted) as caught:
             act(radio, DRIVE, 1)
         assert caught.value.halt.cause is Cause.BUSY
-    assert clear_fault(radio, DRIVE, 2).state is State.READY
+    assert clear_fault(radio, DRIVE, 2).state is NodeState.READY
     radio.close()
 
 
@@ -124,7 +124,7 @@ def test_a_node_stopped_for_good_does_not_home(tmp_path: Path) -> None:
     assert caught.value.halt.cause is Cause.LATCHED
     radio.close()
     again = opened(tmp_path, "repower")
-    assert home_axes(again, DRIVE, 1).state is State.READY
+    assert home_axes(again, DRIVE, 1).state is NodeState.READY
     again.close()
 
 
@@ -174,8 +174,8 @@ def test_homing_leaves_the_other_nodes_alone(tmp_path: Path) -> None:
 
 def test_a_homing_that_ends_between_two_polls_has_been_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As that of an extruder without a switch, which is zeroed where it stands."""
-    monkeypatch.setattr("curveline.radio.plant.SEEK_LEAST_MS", 2)
-    monkeypatch.setattr("curveline.radio.plant.SEEK_RAMP_MS", 1)
+    monkeypatch.setattr("curveline.radio.node.plant.SEEK_LEAST_MS", 2)
+    monkeypatch.setattr("curveline.radio.node.plant.SEEK_RAMP_MS", 1)
     radio = opened(tmp_path, "unhomed=1")
     report = home_axes(radio, DRIVE, 1, 0b001)
     assert report.axes == (0, NOT_HOMED, NOT_HOMED)
@@ -185,29 +185,29 @@ def test_a_homing_that_ends_between_two_polls_has_been_done(tmp_path: Path, monk
 def test_homing_that_was_killed_can_be_ordered_again_at_once(tmp_path: Path) -> None:
     radio = opened(tmp_path, "unhomed=1")
     lost = Peer(1, DRIVE.addresses[0], radio.site.node_key(1), 0x7700)
-    hello = Hello(1, lost.nonce, 0, 0, 1000)
+    hello = HelloFrame(1, lost.nonce, 0, 0, 1000)
     for _ in range(2):
         (answer,) = radio.exchange([(lost.address, lost.hello(hello))])
     ident = lost.take(answer.payload or b"")
-    assert isinstance(ident, Ident)
+    assert isinstance(ident, IdentFrame)
     lost.accept(ident, 0)
     radio.exchange([(lost.address, lost.drive(0, 0, NO_LOAD))])
-    assert home_axes(radio, DRIVE, 1).state is State.READY
+    assert home_axes(radio, DRIVE, 1).state is NodeState.READY
     radio.close()
 
 
 def test_a_hello_that_replaces_the_offer_costs_a_handshake_and_no_more(tmp_path: Path) -> None:
     radio = opened(tmp_path, "unhomed=1")
     node, exchange = radio.nodes[0], radio.exchange
-    recorded = [encode_hello(Hello(1, nonce << 8, 5, 0, 1000), node.identity.node_key) for nonce in (1, 2)]
+    recorded = [encode_hello(HelloFrame(1, nonce << 8, 5, 0, 1000), node.identity.node_key) for nonce in (1, 2)]
 
     def meddle(sent):
-        if kind_of(sent[0][1]) is Kind.DRIVE and recorded:
+        if kind_of(sent[0][1]) is FrameKind.DRIVE and recorded:
             node.receive(radio.now_us() // 1000, recorded.pop())
         return exchange(sent)
 
     radio.exchange = meddle
-    assert home_axes(radio, DRIVE, 1).state is State.READY
+    assert home_axes(radio, DRIVE, 1).state is NodeState.READY
     assert not recorded
     radio.close()
 
@@ -215,11 +215,11 @@ def test_a_hello_that_replaces_the_offer_costs_a_handshake_and_no_more(tmp_path:
 def test_a_stop_before_a_homing_that_must_ask_again_outlives_it(tmp_path: Path) -> None:
     radio = opened(tmp_path, "unhomed=1")
     node, exchange = radio.nodes[0], radio.exchange
-    hello = encode_hello(Hello(1, 1 << 8, 5, 0, 1000), node.identity.node_key)
-    strange = [hello, encode_stop(Stop(0), node.identity.site.stop_key)]
+    hello = encode_hello(HelloFrame(1, 1 << 8, 5, 0, 1000), node.identity.node_key)
+    strange = [hello, encode_stop(StopFrame(0), node.identity.site.stop_key)]
 
     def meddle(sent):
-        while kind_of(sent[0][1]) is Kind.DRIVE and strange:
+        while kind_of(sent[0][1]) is FrameKind.DRIVE and strange:
             node.receive(radio.now_us() // 1000, strange.pop())
         return exchange(sent)
 

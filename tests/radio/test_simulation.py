@@ -12,10 +12,10 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from curveline.radio.actions import Phase, Policy, Write
-from curveline.radio.air import Weather
-from curveline.radio.frames import Stop, encode_stop
-from curveline.radio.halts import Cause
+from curveline.radio.host.actions import Phase, Policy, Write
+from curveline.radio.host.stop_causes import Cause
+from curveline.radio.mock.air import Weather
+from curveline.radio.protocol.frames import StopFrame, encode_stop
 
 from .scenarios import LOSSES, SCENARIOS, make
 from .watched import LAYOUTS, STEPS, Watched, layout_plan
@@ -122,7 +122,7 @@ class Operation(RuleBasedStateMachine):
     @rule()
     def stop_all(self) -> None:
         for node in self.bench.nodes:
-            node.receive(self.bench.now_ms, encode_stop(Stop(0), self.bench.site.stop_key))
+            node.receive(self.bench.now_ms, encode_stop(StopFrame(0), self.bench.site.stop_key))
 
     @rule(which=st.integers(0, 7))
     def cut_power(self, which: int) -> None:

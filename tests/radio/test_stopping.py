@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 
 from curveline.errors import LinkError
-from curveline.radio import Answer
-from curveline.radio.codes import Fault, State
-from curveline.radio.frames import Hello
-from curveline.radio.journal import Journal, new_run
-from curveline.radio.link import Progress, send_plan
-from curveline.radio.mock import open_radio
-from curveline.radio.motion import axes_of, plan_move
-from curveline.radio.nodestate import Session
-from curveline.radio.stopping import Stopped, stop_all
+from curveline.radio.host.journal import Journal, new_run
+from curveline.radio.host.link import Progress, send_plan
+from curveline.radio.host.stopping import Stopped, stop_all
+from curveline.radio.interface import Answer
+from curveline.radio.mock.display import open_radio
+from curveline.radio.node.state import Session
+from curveline.radio.protocol.codes import Fault, NodeState
+from curveline.radio.protocol.frames import HelloFrame
+from curveline.radio.protocol.motion import axes_of, plan_move
 
 from .bench import drive_table, make_plan
 
@@ -36,7 +36,7 @@ def test_a_running_display_stops_and_its_host_says_why(tmp_path: Path, settings:
         send_plan(make_plan(seconds=4.0), radio, journal, stop)
     journal.close()
     assert [each.is_sure for each in stopped] == [True, True]
-    assert {each.state for each in stopped} <= {State.HOLD, State.HOLD_LINK}
+    assert {each.state for each in stopped} <= {NodeState.HOLD, NodeState.HOLD_LINK}
     assert radio.positions() == stands[0]
     radio.close()
     assert radio.positions() == stands[0]
@@ -44,7 +44,7 @@ def test_a_running_display_stops_and_its_host_says_why(tmp_path: Path, settings:
 
 def test_an_idle_display_stands_already(tmp_path: Path) -> None:
     radio = open_radio("", drive_table(20), tmp_path)
-    assert [each.state for each in stop_all(radio, drive_table(20))] == [State.HOLD] * 20
+    assert [each.state for each in stop_all(radio, drive_table(20))] == [NodeState.HOLD] * 20
     radio.close()
 
 
@@ -63,7 +63,7 @@ def test_a_node_that_moves_on_is_not_sure(tmp_path: Path, monkeypatch: pytest.Mo
     node = radio.nodes[0]
     monkeypatch.setattr(node, "_handlers", {kind: act for kind, act in node._handlers.items() if kind.name != "STOP"})
     first, second = stop_all(radio, drive_table())
-    assert (first.is_sure, first.state) == (False, State.READY)
+    assert (first.is_sure, first.state) == (False, NodeState.READY)
     assert second.is_sure
     assert radio.now_us() > 10_000_000
     radio.close()
@@ -74,7 +74,7 @@ def test_a_hold_of_the_owner_is_no_proof_and_nor_is_an_acknowledgement(tmp_path:
     radio = open_radio("", drive_table(), tmp_path)
     node = radio.nodes[0]
     node.advance(0)
-    node._session = Session(1, bytes(16), Hello(1, 0, 0, 0, 60_000), hold_gen=1)
+    node._session = Session(1, bytes(16), HelloFrame(1, 0, 0, 0, 60_000), hold_gen=1)
     exchange = radio.exchange
 
     def only_questions(frames):
@@ -82,7 +82,7 @@ def test_a_hold_of_the_owner_is_no_proof_and_nor_is_an_acknowledgement(tmp_path:
 
     radio.exchange = only_questions
     first, _ = stop_all(radio, drive_table())
-    assert (first.is_sure, first.state) == (False, State.HOLD)
+    assert (first.is_sure, first.state) == (False, NodeState.HOLD)
     radio.close()
 
 
@@ -104,6 +104,6 @@ def test_a_device_that_the_site_does_not_know_cannot_be_sure(tmp_path: Path) -> 
     object.__setattr__(radio.site, "chips", (0, radio.site.chips[1]))
     first, second = stop_all(radio, drive_table())
     assert (first.is_sure, second.is_sure) == (False, True)
-    assert radio.nodes[0].state is State.HOLD, "it stopped all the same"
+    assert radio.nodes[0].state is NodeState.HOLD, "it stopped all the same"
     assert radio.now_us() < 1_000_000, "there is nothing to wait for"
     radio.close()

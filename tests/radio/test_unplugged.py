@@ -11,16 +11,16 @@ from random import Random
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.plan import Plan
-from curveline.radio import Answer, Radio, RadioGone
-from curveline.radio import serial as serial_radio
-from curveline.radio.actions import Policy, Record
-from curveline.radio.air import Weather
-from curveline.radio.halts import Cause
-from curveline.radio.journal import Journal, ReopenedJournal, SystemDisk, new_run
-from curveline.radio.link import Control, Halted, Request, RunReport, resume_plan, send_plan
-from curveline.radio.motion import Move
-from curveline.radio.serial import SerialRadio
+from curveline.plan_file import Plan
+from curveline.radio.host.actions import Policy, Record
+from curveline.radio.host.journal import Journal, ReopenedJournal, SystemDisk, new_run
+from curveline.radio.host.link import Control, Halted, OperatorRequest, RunReport, resume_plan, send_plan
+from curveline.radio.host.stop_causes import Cause
+from curveline.radio.interface import Answer, Radio, RadioGone
+from curveline.radio.mock.air import Weather
+from curveline.radio.ports import serial as serial_radio
+from curveline.radio.ports.serial import SerialRadio
+from curveline.radio.protocol.motion import NodeMove
 
 from .bench import make_plan, short_plan
 from .dongle_host import DongleHost, Pull, Room, dongle_host
@@ -64,8 +64,8 @@ class Watched:
         assert self.begun == [list(range(1, len(plan.steps) + 1))] * len(self.begun)
         assert self.room.positions() == [target.counts for target in plan.steps[-1].targets]
 
-    def _spy(self, index: int, follow: Callable[[int, int, Move], None]) -> Callable[[int, int, Move], None]:
-        def checked(now_ms: int, start_ms: int, move: Move) -> None:
+    def _spy(self, index: int, follow: Callable[[int, int, NodeMove], None]) -> Callable[[int, int, NodeMove], None]:
+        def checked(now_ms: int, start_ms: int, move: NodeMove) -> None:
             if move.brake_ms is None:
                 self._check(index)
             follow(now_ms, start_ms, move)
@@ -264,7 +264,7 @@ def test_an_operator_who_wants_out_need_not_wait_for_it(tmp_path: Path, journal:
     room = Room(PLAN.drive)
     with dongle_host(tmp_path / "dongle", room) as host, closing(open_radio(host, PLAN)) as radio:
         control = Control(PATIENT)
-        host.on_gone = lambda: control.ask(Request.HOLD)
+        host.on_gone = lambda: control.ask(OperatorRequest.HOLD)
         begin = time.monotonic()
         with pytest.raises(RadioGone) as caught:
             attempt(PLAN, Pulled(radio, host, once(Pull(60, 0.5, 100))), journal, control)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from curveline.errors import InvalidInput
-from curveline.radio.actions import Phase, Send
-from curveline.radio.halts import Cause
+from curveline.radio.host.actions import Phase, Send
+from curveline.radio.host.stop_causes import Cause
 
 from .watched import Watched, require
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from random import Random
 
-from curveline.plan import Plan, Step
-from curveline.radio.actions import Phase, Policy, Send
-from curveline.radio.air import Weather
-from curveline.radio.codes import Kind
-from curveline.radio.motion import Move, outside
-from curveline.radio.node import Node
+from curveline.plan_file import Plan, Step
+from curveline.radio.host.actions import Phase, Policy, Send
+from curveline.radio.mock.air import Weather
+from curveline.radio.node.machine import NodeMachine
+from curveline.radio.protocol.codes import FrameKind
+from curveline.radio.protocol.motion import NodeMove, outside
 
 from .bench import HOME, Bench, drive_table, target
 
@@ -72,15 +72,15 @@ class Watched(Bench):
             plant.follow = self._spy(index, plant.follow)  # type: ignore[method-assign]
         self.hooks.append(self.check_frame)
 
-    def _spy(self, index: int, follow: Callable[[int, int, Move], None]) -> Callable[[int, int, Move], None]:
-        def checked(now_ms: int, start_ms: int, move: Move) -> None:
+    def _spy(self, index: int, follow: Callable[[int, int, NodeMove], None]) -> Callable[[int, int, NodeMove], None]:
+        def checked(now_ms: int, start_ms: int, move: NodeMove) -> None:
             if move.brake_ms is None:
                 self.check_departure(index, self.nodes[index], move)
             follow(now_ms, start_ms, move)
 
         return checked
 
-    def check_departure(self, index: int, node: Node, move: Move) -> None:
+    def check_departure(self, index: int, node: NodeMachine, move: NodeMove) -> None:
         """A node sets off."""
         memory, session = node.memory, node._session
         self.departures[index] += 1
@@ -94,7 +94,7 @@ class Watched(Bench):
         require(not outside(self.axes, move.target), "I5: motion out of the limits")
         self._check_order(index, memory.started, move)
 
-    def _check_order(self, index: int, step: int, move: Move) -> None:
+    def _check_order(self, index: int, step: int, move: NodeMove) -> None:
         begun = self.begun[index]
         last = begun[-1] if begun else 0
         require(step in (last, last + 1) and step > 0, f"I2: step {step} after step {last}")
@@ -116,7 +116,7 @@ class Watched(Bench):
         before = self._facts[send.node - 1]
         require(all(map(int.__ge__, facts, before)), f"I4: what is known of node {send.node} falls back")
         self._facts[send.node - 1] = facts
-        if send.payload[0] & 0xF == Kind.DRIVE:
+        if send.payload[0] & 0xF == FrameKind.DRIVE:
             release = int.from_bytes(send.payload[8:10], "little")
             going = self.conductor.phase in (Phase.STAGING, Phase.RELEASED)
             require(release >= self.highest_release or not going, "I4: release falls")

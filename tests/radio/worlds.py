@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from curveline.plan import DriveTable
-from curveline.radio import Radio, open_radio
-from curveline.radio.air import Weather
-from curveline.radio.mock import MockRadio
-from curveline.radio.node import Node
-from curveline.radio.station import FOR_EVER
+from curveline.plan_file import DriveSettings
+from curveline.radio.interface import Radio, open_radio
+from curveline.radio.mock.air import Weather
+from curveline.radio.mock.display import MockRadio
+from curveline.radio.mock.mock_node import FOR_EVER
+from curveline.radio.node.machine import NodeMachine
 
 from .dongle_host import Room, dongle_host, write_keys
 from .spi_rig import SPEC, SpiRig, is_preloaded
@@ -26,11 +26,11 @@ SEED = 11
 class World:
     """One display with an open radio; `silence` makes a node (from 1) unreachable."""
 
-    drive: DriveTable
+    drive: DriveSettings
     radio: Radio
     spec: str
     folder: Path
-    nodes: Callable[[], Sequence[Node]]
+    nodes: Callable[[], Sequence[NodeMachine]]
     silence: Callable[[int], object]
 
     def open(self) -> Radio:
@@ -44,7 +44,7 @@ class Setting:
 
     folder: Path
     keys: Path
-    drive: DriveTable
+    drive: DriveSettings
     weather: Weather
 
 
@@ -115,7 +115,7 @@ HERE = ["nrf24"] if is_preloaded() else [name for name in WORLDS if name != "nrf
 
 
 @contextmanager
-def world_of(name: str, folder: Path, drive: DriveTable, weather: Weather) -> Iterator[World]:
+def world_of(name: str, folder: Path, drive: DriveSettings, weather: Weather) -> Iterator[World]:
     """A world of the back end `name`, whose files are in a folder of its own."""
     folder.mkdir(exist_ok=True)
     keys = folder / "site.json"

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.modes import modes_below, second_variation
-from curveline.rod.planar import Effort, descend, energy, newton
+from curveline.rod.planar.modes import modes_below, second_variation
+from curveline.rod.planar.newton import Effort, descend, energy, newton
 from curveline.rod.problem import Array, Problem, make_problem, released
+from curveline.rod.states.equilibrium import ClampedRod
 
 FALL = Effort(turn=0.5, close=1e-9, iterations=400)
 POLISH = Effort(turn=0.3, close=1e-10, iterations=60)

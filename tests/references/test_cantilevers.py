@@ -10,7 +10,7 @@ from scipy.integrate import solve_bvp
 from scipy.special import jv
 
 from curveline.rod.problem import Array
-from curveline.rod.states import find_states
+from curveline.rod.states.planar_states import find_states
 
 from .report import Report
 from .rods import (

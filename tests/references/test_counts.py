@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from curveline.rod.elastica import clamped_arch
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.planar.elastica import clamped_arch
 from curveline.rod.problem import Problem
-from curveline.rod.states import find_states
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.planar_states import find_states
 from rod.rods import REFERENCE, distance, reference_rod, simple
 from rod.test_elastica import guess_of
 from rod.test_reference import curve_of

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from curveline.rod.continuation import follow
-from curveline.rod.elastica import Arc, Inflectional, clamped_arch
+from curveline.rod.branches.continuation import follow
+from curveline.rod.branches.control_path import straight_path
+from curveline.rod.planar.elastica import Arc, Inflectional, clamped_arch
 from curveline.rod.problem import Problem
-from curveline.rod.states import find_states
-from curveline.rod.way import straight
+from curveline.rod.states.planar_states import find_states
 from rod.rods import REFERENCE, reference_rod, simple
 from rod.test_elastica import SOLUTIONS, guess_of, rod_of
 from rod.test_reference import PLAIN, by_name, curve_of
@@ -120,7 +120,7 @@ def followed_to(slack: float, ways: tuple[float, float], n: int) -> float:
     begin = rod_of(arch)
     furthest = 2.3 * math.sqrt(slack)
     end = begin.pose._replace(start=ways[0] * furthest, end=ways[1] * furthest)
-    branch = follow(straight(begin.pose, end), begin.bearing, -phi, multipliers)
+    branch = follow(straight_path(begin.pose, end), begin.bearing, -phi, multipliers)
     assert 0.0 < branch.reached < 1.0
     return 2.3 * float(branch.reached)
 

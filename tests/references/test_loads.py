@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from scipy.interpolate import BarycentricInterpolator
 
-from curveline.rod.arclength import Reach, begin_at, trace
-from curveline.rod.continuation import start_along
-from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.branches.arclength import TraceReach, begin_at, trace
+from curveline.rod.branches.continuation import start_along
+from curveline.rod.branches.control_path import ControlPath, counts_along, loading, problem_at, straight_path
+from curveline.rod.branches.special_points import FOLD_POINT, SpecialKind, critical, next_special_point
 from curveline.rod.problem import Array, refine_angles
-from curveline.rod.special_points import FOLD_POINT, Kind, critical, next_special_point
-from curveline.rod.states import find_states
-from curveline.rod.way import Way, counts_along, loading, problem_at, straight
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.planar_states import find_states
 from rod.rods import REFERENCE, reference_rod
 
 from .report import Report
@@ -28,13 +28,13 @@ EDGES = 48
 FINEST = 384
 
 
-def press(rod: ClampedRod, at: float, force: tuple[float, float]) -> Way:
+def press(rod: ClampedRod, at: float, force: tuple[float, float]) -> ControlPath:
     """The way on which a force at a fraction of the length grows from nothing."""
-    way: Way = loading(rod.pose, np.array([at]), np.zeros((1, 2)), np.array([force]))
+    way: ControlPath = loading(rod.pose, np.array([at]), np.zeros((1, 2)), np.array([force]))
     return way
 
 
-def case_way(case: dict[str, Any], load: float, off: float = 0.0) -> Way:
+def case_way(case: dict[str, Any], load: float, off: float = 0.0) -> ControlPath:
     """The way on which the load of a case grows to `load`."""
     x, y = case["direction"]
     return press(reference_rod(case), case["s_fraction"] + off, (load * x, load * y))
@@ -65,7 +65,7 @@ def test_the_load_of_s1_off_its_centre(against: Report) -> None:
     wanted = case["P_snap_with_s_plus_0.002"]
     way = case_way(case, 1.5 * wanted, 0.002)
     point = critical(way, reference_rod(case).bearing, *start_along(way, above(case)), 1e-9)
-    assert point.kind is Kind.FOLD
+    assert point.kind is SpecialKind.FOLD
     against("load S1: 0.2 % off centre", point.fraction * 1.5 * wanted, wanted, 2e-9)
     against("C centre load, followed: 0.2 % off", point.fraction * 1.5 * wanted * case["L"] ** 2, 56.3289, 1e-6)
 
@@ -74,7 +74,7 @@ def test_a_centre_load_takes_stability_by_a_bifurcation(against: Report) -> None
     rod = ClampedRod((1.0 / 1.2, 0.0), 0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
     way = press(rod, 0.5, (0.0, -100.0))
     point = critical(way, rod.bearing, *start_along(way, state_of(rod, "peak")), 1e-10)
-    assert point.kind is Kind.BIFURCATION
+    assert point.kind is SpecialKind.BIFURCATION
     against("C centre load, followed: bifurcation", 100.0 * point.fraction, 59.91928012574, 1e-9)
 
 
@@ -82,7 +82,7 @@ def folds_on(case: dict[str, Any], load: float, edges: int) -> float:
     """Load of the first fold of a case's branch, stable there or not, on a number of edges."""
     way, rod = case_way(case, load), reference_rod(case)
     phi, multipliers = start_along(way, above(case), EDGES)
-    if case["kind"] == Kind.BIFURCATION.value:
+    if case["kind"] == SpecialKind.BIFURCATION.value:
         phi = 0.5 * (phi - phi[::-1])
     counts = counts_along(way, rod.bearing, EDGES)
     while counts.sum() < edges:
@@ -107,19 +107,21 @@ def test_the_fold_lies_on_the_branch_traced_on_past_the_bifurcation(name: str, a
 
 # L / chord, which multiples of the angle the ends turn, degrees at which the valley is lost, how.
 TURNED = [
-    (1.2, (1.0, 0.0), 41.81572612, Kind.FOLD),
-    (1.32, (1.0, -1.0), 57.73902789, Kind.BIFURCATION),
-    (1.0 / (1.0 - 1e-4), (1.0, 0.0), math.degrees(1.781781507 * 1e-2), Kind.FOLD),
-    (1.0 / (1.0 - 1e-2), (1.0, 0.0), math.degrees(1.782313586 * 1e-1), Kind.FOLD),
-    (1.0 / (1.0 - 1e-2), (1.0, -1.0), math.degrees(2.001899818 * 1e-1), Kind.BIFURCATION),
+    (1.2, (1.0, 0.0), 41.81572612, SpecialKind.FOLD),
+    (1.32, (1.0, -1.0), 57.73902789, SpecialKind.BIFURCATION),
+    (1.0 / (1.0 - 1e-4), (1.0, 0.0), math.degrees(1.781781507 * 1e-2), SpecialKind.FOLD),
+    (1.0 / (1.0 - 1e-2), (1.0, 0.0), math.degrees(1.782313586 * 1e-1), SpecialKind.FOLD),
+    (1.0 / (1.0 - 1e-2), (1.0, -1.0), math.degrees(2.001899818 * 1e-1), SpecialKind.BIFURCATION),
 ]
 
 
 @pytest.mark.parametrize(("ratio", "ways", "degrees", "kind"), TURNED)
-def test_turned_ends(ratio: float, ways: tuple[float, float], degrees: float, kind: Kind, against: Report) -> None:
+def test_turned_ends(
+    ratio: float, ways: tuple[float, float], degrees: float, kind: SpecialKind, against: Report
+) -> None:
     rod = ClampedRod((1.0 / ratio, 0.0), 0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
     furthest = 1.4 * math.radians(degrees)
-    way = straight(rod.pose, rod.pose._replace(start=furthest * ways[0], end=furthest * ways[1]))
+    way = straight_path(rod.pose, rod.pose._replace(start=furthest * ways[0], end=furthest * ways[1]))
     point = critical(way, rod.bearing, *start_along(way, state_of(rod, "valley")), 1e-9)
     assert point.kind is kind
     against(f"C turned ends, followed: {kind.value}", math.degrees(point.fraction * furthest), degrees, 2e-9)
@@ -145,9 +147,9 @@ def traced(name: str, edges: int) -> Traced:
     case, unit = CASES[name], 100.0
     way, rod = case_way(case, unit), reference_rod(case)
     phi, multipliers = start_along(way, above(case), edges)
-    if case["kind"] == Kind.BIFURCATION.value:
+    if case["kind"] == SpecialKind.BIFURCATION.value:
         phi = 0.5 * (phi - phi[::-1])
-    track = trace(way, rod.bearing, phi, multipliers, Reach(-12.0, 14.0, 0.03, 1500))
+    track = trace(way, rod.bearing, phi, multipliers, TraceReach(-12.0, 14.0, 0.03, 1500))
     counts = counts_along(way, rod.bearing, edges)
     lengths = problem_at(way, rod.bearing, 0.0, counts).edges
     steps = np.stack([np.cos(track.phi), np.sin(track.phi)], axis=2) * lengths[:, None]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from curveline.rod.elastica import clamped_arch
+from curveline.rod.planar.elastica import clamped_arch
 from curveline.rod.problem import Array, Problem, sharpest_turn
 
 from .report import Report

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from curveline.rod.elastica import clamped_arch
-from curveline.rod.modes import lowest_eigenvalue
+from curveline.rod.planar.elastica import clamped_arch
+from curveline.rod.planar.modes import lowest_eigenvalue
 from curveline.rod.problem import Problem
-from curveline.rod.states import find_states
+from curveline.rod.states.planar_states import find_states
 
 from .report import Report
 from .rods import (

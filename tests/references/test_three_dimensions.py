@@ -10,13 +10,13 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
+from curveline.rod.geometry.rotations import multiply
 from curveline.rod.problem import Array
-from curveline.rod.relax import Ending, Relaxed, descend, is_stable, lowest_mode, lowest_modes, newton
-from curveline.rod.rotations import multiply
-from curveline.rod.space import frame
-from curveline.rod.spatial import Shape, SpatialRod, moments, positions, relative
-from curveline.rod.terms import twist
-from curveline.rod.twisting import spun, total_twist, twisted
+from curveline.rod.spatial.energy import Shape, SpatialRod, moments, positions, relative
+from curveline.rod.spatial.relax import Relaxed, RelaxEnding, descend, is_stable, lowest_mode, lowest_modes, newton
+from curveline.rod.spatial.segment import frame
+from curveline.rod.spatial.terms import twist
+from curveline.rod.spatial.twisting import spun, total_twist, twisted
 
 from .report import Report
 
@@ -45,7 +45,7 @@ def bent(n: int, angle: Callable[[Array], Array]) -> Shape:
 
 
 def settled(relaxed: Relaxed) -> Shape:
-    assert relaxed.ending is Ending.SETTLED
+    assert relaxed.ending is RelaxEnding.SETTLED
     return relaxed.shape
 
 

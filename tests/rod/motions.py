@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from curveline.rod.problem import Array
-from curveline.rod.relax import Ending, descend, is_stable, newton
-from curveline.rod.space import frame
-from curveline.rod.spatial import Shape, SpatialRod
+from curveline.rod.spatial.energy import Shape, SpatialRod
+from curveline.rod.spatial.relax import RelaxEnding, descend, is_stable, newton
+from curveline.rod.spatial.segment import frame
 
 LATERAL, TWIST, STRETCH = 17.0, 3.0, 7.5e5
 """Of the strip of the built-in displays, 600 mm of it, over EI (and L^2)."""
@@ -56,7 +56,7 @@ def middles(n: int) -> Array:
 def arch(rod: SpatialRod, side: float) -> Shape:
     """The stable arch of a rod, upwards (1) or downwards (-1)."""
     relaxed = descend(rod, flat_shape(side * 1.2 * np.sin(2.0 * math.pi * middles(rod.edges.size))))
-    assert relaxed.ending is Ending.SETTLED
+    assert relaxed.ending is RelaxEnding.SETTLED
     return relaxed.shape
 
 
@@ -85,7 +85,7 @@ def last_stable(at: Callable[[float], SpatialRod], shape: Shape) -> tuple[float,
     while step > 1e-4:
         found = newton(at(value + step), shape)
         turn = float(np.max(np.abs(angles_of(found.shape) - angles_of(shape))))
-        if found.ending is Ending.SETTLED and is_stable(at(value + step), found.shape) and turn < 0.25:
+        if found.ending is RelaxEnding.SETTLED and is_stable(at(value + step), found.shape) and turn < 0.25:
             value, shape = value + step, found.shape
         else:
             step *= 0.5

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.ladder import level_scalars, vertex_table
-from curveline.rod.planar import Effort, newton
+from curveline.rod.planar.newton import Effort, newton
+from curveline.rod.planar.richardson import level_scalars, vertex_table
 from curveline.rod.problem import Array, Problem, make_problem, mesh, released
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
 
 DATA = Path(__file__).parent.parent / "data"
 REFERENCE = json.loads((DATA / "reference_cases.json").read_text())

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from curveline.rod.geometry.rotations import exponential, matrix_of, multiply
 from curveline.rod.problem import Array
-from curveline.rod.rotations import exponential, matrix_of, multiply
-from curveline.rod.space import frame
-from curveline.rod.spatial import Shape, SpatialRod, positions
+from curveline.rod.spatial.energy import Shape, SpatialRod, positions
+from curveline.rod.spatial.segment import frame
 
 STIFFNESS = np.array([3.0, 1.0, 0.8, 2e3])
 """Bending about m1 and m2, twist, stretch."""

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.arclength import (
-    Reach,
+from curveline.rod.branches.arclength import (
+    TraceReach,
     Track,
     begin_at,
     residual,
@@ -18,13 +18,13 @@ from curveline.rod.arclength import (
     trace,
     weighted,
 )
-from curveline.rod.continuation import FOLLOW_EDGES, coarse_start, follow, start_along
-from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.modes import second_variation
-from curveline.rod.planar import energy
+from curveline.rod.branches.continuation import FOLLOW_EDGES, coarse_start, follow, start_along
+from curveline.rod.branches.control_path import ControlPath, between, counts_along, problem_at, straight_path
+from curveline.rod.planar.modes import second_variation
+from curveline.rod.planar.newton import energy
 from curveline.rod.problem import Array, Problem
-from curveline.rod.states import find_states
-from curveline.rod.way import Way, between, counts_along, problem_at, straight
+from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.states.planar_states import find_states
 
 from .rods import random_rods, solve_level
 from .test_continuation import ROD, state_of, symmetric_arch, way_of
@@ -36,7 +36,7 @@ SOFT = 2e-5
 """Compliance of a rod that stretches enough to be seen [m^2]."""
 
 
-def point_of(way: Way, rod: ClampedRod, compliance: float = 0.0) -> tuple[Array, Array]:
+def point_of(way: ControlPath, rod: ClampedRod, compliance: float = 0.0) -> tuple[Array, Array]:
     """Edge counts and a point, no equilibrium, of a way."""
     counts = counts_along(way, rod.bearing, FOLLOW_EDGES)
     phi, multipliers = start_along(way, state_of(rod, "valley"))
@@ -102,9 +102,9 @@ def test_the_tangent_is_the_direction_of_the_branch() -> None:
 @pytest.mark.parametrize("name", ["peak", "valley"])
 def test_where_no_fold_lies_on_the_way_tracing_is_following(name: str) -> None:
     end = replace(ROD, chord=(0.5, 0.1), start=0.5, end=-0.6, length=0.7)
-    way = straight(ROD.pose, end.pose)
+    way = straight_path(ROD.pose, end.pose)
     start = coarse_start(state_of(ROD, name))
-    track = trace(way, ROD.bearing, *start, Reach())
+    track = trace(way, ROD.bearing, *start, TraceReach())
     branch = follow(way, ROD.bearing, *start)
     assert branch.reached == 1.0
     assert track.fractions[-2] <= 1.0 < track.fractions[-1]
@@ -116,9 +116,9 @@ def test_where_no_fold_lies_on_the_way_tracing_is_following(name: str) -> None:
 
 
 def test_around_a_fold_the_number_of_unstable_directions_grows_and_the_fraction_turns_back() -> None:
-    way = straight(ROD.pose, replace(ROD, start=1.2).pose)
+    way = straight_path(ROD.pose, replace(ROD, start=1.2).pose)
     start = coarse_start(state_of(ROD, "valley"))
-    track = trace(way, ROD.bearing, *start, Reach(low=0.0))
+    track = trace(way, ROD.bearing, *start, TraceReach(low=0.0))
     turn = int(np.argmax(track.fractions))
     assert 0 < turn < track.fractions.size - 1
     assert np.all(np.diff(track.fractions[: turn + 1]) > 0.0)
@@ -145,13 +145,15 @@ def test_forward_and_backward_meet_around_folds() -> None:
     for begin in random_rods(41, 8):
         end = replace(begin, start=begin.start + 1.5, end=begin.end - 1.1)
         start = solve_level(begin, FOLLOW_EDGES, *coarse_start(find_states(begin, 1e-6)[-1]))
-        there = trace(straight(begin.pose, end.pose), begin.bearing, start.phi, start.multipliers, Reach(0.0, 1.0))
+        there = trace(
+            straight_path(begin.pose, end.pose), begin.bearing, start.phi, start.multipliers, TraceReach(0.0, 1.0)
+        )
         turns.append(turns_of(there))
         # Back from its last state, on a way towards the first one.
         last = there.fractions[-1]
         poses = [between(begin.pose, end.pose, fraction) for fraction in (last, 0.0 if last > 0.5 else last + 1.0)]
-        reach = Reach(-0.5, 1.05, 0.05, 1000)
-        back = trace(straight(*poses), begin.bearing, there.phi[-1], there.multipliers[-1], reach)
+        reach = TraceReach(-0.5, 1.05, 0.05, 1000)
+        back = trace(straight_path(*poses), begin.bearing, there.phi[-1], there.multipliers[-1], reach)
         assert turns_of(back) == turns[-1]
         gaps = np.max(abs(back.phi - start.phi), axis=1)
         nearest = int(np.argmin(gaps))
@@ -167,7 +169,7 @@ def test_a_branch_that_another_one_nearly_crosses_is_not_left(off: float) -> Non
     rod = ClampedRod((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
     way = press(rod, 0.5 + off, 70.0)
     for step in (0.02, 0.1, 0.3):
-        track = trace(way, rod.bearing, *start_along(way, state_of(rod, "peak")), Reach(0.0, 1.5, step))
+        track = trace(way, rod.bearing, *start_along(way, state_of(rod, "peak")), TraceReach(0.0, 1.5, step))
         turn = int(np.argmax(track.unstable > 0.0))
         assert 70.0 * 1.44 * track.fractions[: turn + 1].max() < 59.92
         assert track.fractions[turn + 1] < track.fractions[turn]
@@ -177,7 +179,7 @@ def test_a_branch_that_another_one_nearly_crosses_is_not_left(off: float) -> Non
 def test_a_symmetric_branch_is_traced_on_past_its_bifurcation() -> None:
     rod = ClampedRod((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
     way = press(rod, 0.5, 300.0 / 1.44)
-    track = trace(way, rod.bearing, *symmetric_arch(1.2), Reach())
+    track = trace(way, rod.bearing, *symmetric_arch(1.2), TraceReach())
     loads = 300.0 * track.fractions
     np.testing.assert_allclose(track.phi, -track.phi[:, ::-1], atol=1e-6)
     assert set(track.unstable[loads > 62.0]) >= {1.0, 2.0}
@@ -187,6 +189,6 @@ def test_a_symmetric_branch_is_traced_on_past_its_bifurcation() -> None:
 
 def test_an_absent_equilibrium_is_not_traced() -> None:
     taut = replace(ROD, length=0.49)
-    track = trace(straight(taut.pose, ROD.pose), ROD.bearing, *coarse_start(state_of(ROD, "peak")), Reach())
+    track = trace(straight_path(taut.pose, ROD.pose), ROD.bearing, *coarse_start(state_of(ROD, "peak")), TraceReach())
     assert track.fractions.size == 0
     assert track.phi.shape == (0, FOLLOW_EDGES)

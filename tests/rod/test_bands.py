@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curveline.rod.bands import cholesky, solve_factored, solve_indefinite, times
 from curveline.rod.problem import Array
+from curveline.rod.spatial.bands import cholesky, solve_factored, solve_indefinite, times
 
 from .spatial_rods import dense
 

@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
-from curveline.rod.fidelity import contact_bound, gravity_bound, judge, probe, stretch_bound
+from curveline.rod.models.model_error import contact_bound, gravity_bound, judge, probe, stretch_bound
 from curveline.rod.problem import Array
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment
-from curveline.rod.spatial_ladder import refine_in_space
-from curveline.rod.states import find_states
+from curveline.rod.spatial.richardson import refine_in_space
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT, random_rods
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.continuation import (
+from curveline.rod.branches.continuation import (
     FOLLOW_EDGES,
     Branch,
     coarse_start,
@@ -19,10 +19,18 @@ from curveline.rod.continuation import (
     sway,
     travel,
 )
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.branches.control_path import (
+    ControlPath,
+    between,
+    counts_along,
+    loading,
+    problem_at,
+    rod_at,
+    straight_path,
+)
 from curveline.rod.problem import Array, make_problem, mesh, released
-from curveline.rod.states import find_states
-from curveline.rod.way import Way, between, counts_along, loading, problem_at, rod_at, straight
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT, random_rods, solve_level
 
@@ -36,10 +44,10 @@ def state_of(rod: ClampedRod, name: str) -> Equilibrium:
     return next(state for state in find_states(rod, 1e-7) if state.name == name)
 
 
-def way_of(begin: ClampedRod, end: ClampedRod) -> Way:
+def way_of(begin: ClampedRod, end: ClampedRod) -> ControlPath:
     """The way from one rod to another that has loads at the same places."""
     before, after = np.array(begin.loads).reshape(-1, 3), np.array(end.loads).reshape(-1, 3)
-    return Way(begin.pose, end.pose, before[:, 0].copy(), before[:, 1:].copy(), after[:, 1:].copy())
+    return ControlPath(begin.pose, end.pose, before[:, 0].copy(), before[:, 1:].copy(), after[:, 1:].copy())
 
 
 def followed(begin: ClampedRod, end: ClampedRod, start: tuple[Array, Array]) -> Branch:
@@ -103,7 +111,7 @@ def test_a_fold_is_found_at_the_same_place_whatever_the_path_beyond(change: dict
     short = followed(ROD, end, start)
     assert 0.05 < short.reached < 1.0
     beyond = between(ROD.pose, end.pose, 1.0 + 0.3 * math.pi)
-    far = follow(straight(ROD.pose, beyond), ROD.bearing, *start)
+    far = follow(straight_path(ROD.pose, beyond), ROD.bearing, *start)
     assert far.reached * (1.0 + 0.3 * math.pi) == pytest.approx(short.reached, abs=1e-6)
     lowest = short.samples[:, 1]
     assert 0.0 < lowest[-1] < 0.1 < lowest[0]
@@ -115,7 +123,9 @@ def test_to_travel_is_to_follow_without_looking(seed: int) -> None:
     for state in find_states(begin, 1e-5):
         if state.simple:
             branch = followed(begin, end, coarse_start(state))
-            reached, phi, multipliers, _ = travel(straight(begin.pose, end.pose), begin.bearing, *coarse_start(state))
+            reached, phi, multipliers, _ = travel(
+                straight_path(begin.pose, end.pose), begin.bearing, *coarse_start(state)
+            )
             assert reached == pytest.approx(branch.reached, abs=3e-6)
             if reached == 1.0:
                 np.testing.assert_allclose(phi, branch.phi, atol=1e-9)
@@ -155,7 +165,7 @@ def test_a_dip_of_the_eigenvalue_is_not_stepped_over() -> None:
 
 def test_an_unstable_or_absent_start_is_not_followed() -> None:
     phi = np.full(FOLLOW_EDGES, 2.0)
-    branch = follow(straight(ROD.pose, AWAY.pose), ROD.bearing, phi, np.zeros(2))
+    branch = follow(straight_path(ROD.pose, AWAY.pose), ROD.bearing, phi, np.zeros(2))
     assert branch.samples.shape[0] == 0
     assert branch.reached == 0.0
 
@@ -179,7 +189,7 @@ def test_what_the_nodes_hold_is_what_the_equilibrium_says(number: int, natural: 
     for state in find_states(rod, 1e-7):
         level = solve_level(rod, 400, *coarse_start(state, 400))
         free = released(make_problem(rod.scaled(), mesh(np.empty(0), 400)))
-        here = straight(rod.pose, rod.pose)
+        here = straight_path(rod.pose, rod.pose)
         bent, *held = node_loads(here, 0.0, rod.bearing, free, level.phi, level.multipliers)
         assert bent == pytest.approx(state.max_curvature, rel=1e-2)
         for side, (angle, sign) in enumerate(((rod.start, 1.0), (rod.end, -1.0))):
@@ -246,7 +256,7 @@ def test_what_the_nodes_do_is_the_slope_of_the_energy(number: int, natural: floa
 def test_what_is_lost_lands_in_a_stable_state(name: str) -> None:
     sign = 1.0 if name == "valley" else -1.0
     end = replace(ROD, start=sign * 1.2, end=-sign * 1.2)
-    way = straight(ROD.pose, end.pose)
+    way = straight_path(ROD.pose, end.pose)
     branch = follow(way, ROD.bearing, *coarse_start(state_of(ROD, name)))
     assert branch.reached < 1.0
     landed, angles, forces = land(way, 1.0, end.bearing, branch.phi, branch.multipliers, sway(FOLLOW_EDGES))
@@ -279,14 +289,14 @@ def test_a_perfectly_symmetric_rod_still_falls_off_its_dead_branch() -> None:
     places = (np.arange(FOLLOW_EDGES) + 0.5) / FOLLOW_EDGES
     valley = solve_level(rod, FOLLOW_EDGES, -np.sin(2.0 * np.pi * places), np.array([45.0, 0.0]))
     np.testing.assert_allclose(valley.phi, -valley.phi[::-1], atol=1e-10)
-    way = straight(rod.pose, end.pose)
+    way = straight_path(rod.pose, end.pose)
     branch = follow(way, rod.bearing, valley.phi, valley.multipliers)
     assert branch.reached < 1.0
     # Just past the pitchfork the symmetric valley is still there, as a saddle.
     past = replace(rod, start=1.0005 * branch.reached, end=-1.0005 * branch.reached)
     saddle = solve_level(past, FOLLOW_EDGES, branch.phi, branch.multipliers)
     assert saddle.unstable == 1
-    way = straight(past.pose, past.pose)
+    way = straight_path(past.pose, past.pose)
     landed, angles, _ = land(way, 0.0, past.bearing, saddle.phi, saddle.multipliers, sway(FOLLOW_EDGES))
     assert landed
     assert np.sum(np.sin(angles[: FOLLOW_EDGES // 2])) > 0.0

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from curveline.rod.continuation import coarse_start
-from curveline.rod.elastica import clamped_arch, rectangular
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.states import find_states
+from curveline.rod.branches.continuation import coarse_start
+from curveline.rod.planar.elastica import clamped_arch, rectangular
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.planar_states import find_states
 
 from .rods import REFERENCE, Level, reference_rod, solve_level
 from .test_elastica import guess_of, rod_of

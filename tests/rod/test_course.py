@@ -9,17 +9,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from curveline.rod.aside import Aside
-from curveline.rod.continuation import coarse_start
-from curveline.rod.course import FELL, LEFT, RETURNED, pass_through, ride
-from curveline.rod.equilibrium import ClampedRod
+from curveline.rod.branches.continuation import coarse_start
+from curveline.rod.branches.control_path import between, straight_path
+from curveline.rod.branches.out_of_plane import Aside
+from curveline.rod.branches.quasi_static import FELL, LEFT, RETURNED, pass_through, ride
+from curveline.rod.branches.special_points import SpecialKind, critical
+from curveline.rod.branches.tracking import TrackedState, identify, tracked
 from curveline.rod.problem import Array, Pose
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment
-from curveline.rod.special_points import Kind, critical
-from curveline.rod.states import find_states
-from curveline.rod.tracking import TrackedState, identify, tracked
-from curveline.rod.way import between, straight
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT
 
@@ -52,10 +52,10 @@ def ways_to_folds(seed: int) -> list[tuple[ClampedRod, TrackedState, Pose, float
         if not states:
             continue
         state = states[int(chance.integers(len(states)))]
-        point = critical(straight(begin, end), state.rod.bearing, *coarse_start(state), 1e-6)
+        point = critical(straight_path(begin, end), state.rod.bearing, *coarse_start(state), 1e-6)
         last = at(between(begin, end, point.fraction))
         is_slack = last.free_length > 1.01 * np.hypot(*last.free_chord)
-        if point.kind is Kind.FOLD and point.fraction > 0.1 and is_slack:
+        if point.kind is SpecialKind.FOLD and point.fraction > 0.1 and is_slack:
             found.append((at(begin), tracked(state), end, point.fraction))
     return found
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from curveline.rod.crossings import clearance, crosses_itself, crosses_tails
+from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
 
 
 def table(points: list[tuple[float, float]], start: float = 0.0, end: float = 0.0) -> np.ndarray:

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from curveline.rod.dips import bottom, hold_at, lean, let_go
-from curveline.rod.equilibrium import ClampedRod
+from curveline.rod.planar.dips import bottom, hold_at, lean, let_go
+from curveline.rod.planar.search import search_edges
+from curveline.rod.planar.sweep import nothing_found
 from curveline.rod.problem import Array, Problem, make_problem, mesh
-from curveline.rod.search import search_edges
-from curveline.rod.sweep import nothing_found
+from curveline.rod.states.equilibrium import ClampedRod
 
 FOLD_DEG = 10.161195
 """Where the valley of the strip ends, by a spectral method: see tests/completeness."""

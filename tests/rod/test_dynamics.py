@@ -13,12 +13,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.continuation import coarse_start, follow, land, sway
-from curveline.rod.dynamics import (
+from curveline.rod.branches.continuation import coarse_start, follow, land, sway
+from curveline.rod.branches.control_path import between
+from curveline.rod.branches.control_path import straight_path as direct
+from curveline.rod.geometry.rotations import matrix_of, multiply
+from curveline.rod.problem import Array
+from curveline.rod.section import Section
+from curveline.rod.spatial.dynamics import (
     Fate,
     Medium,
     Motion,
-    Pace,
+    StepControl,
     at_rest,
     fall,
     kicked,
@@ -29,17 +34,12 @@ from curveline.rod.dynamics import (
     time_unit,
     total_energy,
 )
-from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.inertia import Pull, add_pull, add_viscosity, lumped, spun, strained
-from curveline.rod.problem import Array
-from curveline.rod.relax import Ending, descend, is_stable
-from curveline.rod.rotations import matrix_of, multiply
-from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment, frame
-from curveline.rod.spatial import Shape, SpatialRod, cell_of, moved, positions
-from curveline.rod.states import find_states
-from curveline.rod.way import between
-from curveline.rod.way import straight as direct
+from curveline.rod.spatial.energy import Shape, SpatialRod, cell_of, moved, positions
+from curveline.rod.spatial.inertia import Pull, add_pull, add_viscosity, lumped, spun, strained
+from curveline.rod.spatial.relax import RelaxEnding, descend, is_stable
+from curveline.rod.spatial.segment import SpatialSegment, frame
+from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.states.planar_states import find_states
 
 from .motions import angles_of, arch, flat_rod, flat_shape, fold_scene, last_stable, weighted
 from .rods import STIFFNESS, WEIGHT, random_rods
@@ -282,7 +282,7 @@ def test_energy_never_grows_however_violent_the_snap(damping: Medium, seed: int)
     held = arch(rod, -1.0)
     past = rod._replace(frames=np.array([frame(end) for end in ends]))
     # Clamps that turn at once bend their edges sharply: far from where a rod would be lost, and kicked hard besides.
-    film = fall(past, kicked(past, held, 3.0, seed), damping, Pace(accuracy=3e-4))
+    film = fall(past, kicked(past, held, 3.0, seed), damping, StepControl(accuracy=3e-4))
     assert film.fate is Fate.LANDED
     assert monotone(film.kinetic + film.potential)
     assert film.kinetic[0] > 1.0
@@ -305,7 +305,7 @@ def test_a_step_that_would_gain_energy_is_taken_in_halves() -> None:
     taken = step(rod, start, medium, dt)
     assert taken is not None
     assert total_energy(rod, taken[0], medium) > total_energy(rod, start, medium) + 1e-6
-    film = fall(rod, start, medium, Pace(first=dt, longest=dt, accuracy=1.0, until=0.02))
+    film = fall(rod, start, medium, StepControl(first=dt, longest=dt, accuracy=1.0, until=0.02))
     assert film.times[1] < 0.5 * dt
     assert monotone(film.kinetic + film.potential)
     assert film.fate is Fate.MOVING
@@ -320,7 +320,7 @@ def test_past_a_fold_the_rod_falls_where_energy_descent_says(kind: str, fold: fl
     assert value == pytest.approx(fold, rel=0.012)
     past = at(1.002 * value)
     lost = descend(past, moved(past, shape, np.sin(np.arange(123.0)), 1e-3)[0])
-    films = [fall(past, kicked(past, shape, 1e-3, seed), Medium(), Pace()) for seed in (1, 2)]
+    films = [fall(past, kicked(past, shape, 1e-3, seed), Medium(), StepControl()) for seed in (1, 2)]
     for film in films:
         assert film.fate is Fate.LANDED
         assert film.settled is not None
@@ -358,7 +358,7 @@ def test_in_displays_too_the_rod_falls_where_energy_descent_says() -> None:
     for number, (rod, phi, multipliers) in enumerate(lost_states(5, 5)):
         segment = SpatialSegment(rod, SECTION, weight=(0.0, -rod.weight, 0.0))
         spatial = segment.spatial_rod(np.full(24, 1.0 / 24))
-        film = fall(spatial, kicked(spatial, flat_shape(phi), 1e-3, number), medium_of(segment), Pace())
+        film = fall(spatial, kicked(spatial, flat_shape(phi), 1e-3, number), medium_of(segment), StepControl())
         assert film.fate is Fate.LANDED
         assert film.settled is not None
         landed, angles, _ = land(direct(rod.pose, rod.pose), 0.0, rod.bearing, phi, multipliers, sway(24))
@@ -377,7 +377,7 @@ def test_a_rod_in_the_plane_falls_in_the_plane() -> None:
     at, shape = fold_scene("one end", 20)
     value, shape = last_stable(at, shape)
     past = at(1.02 * value)
-    film = fall(past, at_rest(past, shape), Medium(), Pace())
+    film = fall(past, at_rest(past, shape), Medium(), StepControl())
     assert film.fate is Fate.LANDED
     assert np.max(np.abs(film.places[:, :, 2])) < 1e-12
     assert np.max(np.abs(film.last.spins)) < 1e-9
@@ -395,7 +395,7 @@ def sideways(rod: SpatialRod, shape: Shape) -> Motion:
 def test_a_wide_strip_comes_back_to_its_plane_and_a_round_rod_leaves_it() -> None:
     rod = flat_rod(24, (0.35, 0.0), (0.0, 0.0))
     strip_shape = arch(rod, 1.0)
-    film = fall(rod, sideways(rod, strip_shape), Medium(), Pace(until=60.0))
+    film = fall(rod, sideways(rod, strip_shape), Medium(), StepControl(until=60.0))
     assert film.fate is Fate.LANDED
     assert film.settled is not None
     aside = np.max(np.abs(film.places[:, :, 2]), axis=1)
@@ -409,7 +409,7 @@ def test_a_wide_strip_comes_back_to_its_plane_and_a_round_rod_leaves_it() -> Non
         flat = arch(thin, 1.0)
         around = thin._replace(stiffness=np.array([1.1, 1.0, 2.0 / 3.0, 7.5e5]))
         assert is_stable(around, flat) is not leaves
-        film = fall(around, sideways(around, flat), Medium(), Pace(until=60.0))
+        film = fall(around, sideways(around, flat), Medium(), StepControl(until=60.0))
         assert film.fate is Fate.LANDED
         assert film.settled is not None
         assert is_stable(around, film.settled)
@@ -425,15 +425,15 @@ def turning(rate: float) -> Callable[[float], SpatialRod]:
 def test_led_slowly_the_rod_keeps_near_its_equilibrium_and_led_on_it_snaps() -> None:
     rod_at = turning(0.02)
     start = at_rest(rod_at(0.0), arch(rod_at(0.0), -1.0))
-    film = lead(rod_at, start, Medium(external=20.0), Pace(longest=0.5, until=15.0))
+    film = lead(rod_at, start, Medium(external=20.0), StepControl(longest=0.5, until=15.0))
     assert film.fate is Fate.LED
     assert film.times[-1] == pytest.approx(15.0, abs=1e-9)
     rest = descend(rod_at(15.0), film.last.shape)
-    assert rest.ending is Ending.SETTLED
+    assert rest.ending is RelaxEnding.SETTLED
     gap = np.max(np.abs(angles_of(rest.shape) - angles_of(film.last.shape)))
     assert 1e-5 < gap < 0.05
     assert film.places[-1, 10, 1] < 0.0
-    on = lead(rod_at, film.last, Medium(external=20.0), Pace(longest=0.5, until=45.0))
+    on = lead(rod_at, film.last, Medium(external=20.0), StepControl(longest=0.5, until=45.0))
     assert on.fate is Fate.LED
     assert on.places[-1, 10, 1] > 0.0
 
@@ -441,7 +441,7 @@ def test_led_slowly_the_rod_keeps_near_its_equilibrium_and_led_on_it_snaps() -> 
 def test_a_rod_at_rest_in_its_state_has_landed_at_once() -> None:
     rod = flat_rod(20, (0.8, 0.0), (0.0, 0.0))
     shape = arch(rod, 1.0)
-    film = fall(rod, at_rest(rod, shape), Medium(), Pace())
+    film = fall(rod, at_rest(rod, shape), Medium(), StepControl())
     assert film.fate is Fate.LANDED
     assert film.settled is not None
     np.testing.assert_allclose(angles_of(film.settled), angles_of(shape), atol=1e-9)
@@ -463,16 +463,16 @@ def test_a_motion_that_does_not_end_says_what_to_change() -> None:
     at, shape = fold_scene("one end", 20)
     value, shape = last_stable(at, shape)
     past = at(1.02 * value)
-    film = fall(past, at_rest(past, shape), Medium(), Pace(until=0.05))
+    film = fall(past, at_rest(past, shape), Medium(), StepControl(until=0.05))
     assert film.fate is Fate.MOVING
     assert film.settled is None
     assert "more time" in film.fate.value
     # Ends that are nowhere near their places.
     far = past._replace(chord=np.array([0.1, 0.9, 0.0]))
-    stuck = fall(far, at_rest(far, shape), Medium(), Pace())
+    stuck = fall(far, at_rest(far, shape), Medium(), StepControl())
     assert stuck.fate is Fate.STUCK
     assert len(stuck.times) == 1
-    broken = fall(past._replace(stiffness=np.full(4, np.nan)), at_rest(past, shape), Medium(), Pace())
+    broken = fall(past._replace(stiffness=np.full(4, np.nan)), at_rest(past, shape), Medium(), StepControl())
     assert broken.fate is Fate.STUCK
 
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from curveline.rod.elastica import Arc, Inflectional, clamped_arch, rectangular
-from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
-from curveline.rod.states import find_states
+from curveline.rod.planar.elastica import Arc, Inflectional, clamped_arch, rectangular
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.planar_states import find_states
 
 from .rods import distance
 

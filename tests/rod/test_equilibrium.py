@@ -10,11 +10,11 @@ from dataclasses import FrozenInstanceError, replace
 import numpy as np
 import pytest
 
-from curveline.rod import equilibrium
-from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
-from curveline.rod.planar import Effort, descend, newton
+from curveline.rod.planar.newton import Effort, descend, newton
 from curveline.rod.problem import make_problem, mesh, released, sharpest_turn
-from curveline.rod.states import find_states
+from curveline.rod.states import equilibrium
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT, distance, random_rods, simple
 

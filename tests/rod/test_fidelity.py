@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.fidelity import Bound, farthest, judge
+from curveline.rod.models.model_error import Bound, farthest, judge
 from curveline.rod.section import Section
-from curveline.rod.states import find_states
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.fidelity import Lateral, lateral, probe
-from curveline.rod.relax import lowest_mode, newton
+from curveline.rod.models.model_error import Lateral, lateral, probe
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment, lift
-from curveline.rod.states import find_states
+from curveline.rod.spatial.relax import lowest_mode, newton
+from curveline.rod.spatial.segment import SpatialSegment, lift
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT
 

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.equilibrium import Outcome
-from curveline.rod.link import turns, twist, writhe
-from curveline.rod.relax import Ending
-from curveline.rod.space import SpatialSegment, lift, relax_in_space
-from curveline.rod.spatial_ladder import refine_in_space
-from curveline.rod.states import find_states
+from curveline.rod.spatial.linking_number import turns, twist, writhe
+from curveline.rod.spatial.relax import RelaxEnding
+from curveline.rod.spatial.richardson import refine_in_space
+from curveline.rod.spatial.segment import SpatialSegment, lift, relax_in_space
+from curveline.rod.states.equilibrium import Outcome
+from curveline.rod.states.planar_states import find_states
 from curveline.scene import Node, Scene, Segment
-from curveline.shapefile import read_display
-from curveline.simulation import spatial_segment
+from curveline.shapes.files import read_display
+from curveline.simulation.simulate import spatial_segment
 from curveline.units import deg
 
 
@@ -33,7 +33,7 @@ def test_what_twist_loses_writhe_gains(roll: float) -> None:
         flat = lift(turned.part(0.0), state)
         assert turns(*flat) == pytest.approx(0.0, abs=1e-6)
         rod, relaxed = relax_in_space(turned, state)
-        assert relaxed.ending is Ending.SETTLED
+        assert relaxed.ending is RelaxEnding.SETTLED
         assert abs(twist(rod, relaxed.shape) - roll) > 0.001
         assert turns(rod, relaxed.shape) == pytest.approx(roll, abs=1e-6)
 

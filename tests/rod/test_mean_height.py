@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.hermite import integral
-from curveline.rod.models import Ask, model_states
+from curveline.rod.geometry.hermite import integral
+from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.problem import Array
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment
-from curveline.rod.states import find_states
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT
 
@@ -46,7 +46,7 @@ def modelled(model: str) -> Callable[[ClampedRod, float], list[Equilibrium]]:
         segment = SpatialSegment(
             rod, SECTION, weight=(0.0, -rod.weight, 0.0), loads=tuple((*load, 0.0) for load in rod.loads)
         )
-        return list(model_states(segment, Ask(tolerance, (0,), model)).states)
+        return list(model_states(segment, SearchRequest(tolerance, (0,), model)).states)
 
     return states
 
@@ -56,7 +56,7 @@ def rolled(rod: ClampedRod, tolerance: float) -> list[Equilibrium]:
     segment = SpatialSegment(
         rod, SECTION, yaw=(0.2, -0.1), roll=(0.0, 0.6), weight=(0.0, -0.8 * rod.weight, -0.6 * rod.weight)
     )
-    return list(model_states(segment, Ask(tolerance, (0,), "spatial")).states)
+    return list(model_states(segment, SearchRequest(tolerance, (0,), "spatial")).states)
 
 
 def loaded(rod: ClampedRod, tolerance: float) -> list[Equilibrium]:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from curveline.rod import planar
-from curveline.rod.modes import lowest_eigenvalue, modes_below, second_variation
-from curveline.rod.planar import Effort, descend, energy, newton
+from curveline.rod.planar import newton as kernels
+from curveline.rod.planar.modes import lowest_eigenvalue, modes_below, second_variation
+from curveline.rod.planar.newton import Effort, descend, energy, newton
 from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mesh, released, sharpest_turn
 
 RELAX = Effort(turn=0.5, close=1e-9, iterations=300)
@@ -62,9 +62,9 @@ def test_a_descent_weighs_the_energy_and_how_far_the_constraints_are_missed(seed
     problem, phi, multipliers = random_problem(seed)
     missed = gaps(problem, phi, multipliers)
     found = np.empty(multipliers.size)
-    total = planar.merit(problem, phi, multipliers, found)
+    total = kernels.merit(problem, phi, multipliers, found)
     assert found == pytest.approx(missed, rel=1e-11, abs=1e-11)
-    penalty = 0.5 * planar.PENALTY * missed @ missed
+    penalty = 0.5 * kernels.PENALTY * missed @ missed
     assert total == pytest.approx(lagrangian(problem, phi, multipliers) + penalty, rel=1e-11)
 
 
@@ -73,7 +73,7 @@ def swept(problem: Problem, phi: Array, multipliers: Array, shift: float = 0.0) 
     n, k = phi.size, multipliers.size
     pivots, forward = np.empty(n), np.empty((k + 1, n))
     residual = np.empty(k)
-    planar.sweep_forward(problem, phi, multipliers, shift, pivots, forward, np.empty((k, k + 1)), residual)
+    kernels.sweep_forward(problem, phi, multipliers, shift, pivots, forward, np.empty((k, k + 1)), residual)
     ratio = -problem.stiffness[1:n] / pivots[:-1]
     diagonal, rows = pivots.copy(), forward.copy()
     diagonal[1:] -= ratio * problem.stiffness[1:n]
@@ -149,8 +149,8 @@ def test_newton_step_and_inertia_are_those_of_the_dense_system(seed: int, shift:
     wanted = np.linalg.solve(whole, -np.concatenate([gradient, residual]))
     pivots, forward, schur, gap = np.empty(n), np.empty((k + 1, n)), np.empty((k, k + 1)), np.empty(k)
     step, change = np.empty(n), np.empty(k)
-    negative, steepest = planar.sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, gap)
-    positive = planar.sweep_backward(problem, pivots, forward, schur, gap, step, change)
+    negative, steepest = kernels.sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, gap)
+    positive = kernels.sweep_backward(problem, pivots, forward, schur, gap, step, change)
     assert np.max(abs(wanted)) > 1e-3
     np.testing.assert_allclose(np.concatenate([step, change]), wanted, rtol=1e-7, atol=1e-9 * np.max(abs(wanted)))
     assert steepest == pytest.approx(np.max(abs(gradient) / problem.edges), rel=1e-9)
@@ -183,11 +183,11 @@ def test_small_systems_are_solved_with_pivoting(k: int) -> None:
         if k > 1:
             matrix[0, 0] = 0.0
         wanted = np.linalg.solve(matrix, vector)
-        planar.solve_small(matrix.copy(), vector)
+        kernels.solve_small(matrix.copy(), vector)
         np.testing.assert_allclose(vector, wanted, rtol=1e-9)
         symmetric = matrix + matrix.T + np.eye(k)
         positive = np.count_nonzero(np.linalg.eigvalsh(symmetric) > 0.0)
-        assert planar.count_positive(symmetric + 0.0) == positive
+        assert kernels.count_positive(symmetric + 0.0) == positive
 
 
 def arch_problem(length: float, tilt: float, weight: float = 0.0, n: int = 40) -> Problem:

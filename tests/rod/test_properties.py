@@ -9,10 +9,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from curveline.rod.continuation import coarse_start
-from curveline.rod.equilibrium import ClampedRod, Equilibrium
-from curveline.rod.planar import energy
-from curveline.rod.states import find_states
+from curveline.rod.branches.continuation import coarse_start
+from curveline.rod.planar.newton import energy
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, distance, solve_level
 

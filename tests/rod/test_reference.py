@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from curveline.rod.equilibrium import Equilibrium, Outcome
-from curveline.rod.states import find_states
+from curveline.rod.states.equilibrium import Equilibrium, Outcome
+from curveline.rod.states.planar_states import find_states
 
 from .rods import DISPLAY, REFERENCE, display_rod, distance, reference_rod, simple
 

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from curveline.rod.bands import times
-from curveline.rod.modes import lowest_eigenvalue
-from curveline.rod.planar import Effort
-from curveline.rod.planar import newton as planar_newton
+from curveline.rod.planar.modes import lowest_eigenvalue
+from curveline.rod.planar.newton import Effort
+from curveline.rod.planar.newton import newton as planar_newton
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released
-from curveline.rod.relax import RESIDUAL, Ending, descend, is_stable, lowest_mode, lowest_modes, newton
-from curveline.rod.space import frame
-from curveline.rod.spatial import Shape, SpatialRod, assemble, metric, moments, moved, positions
-from curveline.rod.twisting import spun, total_twist, twisted, wind
+from curveline.rod.spatial.bands import times
+from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, metric, moments, moved, positions
+from curveline.rod.spatial.relax import RESIDUAL, RelaxEnding, descend, is_stable, lowest_mode, lowest_modes, newton
+from curveline.rod.spatial.segment import frame
+from curveline.rod.spatial.twisting import spun, total_twist, twisted, wind
 
 from .spatial_rods import arch, dense, turned
 
@@ -55,7 +55,7 @@ def test_rough_guesses_settle_in_a_few_iterations(n: int, stretch: float) -> Non
     for seed in range(12 if n < 1000 else 4):
         rod, start = rough_start(seed, n, stretch, 0.2)
         relaxed = descend(rod, start)
-        assert relaxed.ending is Ending.SETTLED, seed
+        assert relaxed.ending is RelaxEnding.SETTLED, seed
         assert residual(rod, relaxed.shape) <= 1.01 * RESIDUAL
         assert positions(rod, relaxed.shape)[-1] == pytest.approx(rod.chord, abs=1e-9)
         assert is_stable(rod, relaxed.shape)
@@ -68,7 +68,7 @@ def test_rough_guesses_settle_in_a_few_iterations(n: int, stretch: float) -> Non
 def test_far_guesses_settle_too(seed: int) -> None:
     rod, start = rough_start(seed, 60, 1e6, 0.5)
     relaxed = descend(rod, start)
-    assert relaxed.ending is Ending.SETTLED
+    assert relaxed.ending is RelaxEnding.SETTLED
     assert np.linalg.eigvalsh(reduced(rod, relaxed.shape)[0])[0] > 0.0
     assert relaxed.iterations <= 60
 
@@ -136,7 +136,7 @@ def test_in_the_plane_it_is_the_extensible_rod(scene: str, compliance: float) ->
             np.ones(3),
         )
         relaxed = descend(rod, Shape(np.zeros(phi.size), np.array([frame(each) for each in phi])))
-        assert relaxed.ending is Ending.SETTLED
+        assert relaxed.ending is RelaxEnding.SETTLED
         assert relaxed.iterations <= 10
         tangents = np.diff(positions(rod, relaxed.shape), axis=0)
         assert np.max(np.abs(tangents[:, 2])) < 1e-12
@@ -188,18 +188,18 @@ def saddle(n: int = 40) -> tuple[SpatialRod, Shape]:
 
 def test_descent_leaves_saddles_and_newton_finds_them() -> None:
     rod, shape = saddle()
-    assert newton(rod, shape).ending is Ending.SETTLED
+    assert newton(rod, shape).ending is RelaxEnding.SETTLED
     assert not is_stable(rod, shape)
     value, mode = lowest_mode(rod, shape)
     assert value < 0.0
     _, turn = moved(rod, shape, mode, 1.0)
     left = descend(rod, moved(rod, shape, mode, 1e-4 / turn)[0])
-    assert left.ending is Ending.SETTLED
+    assert left.ending is RelaxEnding.SETTLED
     assert is_stable(rod, left.shape)
     assert np.max(np.abs(positions(rod, left.shape)[:, 1:])) > 0.1
     # On the saddle itself, to the last digit, nothing tells where to go; but it is not called stable.
     stuck = descend(rod, shape, 60)
-    assert stuck.ending is not Ending.SETTLED or is_stable(rod, stuck.shape)
+    assert stuck.ending is not RelaxEnding.SETTLED or is_stable(rod, stuck.shape)
 
 
 @pytest.mark.parametrize("stretch", [1e2, 1e5, 1e9])
@@ -231,7 +231,7 @@ def test_nearly_singular_states_keep_their_eigenvalue() -> None:
     rod, start = arch(60, 0.0, 0.7, (1.0, 1.0, 0.9, 1e6))
     s = (np.arange(60) + 0.5) / 60
     state = descend(rod, start._replace(frames=np.array([frame(each) for each in np.sin(2.0 * math.pi * s)])))
-    assert state.ending is Ending.SETTLED
+    assert state.ending is RelaxEnding.SETTLED
     values, _ = lowest_modes(rod, state.shape, 2)
     assert abs(values[0]) < 1e-6
     assert values[1] > 1.0
@@ -251,7 +251,7 @@ def test_twist_of_several_turns() -> None:
     for turns in (0.25, -1.0, 3.5):
         angle = 2.0 * math.pi * turns
         there, relaxed = wind(rod, straight, angle)
-        assert relaxed.ending is Ending.SETTLED
+        assert relaxed.ending is RelaxEnding.SETTLED
         assert total_twist(there, relaxed.shape) == pytest.approx(angle, rel=1e-9)
         assert moments(there, relaxed.shape)[1] == pytest.approx([0.5 * angle, 0.0, 0.0], abs=1e-7)
         at_once, shape = twisted(rod, straight, angle)
@@ -267,7 +267,7 @@ def test_twist_of_several_turns() -> None:
 def test_winding_stops_where_nothing_stable_is_left() -> None:
     rod, start = arch(12, 0.0, 1.0, (1.0, 1.0, 1.0, 1e4))
     there, relaxed = wind(rod._replace(stiffness=np.full(4, np.inf)), start, 1.0)
-    assert relaxed.ending is Ending.BROKEN
+    assert relaxed.ending is RelaxEnding.BROKEN
     assert there.frames.shape == (2, 4)
 
 
@@ -277,7 +277,7 @@ def test_natural_curvature_is_the_shape_without_forces() -> None:
     natural = np.array([0.0, 3.0, 1.5])
     rod = rod._replace(natural=natural, held=np.array([1.0, 0.0, 0.0]))
     relaxed = descend(rod, start)
-    assert relaxed.ending is Ending.SETTLED
+    assert relaxed.ending is RelaxEnding.SETTLED
     # A helix with the curvature and the torsion of the rest state.
     tangents = np.diff(positions(rod, relaxed.shape), axis=0) * n
     size = np.linalg.norm(natural)
@@ -294,10 +294,10 @@ def test_natural_curvature_is_the_shape_without_forces() -> None:
 def test_numbers_out_of_range_are_an_outcome(bad: float) -> None:
     rod, start = arch(10)
     rod.forces[3, 0] = bad
-    assert descend(rod, start).ending is Ending.BROKEN
-    assert newton(rod, start).ending is Ending.BROKEN
+    assert descend(rod, start).ending is RelaxEnding.BROKEN
+    assert newton(rod, start).ending is RelaxEnding.BROKEN
 
 
 def test_what_cannot_be_reached_is_an_outcome() -> None:
     rod, start = arch(20, 0.3, 3.0)
-    assert descend(rod, start).ending is not Ending.SETTLED or descend(rod, start).shape.strain.min() > 1.0
+    assert descend(rod, start).ending is not RelaxEnding.SETTLED or descend(rod, start).shape.strain.min() > 1.0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from curveline.rod.geometry.rotations import between, exponential, logarithm, matrix_of, multiply, normalise
 from curveline.rod.problem import Array
-from curveline.rod.rotations import between, exponential, logarithm, matrix_of, multiply, normalise
 
 
 def random_pair(seed: int) -> tuple[Array, Array]:

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.equilibrium import SPATIAL, ClampedRod, Equilibrium, Outcome
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment, lift, stays_in_plane
-from curveline.rod.spatial import positions
-from curveline.rod.spatial_ladder import refine_in_space
-from curveline.rod.states import find_states
+from curveline.rod.spatial.energy import positions
+from curveline.rod.spatial.richardson import refine_in_space
+from curveline.rod.spatial.segment import SpatialSegment, lift, stays_in_plane
+from curveline.rod.states.equilibrium import SPATIAL, ClampedRod, Equilibrium, Outcome
+from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT, random_rods
 

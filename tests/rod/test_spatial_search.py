@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.equilibrium import ClampedRod
-from curveline.rod.link import turns
-from curveline.rod.relax import descend, is_stable, lowest_mode
 from curveline.rod.section import Section
-from curveline.rod.space import SpatialSegment
-from curveline.rod.spatial import SpatialRod, positions
-from curveline.rod.spatial_search import ALL_SIDES, Curve, search_in_space, started, starts
+from curveline.rod.spatial.energy import SpatialRod, positions
+from curveline.rod.spatial.linking_number import turns
+from curveline.rod.spatial.relax import descend, is_stable, lowest_mode
+from curveline.rod.spatial.search import ALL_SIDES, Curve, search_in_space, started, starts
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import ClampedRod
 
 from .rods import STIFFNESS
 from .spatial_rods import matrix

@@ -7,22 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.arclength import begin_at
-from curveline.rod.continuation import FOLLOW_EDGES, coarse_start, start_along
-from curveline.rod.equilibrium import ClampedRod, refine
-from curveline.rod.modes import second_variation
-from curveline.rod.planar import Effort, newton
-from curveline.rod.special_points import (
+from curveline.rod.branches.arclength import begin_at
+from curveline.rod.branches.continuation import FOLLOW_EDGES, coarse_start, start_along
+from curveline.rod.branches.control_path import ControlPath, between, counts_along, loading, problem_at, straight_path
+from curveline.rod.branches.special_points import (
     BIFURCATION_POINT,
     FOLD_POINT,
-    Kind,
+    SpecialKind,
     SpecialPoint,
     critical,
     falls,
     next_special_point,
 )
-from curveline.rod.states import find_states
-from curveline.rod.way import Way, between, counts_along, loading, problem_at, straight
+from curveline.rod.planar.modes import second_variation
+from curveline.rod.planar.newton import Effort, newton
+from curveline.rod.states.equilibrium import ClampedRod, refine
+from curveline.rod.states.planar_states import find_states
 
 from .rods import random_rods
 from .test_continuation import ROD, followed, state_of, symmetric_arch
@@ -36,13 +36,13 @@ CHANGES = {
 NEWTON = Effort(turn=0.2, close=1e-9, iterations=25)
 
 
-def lost_on(way: Way, rod: ClampedRod, name: str, tolerance: float = 1e-6) -> SpecialPoint:
+def lost_on(way: ControlPath, rod: ClampedRod, name: str, tolerance: float = 1e-6) -> SpecialPoint:
     return critical(way, rod.bearing, *start_along(way, state_of(rod, name)), tolerance)
 
 
-def press(rod: ClampedRod, at: float, load: float) -> Way:
+def press(rod: ClampedRod, at: float, load: float) -> ControlPath:
     """The way on which a load down at a fraction of the length grows from nothing."""
-    way: Way = loading(rod.pose, np.array([at]), np.zeros((1, 2)), np.array([[0.0, -load]]))
+    way: ControlPath = loading(rod.pose, np.array([at]), np.zeros((1, 2)), np.array([[0.0, -load]]))
     return way
 
 
@@ -53,25 +53,25 @@ def test_stability_is_lost_where_the_followed_state_is() -> None:
         for state in find_states(begin, 1e-6):
             if not state.simple:
                 continue
-            point = critical(straight(begin.pose, end.pose), begin.bearing, *coarse_start(state))
+            point = critical(straight_path(begin.pose, end.pose), begin.bearing, *coarse_start(state))
             fine = followed(begin, end, coarse_start(state, 400))
             kinds.append(point.kind)
-            if point.kind is Kind.NONE:
+            if point.kind is SpecialKind.NONE:
                 assert fine.reached == 1.0
                 assert point.fraction == 1.0
                 assert not point.mode.any()
             else:
-                assert point.kind is Kind.FOLD
+                assert point.kind is SpecialKind.FOLD
                 assert point.fraction == pytest.approx(fine.reached, rel=2e-4)
                 assert point.error < 1e-6 * point.fraction
-    assert set(kinds) == {Kind.NONE, Kind.FOLD}
+    assert set(kinds) == {SpecialKind.NONE, SpecialKind.FOLD}
 
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_the_error_of_a_fold_is_below_its_estimate(change: str) -> None:
-    way = straight(ROD.pose, CHANGES[change].pose)
+    way = straight_path(ROD.pose, CHANGES[change].pose)
     point, exact = lost_on(way, ROD, "valley"), lost_on(way, ROD, "valley", 1e-10)
-    assert point.kind is exact.kind is Kind.FOLD
+    assert point.kind is exact.kind is SpecialKind.FOLD
     assert len(exact.levels) > len(point.levels)
     assert 1e-12 < abs(point.fraction - exact.fraction) <= point.error <= 1e-6 * point.fraction
 
@@ -79,13 +79,13 @@ def test_the_error_of_a_fold_is_below_its_estimate(change: str) -> None:
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_fold_does_not_depend_on_how_the_way_is_counted(change: str) -> None:
     pose = CHANGES[change].pose
-    point = lost_on(straight(ROD.pose, pose), ROD, "valley", 1e-9)
-    longer = lost_on(straight(ROD.pose, between(ROD.pose, pose, 1.7)), ROD, "valley", 1e-9)
+    point = lost_on(straight_path(ROD.pose, pose), ROD, "valley", 1e-9)
+    longer = lost_on(straight_path(ROD.pose, between(ROD.pose, pose, 1.7)), ROD, "valley", 1e-9)
     assert 1.7 * longer.fraction == pytest.approx(point.fraction, rel=2e-9)
     # From a place nearer to the fold, on which the state has been brought in another way.
     middle = between(ROD.pose, pose, 0.5 * point.fraction)
     near = replace(ROD, chord=(middle.x, middle.y), start=middle.start, end=middle.end, length=middle.length)
-    rest = lost_on(straight(middle, pose), near, "valley", 1e-9)
+    rest = lost_on(straight_path(middle, pose), near, "valley", 1e-9)
     assert (0.5 + (1.0 / point.fraction - 0.5) * rest.fraction) * point.fraction == pytest.approx(
         point.fraction, rel=2e-9
     )
@@ -93,7 +93,7 @@ def test_a_fold_does_not_depend_on_how_the_way_is_counted(change: str) -> None:
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_fold_is_an_equilibrium_with_a_mode_of_no_stiffness_that_the_way_pushes(change: str) -> None:
-    way = straight(ROD.pose, CHANGES[change].pose)
+    way = straight_path(ROD.pose, CHANGES[change].pose)
     point = lost_on(way, ROD, "valley")
     counts = counts_along(way, ROD.bearing, point.phi.size)
     problem = problem_at(way, ROD.bearing, point.reached, counts)
@@ -120,7 +120,7 @@ def test_a_fold_is_an_equilibrium_with_a_mode_of_no_stiffness_that_the_way_pushe
 @pytest.mark.parametrize("change", CHANGES)
 def test_what_falls_from_a_fold_lands_in_another_stable_state(change: str) -> None:
     rod = CHANGES[change]
-    way = straight(ROD.pose, rod.pose)
+    way = straight_path(ROD.pose, rod.pose)
     point = lost_on(way, ROD, "valley")
     (fall,) = falls(way, ROD.bearing, point)
     assert fall.landed
@@ -138,7 +138,7 @@ def test_a_load_that_is_hardly_off_centre_makes_a_fold_of_the_bifurcation(off: f
     rod = ClampedRod((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
     centred = lost_on(press(rod, 0.5, 70.0), rod, "peak", 1e-8)
     point = lost_on(press(rod, 0.5 + off, 70.0), rod, "peak", 1e-8)
-    assert point.kind is (Kind.FOLD if off else Kind.BIFURCATION)
+    assert point.kind is (SpecialKind.FOLD if off else SpecialKind.BIFURCATION)
     if off:
         # Koiter: an imperfection takes away as much of the load as its power 2/3.
         assert (1.0 - point.fraction / centred.fraction) / off ** (2.0 / 3.0) == pytest.approx(3.988, rel=0.04)
@@ -155,9 +155,9 @@ def test_a_symmetric_arch_falls_to_either_side_from_its_bifurcation() -> None:
     assert fall.edges[:96] @ np.sin(fall.phi[:96]) < -0.1
     steep = ClampedRod((0.99, 0.0), 0.3, 0.3, 1.0, 0.0, 1.0, 0.0)
     (only,) = find_states(steep, 1e-7)
-    way = straight(steep.pose, steep.pose._replace(start=0.0, end=0.0))
+    way = straight_path(steep.pose, steep.pose._replace(start=0.0, end=0.0))
     point = critical(way, steep.bearing, *coarse_start(only))
-    assert point.kind is Kind.BIFURCATION
+    assert point.kind is SpecialKind.BIFURCATION
     both = falls(way, steep.bearing, point)
     assert [fall.landed for fall in both] == [True, True]
     heights = [fall.edges @ np.cumsum(fall.edges * np.sin(fall.phi)) for fall in both]
@@ -189,20 +189,20 @@ def test_special_points_of_unstable_branches_are_found_one_after_another() -> No
 def test_what_is_stable_to_the_end_or_not_there_at_all_is_told() -> None:
     way = press(ROD, 0.4, 0.01)
     point = lost_on(way, ROD, "peak")
-    assert point.kind is Kind.NONE
+    assert point.kind is SpecialKind.NONE
     assert (point.fraction, point.error, point.reached) == (1.0, 0.0, 1.0)
     absent = critical(way, ROD.bearing, np.full(FOLLOW_EDGES, 2.0), np.zeros(2))
-    assert absent.kind is Kind.LOST
+    assert absent.kind is SpecialKind.LOST
     assert absent.reached == 0.0
 
 
 def test_a_loss_just_past_the_end_is_none_even_where_the_coarse_rod_has_it_before() -> None:
     end = CHANGES["start"].pose
-    fraction = lost_on(straight(ROD.pose, end), ROD, "valley", 1e-9).fraction
-    for part, kind in ((1.0 - 1e-5, Kind.NONE), (1.0 + 1e-5, Kind.FOLD)):
-        way = straight(ROD.pose, between(ROD.pose, end, part * fraction))
+    fraction = lost_on(straight_path(ROD.pose, end), ROD, "valley", 1e-9).fraction
+    for part, kind in ((1.0 - 1e-5, SpecialKind.NONE), (1.0 + 1e-5, SpecialKind.FOLD)):
+        way = straight_path(ROD.pose, between(ROD.pose, end, part * fraction))
         point = lost_on(way, ROD, "valley")
         assert point.kind is kind
-        if kind is Kind.FOLD:
+        if kind is SpecialKind.FOLD:
             assert point.levels[0][1] != pytest.approx(1.0, abs=1e-4)
             assert point.fraction == pytest.approx(1.0 - 1e-5, abs=1e-6)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from curveline.rod import spline
+from curveline.rod.planar import spline
+from curveline.rod.planar.spline import ALPHA, CHORD, SAMPLES, Guide, arc_weight, guess, objective, place_middle, sample
 from curveline.rod.problem import Array
-from curveline.rod.spline import ALPHA, CHORD, SAMPLES, Guide, arc_weight, guess, objective, place_middle, sample
 
 from .rods import random_rods
 

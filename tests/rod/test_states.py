@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.continuation import coarse_start, follow
-from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome, refine
-from curveline.rod.identity import named
-from curveline.rod.planar import Effort, descend, newton
+from curveline.rod.branches.continuation import coarse_start, follow
+from curveline.rod.branches.control_path import straight_path
+from curveline.rod.planar.newton import Effort, descend, newton
 from curveline.rod.problem import Array, Problem, make_problem, mesh, released, sharpest_turn
-from curveline.rod.states import find_states
-from curveline.rod.way import straight
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.identity import named
+from curveline.rod.states.planar_states import find_states
 
 from .rods import distance, random_rods, simple
 
@@ -108,7 +108,7 @@ def to_the_fold(rod: ClampedRod) -> tuple[ClampedRod, ClampedRod, float] | None:
     state = simple(find_states(rod, 1e-5))[-1]
     sign = -1.0 if state.mean_height > 0.0 else 1.0
     end = replace(rod, start=rod.start + sign * 1.4, end=rod.end - sign * 1.0)
-    reached = follow(straight(rod.pose, end.pose), rod.bearing, *coarse_start(state, 192)).reached
+    reached = follow(straight_path(rod.pose, end.pose), rod.bearing, *coarse_start(state, 192)).reached
     return (rod, end, float(reached)) if 0.01 < reached < 1.0 else None
 
 
@@ -130,7 +130,9 @@ def test_states_about_to_vanish_at_a_fold_are_found(back: float) -> None:
         begin, end, reached = fold
         near = between(begin, end, reached * (1.0 - back))
         followed = follow(
-            straight(begin.pose, near.pose), begin.bearing, *coarse_start(simple(find_states(begin, 1e-5))[-1], 192)
+            straight_path(begin.pose, near.pose),
+            begin.bearing,
+            *coarse_start(simple(find_states(begin, 1e-5))[-1], 192),
         )
         assert followed.reached == 1.0
         truth = refine(near, np.full(192, 1.0 / 192), followed.phi, followed.multipliers, 1e-6)
@@ -151,7 +153,7 @@ def test_past_the_fold_the_state_is_gone() -> None:
         begin, end, reached = fold
         state = simple(find_states(begin, 1e-5))[-1]
         last = between(begin, end, 0.999 * reached)
-        followed = follow(straight(begin.pose, last.pose), begin.bearing, *coarse_start(state, 192))
+        followed = follow(straight_path(begin.pose, last.pose), begin.bearing, *coarse_start(state, 192))
         lost = refine(last, np.full(192, 1.0 / 192), followed.phi, followed.multipliers, 1e-6)
         after = find_states(between(begin, end, min(1.0, 1.01 * reached)), 1e-5)
         assert after

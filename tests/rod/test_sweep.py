@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from curveline.rod.planar.search import search_edges
+from curveline.rod.planar.sweep import BEYOND, highest_mean, nothing_found, nowhere_near, settle_at, sweep_heights
 from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mean_height, mesh
-from curveline.rod.search import search_edges
-from curveline.rod.sweep import BEYOND, highest_mean, nothing_found, nowhere_near, settle_at, sweep_heights
 
 CHORDS = (0.02, 0.1, 0.3, 0.6, 0.9, 0.99, 0.9999)
 EDGES = mesh(np.empty(0), 48)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from curveline.rod.problem import Array
-from curveline.rod.spatial import Shape, SpatialRod, assemble, energy, follow_turns, moved
+from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, energy, follow_turns, moved
 
 from .spatial_rods import (
     between_vectors,

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import curveline
-from curveline.rod.equilibrium import ClampedRod, Equilibrium, Outcome
-from curveline.rod.states import find_states
+from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome
+from curveline.rod.states.planar_states import find_states
 from curveline.units import mm
 from extremes.verify import check
 

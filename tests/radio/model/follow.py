@@ -8,13 +8,22 @@ from __future__ import annotations
 
 from random import Random
 
-from curveline.radio.actions import Action, Phase, Policy, Poll, Write
-from curveline.radio.air import Heard, Weather
-from curveline.radio.codes import CLOCK_SHIFT, FLAG_QUERY, FLAG_RESUME, Kind, clock_of
-from curveline.radio.envelope import kind_of
-from curveline.radio.frames import Drive, Hello, Status, Stop, decode_drive, decode_hello, decode_status, encode_stop
-from curveline.radio.halts import Cause
-from curveline.radio.nodestate import Session
+from curveline.radio.host.actions import Action, Phase, Policy, Poll, Write
+from curveline.radio.host.stop_causes import Cause
+from curveline.radio.mock.air import Heard, Weather
+from curveline.radio.node.state import Session
+from curveline.radio.protocol.codes import CLOCK_SHIFT, FLAG_QUERY, FLAG_RESUME, FrameKind, clock_of
+from curveline.radio.protocol.envelope import kind_of
+from curveline.radio.protocol.frames import (
+    DriveFrame,
+    HelloFrame,
+    StatusFrame,
+    StopFrame,
+    decode_drive,
+    decode_hello,
+    decode_status,
+    encode_stop,
+)
 
 from ..bench import Bench, short_plan
 from . import hosts, nodes
@@ -77,7 +86,7 @@ class Followed(Bench):
     def broadcast_stop(self) -> None:
         """Somebody stops the display."""
         for antenna in self.antennas:
-            antenna.node.receive(self.now_ms, encode_stop(Stop(0), self.site.stop_key))
+            antenna.node.receive(self.now_ms, encode_stop(StopFrame(0), self.site.stop_key))
 
     def receive(self, index: int, now_ms: int, payload: bytes) -> None:
         """A payload for a node: first what time brought, then what the frame does."""
@@ -100,23 +109,23 @@ class Followed(Bench):
     def _frame(self, index: int, payload: bytes, now_ms: int) -> tuple[Frame, bool]:
         """What a payload is to the model, and whether it is to have an effect: counters, clocks, tags decide."""
         node, kind = self.nodes[index], kind_of(payload)
-        if kind is Kind.HELLO:
+        if kind is FrameKind.HELLO:
             hello = decode_hello(payload, node.identity.node_key)
-            good = isinstance(hello, Hello) and hello.node == index + 1 and not hello.flags & FLAG_QUERY
+            good = isinstance(hello, HelloFrame) and hello.node == index + 1 and not hello.flags & FLAG_QUERY
             return (Frame("hello", self._handshake(hello)), True) if good else (Frame("hello"), False)
-        if kind is Kind.STOP:
-            return Frame("stop"), payload == encode_stop(Stop(payload[2]), self.site.stop_key)
-        if kind is Kind.DRIVE:
+        if kind is FrameKind.STOP:
+            return Frame("stop"), payload == encode_stop(StopFrame(payload[2]), self.site.stop_key)
+        if kind is FrameKind.DRIVE:
             for code, session in self._keys[index].items():
                 drive = decode_drive(payload, session.key, clock_of(now_ms))
-                if isinstance(drive, Drive):
+                if isinstance(drive, DriveFrame):
                     fresh = drive.session == session.number and drive.counter > session.counter
                     young = now_ms < (drive.clock << CLOCK_SHIFT) + session.hello.deadman_ms
                     loads = (drive.release, drive.load_step, drive.hold_gen)
                     return Frame("drive", code, *loads), fresh and young
         return Frame("nothing"), False
 
-    def _handshake(self, hello: Hello) -> int:
+    def _handshake(self, hello: HelloFrame) -> int:
         code = self._handshakes.setdefault(hello.nonce >> 8, handshake_code(3, len(self._handshakes), False))
         assert bool(hello.flags & FLAG_RESUME) == bool(code & 1)
         return code
@@ -226,7 +235,7 @@ class Followed(Bench):
             same_run = ident.same_run and bool(code)
             return Answer("ident", code, ident.boot, busy=ident.busy, same_run=same_run, stopped=ident.stopped), False
         status = decode_status(payload, peer.key, peer.clock) if peer.key else None
-        if not isinstance(status, Status) or status.session != peer.session or status.echo > peer.counter:
+        if not isinstance(status, StatusFrame) or status.session != peer.session or status.echo > peer.counter:
             return None, False
         code = self._offers[index][peer.boot, status.session]
         hold = LOW_BITS.get(status.hold_low, status.hold_low)

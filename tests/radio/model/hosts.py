@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from curveline.radio.codes import State
+from curveline.radio.protocol.codes import NodeState
 
 from .nodes import HOLD_END, Answer, Frame, handshake_code
 
 OFF, DISCOVER, PREFLIGHT, STAGING, RELEASED = "off", "discover", "preflight", "staging", "released"
 PAUSING, PAUSED, CLOSING, DONE, HALTED = "pausing", "paused", "closing", "done", "halted"
 WATCHED = (STAGING, RELEASED, PAUSING, PAUSED)
-UNFIT = (State.FAULT, State.POSITION_LOST, State.ESTOP, State.BOOT, State.UNHOMED, State.HOMING)
+UNFIT = (NodeState.FAULT, NodeState.POSITION_LOST, NodeState.ESTOP, NodeState.BOOT, NodeState.UNHOMED, NodeState.HOMING)
 
 
 class Peer(NamedTuple):
@@ -150,10 +150,10 @@ class HostRules:
     def _answers(self, host: Host, answer: Answer) -> bool:
         """Whether an answer is the one that the host's phase waits for."""
         if host.phase == PREFLIGHT:
-            return answer.state != State.MOVING
+            return answer.state != NodeState.MOVING
         if host.phase == PAUSING:
             heard = answer.hold == host.hold or "a pause is believed without an answer to it" in self.bugs
-            return heard and answer.state != State.MOVING
+            return heard and answer.state != NodeState.MOVING
         return host.phase == CLOSING and answer.hold == HOLD_END
 
     @staticmethod
@@ -168,9 +168,9 @@ class HostRules:
             return "unfit"
         if peer.started > host.released:
             return "ahead"
-        if answer.state == State.HOLD_LINK:
+        if answer.state == NodeState.HOLD_LINK:
             return "held"
-        if answer.state == State.HOLD and not answer.hold & 1:
+        if answer.state == NodeState.HOLD and not answer.hold & 1:
             return "stopped"
         return ""
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from curveline.radio.codes import State
+from curveline.radio.protocol.codes import NodeState
 
 HOLD_END = 254
 IDLE, RUNNING, BRAKING = 0, 1, 2
@@ -310,17 +310,17 @@ class Rules:
 
     # Answers
 
-    def state(self, node: Node) -> State:
+    def state(self, node: Node) -> NodeState:
         """What the node would say it is doing."""
         if node.fault:
-            return State.FAULT
+            return NodeState.FAULT
         if not node.homed:
-            return State.UNHOMED
+            return NodeState.UNHOMED
         if node.motion:
-            return State.MOVING
+            return NodeState.MOVING
         if node.stopped or (node.session and node.hold & 1):
-            return State.HOLD
-        return State.HOLD_LINK if node.silent else State.READY
+            return NodeState.HOLD
+        return NodeState.HOLD_LINK if node.silent else NodeState.READY
 
     def status(self, node: Node) -> Answer | None:
         """The STATUS that is loaded, None without a session."""

@@ -6,20 +6,22 @@ from random import Random
 
 import pytest
 
-from curveline.radio.actions import Phase, Write
-from curveline.radio.air import Weather
+from curveline.radio.host.actions import Phase, Write
+from curveline.radio.mock.air import Weather
 
 from ..mutants import Mistake, mutant, with_body
 from .follow import Followed
 
 RUNS = 40
 STRANGERS = (
-    Mistake("a step starts a little early", "node", ">= memory.staged and", "+ 1 >= memory.staged and"),
+    Mistake("a step starts a little early", "node.machine", ">= memory.staged and", "+ 1 >= memory.staged and"),
     Mistake(
-        "any go lifts the dead-man", "nodebody", "self._lift_above = self._session.hold_gen", "self._lift_above = -1"
+        "any go lifts the dead-man", "node.body", "self._lift_above = self._session.hold_gen", "self._lift_above = -1"
     ),
-    Mistake("the barrier is not waited for", "conductor", "peer.finished < self.step]", "peer.started < self.step]"),
-    Mistake("a hold is a go", "conductor", "self._hold_gen |= 1", "self._hold_gen |= 2"),
+    Mistake(
+        "the barrier is not waited for", "host.conductor", "peer.finished < self.step]", "peer.started < self.step]"
+    ),
+    Mistake("a hold is a go", "host.conductor", "self._hold_gen |= 1", "self._hold_gen |= 2"),
 )
 """Changes of the code that the model does not know of."""
 
@@ -65,9 +67,9 @@ def test_code_that_does_otherwise_is_noticed(mistake: Mistake) -> None:
         pass
 
     module = mutant(mistake)
-    if mistake.module == "node":
+    if mistake.module == "node.machine":
         Strange.node_class = module.Node
-    elif mistake.module == "nodebody":
+    elif mistake.module == "node.body":
         Strange.node_class = with_body(module)
     else:
         Strange.host_class = module.Conductor

@@ -1,0 +1,125 @@
+"""`curveline bench`: speed and accuracy, measured on this machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from curveline.cli.printing import screen
+from curveline.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from curveline.bench.measurement import Measurement
+    from curveline.bench.trade import TradePoint
+
+
+def bench(
+    shapes: Annotated[
+        list[Path] | None, typer.Argument(metavar="[SHAPE]...", help="Shape files; the project's own if none is named.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Only the figures that are held against goals.")] = False,
+    link: Annotated[bool, typer.Option("--link", help="The radio link instead, on a model of the radios.")] = False,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Write the trade as .svg, .png or .json. May be repeated."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
+) -> None:
+    """Measure speed and accuracy on this machine: about two minutes, one with --quick.
+
+    First the figures that are held against goals. Then the trade: for shape files, for two scenes that other codes were
+    measured on, and for random ones, and for each model, vertices against true error against time; * marks what nothing
+    else beats in both. "one level" is the bare discrete rod, "one state" is refined to a tolerance in mm, "simulate"
+    finds every state. PyElastica and MuJoCo are measured where they are installed (curveline[peers]).
+
+    Timings vary from run to run; the ratios are taken in one run and vary less. Nothing here passes or fails.
+
+    With --link host and nodes talk through modelled air at 2 Mbit/s: how often nodes are polled, what lost packets
+    cost, how soon a step is released. The times of SPI (0.6 ms a poll) and of a dongle (2 ms a request of up to 16
+    frames, 0.05 ms a frame) are assumed. What a node's processor spends is measured in the source tree, by
+    `python -m tests.firmware.cycles`.
+    """
+    if link and (shapes or quick):
+        raise InvalidInput("--link measures no shapes and is always quick", "leave the other arguments out")
+    if output and (link or quick):
+        raise InvalidInput("--output writes the trade, which --link and --quick leave out", "leave one of them out")
+    if link:
+        rows = _show_rows(_link_figures(), hidden=json)
+        if json:
+            screen.emit({"rows": [vars(row) for row in rows]})
+        return
+    from curveline.bench.report import BenchReport, document
+    from curveline.outputs import TRADE, check_output, write_output
+
+    for path in output or ():
+        check_output(TRADE, path, force=force)
+    files = [str(path) for path in shapes or _own_shapes()]
+    screen.announce_compilation()
+    rows = _show_rows(_quick_figures(files), hidden=json)
+    points = [] if quick else _show_trade(files, hidden=json)
+    if json:
+        screen.emit(document(BenchReport(rows, points)))
+    for path in output or ():
+        write_output(TRADE, path, (BenchReport(rows, points),), force=force)
+        screen.note(f"wrote {path}")
+
+
+def _show_rows(rows: Iterable[Measurement], *, hidden: bool) -> list[Measurement]:
+    """The rows, shown as they are measured."""
+    seen = []
+    for row in rows:
+        seen.append(row)
+        if not hidden:
+            screen.result(_line(row))
+    return seen
+
+
+def _show_trade(files: Sequence[str], *, hidden: bool) -> list[TradePoint]:
+    """The points of the trade, shown set by set as they are measured."""
+    from curveline.bench import trade
+    from curveline.bench.methods import cases
+    from curveline.bench.methods.own import OWN
+    from curveline.bench.methods.peers import PEERS
+    from curveline.cli.printing.trade_table import progress, table
+
+    jobs = trade.jobs([cases.shapes(files), cases.clamps(), cases.random()], [*OWN, *PEERS])
+    points: list[TradePoint] = []
+    for job in jobs:
+        # The bar is gone before the table is printed, which may go to the same terminal.
+        with progress(job.steps) as told:
+            measured = trade.measure(job, told)
+        points += measured
+        if not hidden:
+            screen.result("\n" + "\n".join(table(measured)))
+    return points
+
+
+def _quick_figures(files: Sequence[str]) -> Iterator[Measurement]:
+    from curveline.bench.quick import quick
+
+    yield from quick(files)
+
+
+def _link_figures() -> Iterator[Measurement]:
+    from curveline.bench import link
+
+    yield from link.rows()
+
+
+def _own_shapes() -> list[Path]:
+    """The paper's shapes in the source tree that this package runs from: of one segment, named condition and state."""
+    folder = Path(__file__).parents[2] / "shapes"
+    found = sorted(folder.glob("*-*.toml"))
+    if not found:
+        raise InvalidInput("no shape files to measure with", "name some: curveline bench SHAPE...")
+    return found
+
+
+def _line(row: Measurement) -> str:
+    """One row in 80 columns."""
+    value = f"{row.value:.0f}" if row.value >= 100 or row.value == int(row.value) else f"{row.value:.3g}"
+    return f"{row.name:<33}{value:>8} {row.unit:<3}{row.goal:>8}  {row.how:<25}".rstrip()

@@ -1,0 +1,19 @@
+"""`curveline display show`: the file of a built-in display."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from curveline.cli.printing import screen
+
+
+def show(name: Annotated[str, typer.Argument(metavar="NAME", help="A built-in display: single or quad.")]) -> None:
+    """Print the file of a built-in display.
+
+    Copy it and change the copy: curveline display show single > mine.toml
+    """
+    from curveline.shapes.files import builtin_text
+
+    screen.result(builtin_text(name).rstrip("\n"))

@@ -1,0 +1,45 @@
+"""`curveline keys node`: put a node's settings and the site's key into its program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from curveline.cli.printing import screen
+from curveline.cli.printing.node_table import DisplayOption
+from curveline.errors import InvalidInput
+
+
+def node(
+    number: Annotated[int, typer.Argument(metavar="N", min=1, help="Number of the node in its display, from 1.")],
+    hex: Annotated[str, typer.Option("--hex", metavar="FILE", help="The node.hex that the firmware's build wrote.")],
+    output: Annotated[str, typer.Option("--output", "-o", metavar="FILE", help="Where to write the node's own image.")],
+    display: DisplayOption = "single",
+) -> None:
+    """Write the image of one node: program, number, address, limits, key.
+
+    The file holds the site's key: only you may read it. Delete it once the node is flashed.
+    """
+    from curveline.plan_file import drive_settings
+    from curveline.radio.site.intel_hex import with_settings
+    from curveline.radio.site.key_file import default_path, read_site, settings_record, write_private
+    from curveline.shapes.files import read_display
+    from curveline.system.files import decode_text, read_file
+
+    drive = drive_settings(read_display(display))
+    site = read_site(default_path())
+    if site.remark:
+        screen.note(site.remark)
+    settings = settings_record(site.master, drive, number)
+    merged = with_settings(decode_text(read_file(hex, 1_000_000), hex), hex, settings)
+    try:
+        write_private(Path(output), merged.encode())
+    except FileExistsError:
+        raise InvalidInput(f"{output} exists already", hint="delete it first: it may hold a key") from None
+    except OSError as error:
+        hint = "check that the folder exists, may be written and has room"
+        raise InvalidInput(f"{output} cannot be written: {error.strerror or error}", hint) from None
+    screen.result(f"{output}: node {number} of display {drive.display}, address {drive.addresses[number - 1]}")
+    screen.note(f"flash it with: teensy_loader_cli --mcu=TEENSYLC -w {output}; then delete it, it holds the site's key")

@@ -1,0 +1,138 @@
+"""`curveline load`: push at a point of a shape until it snaps through, or at all points, one after another."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from curveline.cli.printing import screen
+from curveline.errors import EXIT_NO, InvalidInput
+
+
+class StateOption(StrEnum):
+    """What `--state` takes."""
+
+    PEAK = "peak"
+    VALLEY = "valley"
+
+
+class PushModelOption(StrEnum):
+    """What `--model` takes: `MODELS` of a push, which would cost numpy to look at."""
+
+    AUTO = "auto"
+    PLANAR = "planar"
+    EXTENSIBLE = "extensible"
+
+
+def _positive(value: float | None) -> float | None:
+    """A load that is given must be one."""
+    if value is not None and not value > 0.0:
+        raise typer.BadParameter(f"{value:g} N is no load: make it more than 0")
+    return value
+
+
+def load(
+    shape: Annotated[str, typer.Argument(metavar="SHAPE", help="Shape file (.toml).")],
+    at: Annotated[
+        float | None, typer.Option(metavar="FRACTION", help="Where, along the rod from pivot to pivot.  [default: 0.5]")
+    ] = None,
+    segment: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Segment, from 1; needed where there are several.")
+    ] = None,
+    direction: Annotated[
+        str,
+        typer.Option(
+            metavar="down|normal|X,Y", help="Which way; normal is across the unloaded curve, from above like a finger."
+        ),
+    ] = "down",
+    step_n: Annotated[
+        float | None,
+        typer.Option(
+            "--step-N", callback=_positive, metavar="N", help="By how much the load grows.  [default: 0.5, as --most-N]"
+        ),
+    ] = None,
+    most_n: Annotated[
+        float | None,
+        typer.Option(
+            "--most-N",
+            callback=_positive,
+            metavar="N",
+            help="The largest load.  [default: 20, or by powers of ten more or less, as suits the rod]",
+        ),
+    ] = None,
+    state: Annotated[
+        StateOption | None, typer.Option(help="The state to push, in place of the one that the shape wants.")
+    ] = None,
+    model: Annotated[
+        PushModelOption,
+        typer.Option(help="What of the rod is computed: extensible also stretches; with auto the scene decides."),
+    ] = PushModelOption.AUTO,
+    over_all: Annotated[bool, typer.Option("--map", help="Push all points of the curve, one after another.")] = False,
+    points: Annotated[
+        int | None, typer.Option(min=3, max=10_001, metavar="N", help="Points of a map.  [default: 41]")
+    ] = None,
+    output: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Write .json, .svg or .png; - is JSON on stdout. May be repeated."
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+) -> None:
+    """Push at a point of the curve, harder and harder, until it snaps through.
+
+    The nodes stay where they are and the load keeps its direction; loads in the shape file stay on. The table gives
+    load and deflection, along the load, up to the load at which the state ceases to be stable, at a fold or at a
+    bifurcation; below it the state that the rod lands in and the stiffness of the unloaded point.
+
+    With --map every point of the free rod is pushed, and the answer is the weakest point and whether the shape
+    withstands 1 N, of a finger that searches for a target, and 2 to 5 N, of one that follows a contour.
+    """
+    from curveline.cli.printing import load_report
+    from curveline.loading.pushes import Push
+    from curveline.loading.results import to_json
+    from curveline.outputs import LOADING, check_output, write_output
+    from curveline.shapes.files import read_shape
+
+    if over_all and at is not None:
+        raise InvalidInput("--at is one point, --map are all", "leave one out")
+    if points is not None and not over_all:
+        raise InvalidInput("--points is for a map", "add --map")
+    files = [path for path in output or () if path != "-"]
+    for path in files:
+        check_output(LOADING, path, force=force)
+    scene = read_shape(shape)
+    index = _index(segment, len(scene.segments))
+    push = Push(
+        index,
+        0.5 if at is None else at,
+        direction,
+        step_n or 0.0,
+        most_n or 0.0,
+        state.value if state else "",
+        model.value,
+        tuple(sys.argv[1:]),
+    )
+    screen.announce_compilation()
+    found = load_report.found(scene, push, points or load_report.MAP_POINTS if over_all else None)
+    if json or len(files) < len(output or ()):
+        screen.result(to_json(found).decode().rstrip("\n"))
+    else:
+        screen.result("\n".join(load_report.describe(found)))
+    for path in files:
+        write_output(LOADING, path, (found,), force=force)
+        screen.note(f"wrote {path}")
+    if load_report.is_lost(found):
+        screen.note("the branch could not be followed to where it ends: the load said is one that it withstands")
+        raise typer.Exit(EXIT_NO)
+
+
+def _index(segment: int | None, count: int) -> int:
+    """Number, from 0, of the segment that is meant."""
+    if segment is None and count > 1:
+        raise InvalidInput(f"the shape has {count} segments", f"say which to push, with --segment 1 to {count}")
+    return (segment or 1) - 1

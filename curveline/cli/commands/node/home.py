@@ -1,0 +1,84 @@
+"""`curveline node home`: let a node find the zeros of its axes."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from enum import Enum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from curveline.cli import consent
+from curveline.cli.one_node import NumberArgument, OneNode, one_node, show_report
+from curveline.cli.printing import screen
+from curveline.cli.printing.node_table import DisplayOption, RadioOption, RunsOption
+from curveline.errors import EXIT_DONE, EXIT_LINK, EXIT_NO, LinkError
+
+if TYPE_CHECKING:
+    from curveline.radio.protocol.frames import ReportFrame, StatusFrame
+
+
+class AxisOption(Enum):
+    """An axis of a node, as an option names it."""
+
+    EXTRUDE = "extrude"
+    BIAS = "bias"
+    TRANSLATE = "translate"
+
+
+def home(
+    number: NumberArgument,
+    axis: Annotated[
+        list[AxisOption] | None,
+        typer.Option("--axis", help="Only this axis; may be given several times. All by default."),
+    ] = None,
+    radio: RadioOption = None,
+    display: DisplayOption = "single",
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before moving.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    runs: RunsOption = None,
+) -> None:
+    """Let a node find the zeros of its axes and go there; Ctrl-C stops it where it is.
+
+    Take the rod out of the node's clamp first. An axis whose motor does not answer, or that meets an obstacle, says so,
+    and the others are homed. What the node had done of its run is void then.
+    """
+    from curveline.plan_file import AXES
+
+    wanted = {each.value for each in axis or AxisOption}
+    if not yes:
+        _ask(number, [name for name in AXES if name in wanted])
+    with one_node(number, radio, display, runs) as node:
+        report = _home(node, sum(1 << AXES.index(name) for name in wanted))
+        status = show_report(node, report, as_json=json)
+    is_hurt = status.fault or any(name in wanted for name in status.unhomed)
+    raise typer.Exit(EXIT_LINK if is_hurt else EXIT_DONE)
+
+
+def _ask(number: int, axes: list[str]) -> None:
+    """Ask before anything moves, and leave if the answer is no."""
+    consent.require_terminal("homing moves the node, and ", "add --yes to agree")
+    if not consent.agrees(f"Is the rod out of node {number}'s clamp? Move its {', '.join(axes)}?"):
+        screen.note("nothing was moved")
+        raise typer.Exit(EXIT_NO)
+
+
+def _home(node: OneNode, axes: int) -> ReportFrame:
+    """Home, with a line once the node has begun, and another one about how it stands if that is cut short."""
+    from curveline.radio.host.service import home_axes, report_of
+    from curveline.radio.protocol.codes import NodeState
+
+    told: list[NodeState] = []
+
+    def watch(status: StatusFrame) -> None:
+        if status.state is NodeState.HOMING and not told:
+            told.append(status.state)
+            screen.note(f"node {node.number} is homing; Ctrl-C stops it")
+
+    try:
+        return home_axes(node.radio, node.drive, node.number, axes, watch)
+    except KeyboardInterrupt:
+        screen.note("stopped")
+        with suppress(LinkError):
+            screen.note("\n".join(node.lines(report_of(node.radio, node.drive, node.number))))
+        raise

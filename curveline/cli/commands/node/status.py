@@ -1,0 +1,29 @@
+"""`curveline node status`: all that one node says of itself."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from curveline.cli.one_node import NumberArgument, one_node, show_report
+from curveline.cli.printing.node_table import DisplayOption, RadioOption, RunsOption
+from curveline.errors import EXIT_DONE, EXIT_LINK
+
+
+def status(
+    number: NumberArgument,
+    radio: RadioOption = None,
+    display: DisplayOption = "single",
+    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    runs: RunsOption = None,
+) -> None:
+    """Say how a node is: why it started last, each axis, its last run, its fault and since when, and what helps.
+
+    Asking disturbs no run.
+    """
+    from curveline.radio.host.service import report_of
+
+    with one_node(number, radio, display, runs) as node:
+        report = report_of(node.radio, node.drive, number)
+        raise typer.Exit(EXIT_DONE if show_report(node, report, as_json=json).can_move else EXIT_LINK)

@@ -1,0 +1,107 @@
+"""`curveline plan`: the steps that bring a display into a shape."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from curveline.cli import monte_carlo as trials
+from curveline.cli.plan_outputs import write_outputs
+from curveline.cli.printing import screen
+from curveline.errors import InvalidInput
+from curveline.outputs import PLAN, PLAN_FILE, check_output
+
+if TYPE_CHECKING:
+    from curveline.plan_file import Plan
+
+
+def plan(
+    shapes: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="SHAPE", help="Shape files (.toml), or one plan (.json) to look at."),
+    ] = None,
+    begin: Annotated[
+        str | None,
+        typer.Option("--from", metavar="SHAPE", help="Begin where the display shows this shape, and not at home."),
+    ] = None,
+    home: Annotated[
+        bool, typer.Option("--home", help="End at home: nodes level and upright, the rod straight.")
+    ] = False,
+    output: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Write the plan (.json), its steps as a figure (.svg, .png) or a film (.gif); - is JSON on stdout. "
+            "May be repeated.",
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print the plan's JSON.")] = False,
+    monte_carlo: trials.Runs = None,
+    seed: trials.Seed = 1,
+    feed_error_mm: trials.FeedError = None,
+    feed_scale_percent: trials.FeedScale = None,
+    angle_error_deg: trials.AngleError = None,
+    height_error_mm: trials.HeightError = None,
+    bow_mm: trials.Bow = None,
+    unevenness: trials.Unevenness = None,
+    least_share: trials.LeastShare = 0.0,
+    jobs: trials.Jobs = None,
+) -> None:
+    """Work out the steps from home to a shape, or through several, or look at a plan that was worked out before.
+
+    From one shape to the next the nodes go directly where the rod keeps its states on the way, and through a funnel,
+    in which only the wanted state exists, where it does not. Every step is followed in every mixture of uneven
+    progress of the nodes and refused, with the reason, if the rod could end in another state than the wanted one, would
+    bend too tightly or need more than the motors give.
+
+    With --monte-carlo the plan is played many times with errors of the nodes, and the share of runs that end in the
+    wanted states is reported. --json then prints one object with `plan` and `monte_carlo`; -o always writes the plan.
+    """
+    from curveline.cli.printing.plan_text import describe
+    from curveline.plan_file import to_json
+
+    files = [path for path in output or () if path != "-"]
+    for path in files:
+        check_output(PLAN, path, force=force)
+    sizes = (feed_error_mm, feed_scale_percent, angle_error_deg, height_error_mm, bow_mm, unevenness)
+    request = trials.requested(monte_carlo, (seed, least_share, jobs), sizes)
+    made = (
+        _look_at(shapes) if shapes and shapes[0].endswith(PLAN_FILE) else _work_out(shapes or [], begin, goes_home=home)
+    )
+    # Before anything is printed: whoever reads it may stop listening.
+    write_outputs(made, files, force=force)
+    is_piped = len(files) < len(output or ())
+    if is_piped or (json and request is None):
+        screen.result(to_json(made).rstrip("\n"))
+    elif not json:
+        screen.result("\n".join(describe(made)))
+    if request is not None:
+        raise typer.Exit(trials.perturb(made, request, as_json=json and not is_piped, aside=is_piped))
+
+
+def _look_at(paths: Sequence[str]) -> Plan:
+    """A plan that was worked out before."""
+    from curveline.plan_file import read_plan
+
+    if len(paths) > 1:
+        raise InvalidInput("a plan is looked at by itself", f"begin with `curveline plan {paths[0]}`")
+    return read_plan(paths[0])
+
+
+def _work_out(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
+    """A plan through some shapes, and home."""
+    from curveline.cli.goal import plan_goal, read_goal
+    from curveline.planning.tours import start_at
+    from curveline.shapes.files import read_shape
+
+    if not paths and (begin is None or not goes_home):
+        raise InvalidInput("no shape to plan", "name shapes, or the one that is shown: --from SHAPE --home")
+    goal = read_goal([*paths, *([] if begin is None else [begin])], ends_home=goes_home)
+    start, shows = (None, ()) if begin is None else start_at(read_shape(begin))
+    return plan_goal(replace(goal, scenes=goal.scenes[: len(paths)]), start, shows)

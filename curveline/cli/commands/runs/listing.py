@@ -1,0 +1,50 @@
+"""`curveline runs`: a list of the runs on record."""
+
+from __future__ import annotations
+
+from itertools import islice
+from typing import Annotated
+
+import typer
+
+from curveline.cli.printing import node_table, screen
+from curveline.cli.printing.node_table import RunsOption
+from curveline.errors import InvalidInput
+
+SHOWN = 20
+
+
+def listing(
+    context: typer.Context,
+    display: Annotated[
+        str | None, typer.Option("--display", metavar="NAME|FILE", help="Only runs of this display.")
+    ] = None,
+    everything: Annotated[bool, typer.Option("--all", help=f"All of them, not only the newest {SHOWN}.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    runs: RunsOption = None,
+) -> None:
+    """List the runs on record, the newest first: how each ended, how far it came, whether it can go on and how.
+
+    `curveline runs show RUN` has the log of one.
+    """
+    if context.invoked_subcommand is not None:
+        if display is not None or everything or json or runs is not None:
+            hint = f"name them after `{context.invoked_subcommand}`"
+            raise InvalidInput("options before a command of `curveline runs` mean nothing", hint)
+        return
+    from curveline import __version__
+    from curveline.cli.printing.run_text import document, lines
+    from curveline.driving.runs import read_runs
+    from curveline.shapes.files import read_display
+
+    name = read_display(display).name if display is not None else ""
+    folder = node_table.runs_folder(runs)
+    found = list(islice(read_runs(folder, name), None if everything else SHOWN + 1))
+    is_more = not everything and len(found) > SHOWN
+    found = found if everything else found[:SHOWN]
+    if json:
+        screen.emit({"curveline": __version__, "runs": [document(run) for run in found], "is_more": is_more})
+    else:
+        screen.result("\n".join(line for run in found for line in lines(run)) or "no runs")
+    if is_more:
+        screen.note("there are older ones: --all")

@@ -1,0 +1,103 @@
+"""`curveline simulate`: every stable state of every segment of shape files."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+MOST_JOBS = 256
+SMALLEST_TOLERANCE_MM = 1e-6
+LARGEST_TOLERANCE_MM = 10.0
+
+
+class ModelOption(StrEnum):
+    """What `--model` takes: `MODELS` of the physics, which would cost numpy to look at."""
+
+    AUTO = "auto"
+    PLANAR = "planar"
+    EXTENSIBLE = "extensible"
+    SPATIAL = "spatial"
+
+
+def simulate(
+    shapes: Annotated[list[str], typer.Argument(metavar="SHAPE...", help="Shape files (.toml).")],
+    tolerance_mm: Annotated[
+        float,
+        typer.Option(
+            min=SMALLEST_TOLERANCE_MM, max=LARGEST_TOLERANCE_MM, metavar="MM", help="Largest error of a curve."
+        ),
+    ] = 0.1,
+    points: Annotated[
+        int, typer.Option(min=2, max=100_001, metavar="N", help="Points of a curve in the output.")
+    ] = 201,
+    turns: Annotated[int, typer.Option(min=0, max=3, metavar="N", help="Look for loops of up to N further turns.")] = 0,
+    model: Annotated[
+        ModelOption,
+        typer.Option(help="What of the rod is computed; with auto the scene decides, segment by segment."),
+    ] = ModelOption.AUTO,
+    output: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Write .json, .npz, .csv, .svg or .png; - is JSON on stdout. May be repeated.",
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document per shape and line.")] = False,
+    no_drawing: Annotated[bool, typer.Option("--no-drawing", help="Tables only.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Say in words what was modelled and why.")] = False,
+    sweep: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=START:STOP:COUNT",
+            help="Run a number of the shape through a range, such as nodes.1.angle_deg=-60:60:41, counted from 1. May "
+            "be repeated: every combination is simulated.",
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            "-j",
+            "--jobs",
+            min=0,
+            max=MOST_JOBS,
+            metavar="N",
+            help="Processes to compute with; 0 is one per core, the default for many hundred shapes or points.",
+        ),
+    ] = None,
+) -> None:
+    """Find every stable state of every segment.
+
+    Each comes with an error bar, and what the model leaves out with a bound in mm. The table gives the height of the
+    curve over its chord, on average and in the middle (in space: how far it comes out of the plane), energy, error,
+    lowest eigenvalue of the second variation in EI/L^2, and force and moment at the left and the right clamp; * marks
+    what the shape asks for.
+
+    The planar model bends in the display's plane, the extensible one also stretches, the spatial one also bends out of
+    the plane and twists. A model that was asked for is used whatever it leaves out, which is then said.
+
+    With --sweep one shape is simulated at every point of a grid. Its table counts the points at which each combination
+    of states is stable; --json is a document per point, .csv a row and .npz a row and a curve per state.
+    """
+    from curveline.cli.batch import BatchRequest, run_batch
+    from curveline.outputs import SIMULATION, SWEEP, check_output
+    from curveline.simulation.results import Settings
+    from curveline.units import mm
+
+    files = [path for path in output or () if path != "-"]
+    as_json = json or len(files) < len(output or ())
+    for path in files:
+        check_output(SWEEP if sweep else SIMULATION, path, force=force)
+    windings = (0, *(sign * turn for turn in range(1, turns + 1) for sign in (1, -1)))
+    settings = Settings(mm(tolerance_mm), points, windings, tuple(sys.argv[1:]), model.value, explain)
+    request = BatchRequest(settings, tuple(files), force, as_json, not no_drawing, jobs)
+    if sweep:
+        from curveline.cli.sweep import run_sweep
+
+        raise typer.Exit(run_sweep(shapes, sweep, request))
+    raise typer.Exit(run_batch(shapes, request))

@@ -1,0 +1,51 @@
+"""Runs as people and scripts see them."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from curveline.cli.printing.phrases import wrapped
+from curveline.driving.runs import Run, RunEnding
+
+
+def document(run: Run) -> dict[str, Any]:
+    """A run as plain data; what is not known is null."""
+    told = {"reason": run.reason, "advice": run.advice, "resume": run.command}
+    return {
+        "run": run.folder.name,
+        "folder": str(run.folder),
+        "display": run.display or None,
+        "plan": run.plan or None,
+        "began": run.began,
+        "ending": run.ending.value,
+        "steps_done": run.steps_done,
+        "steps": run.steps,
+        "process": run.process or None,
+        "can_resume": run.can_resume,
+        **{key: text or None for key, text in told.items()},
+    }
+
+
+def lines(run: Run) -> list[str]:
+    """A run as text: what it is, how it ended, and what to do."""
+    told = [line for sentence in (_what(run), run.ended, _advice(run)) for line in wrapped(sentence, 2)]
+    return [run.name, *told, *([f"  to go on: {run.command}"] if run.can_resume else [])]
+
+
+def local_time(moment: float | None) -> str:
+    """A time of day [s since 1970] as text."""
+    return "unknown time" if moment is None else time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(moment))
+
+
+def _what(run: Run) -> str:
+    parts = [f"display {run.display}" if run.display else "display unknown", f"plan {run.plan}" if run.plan else ""]
+    began = f"began {local_time(run.began)}" if run.began is not None else ""
+    return ", ".join(part for part in (*parts, began) if part)
+
+
+def _advice(run: Run) -> str:
+    """What to do about a run that did not come to its end, before it goes on or instead."""
+    if run.ending in (RunEnding.DONE, RunEnding.SENDING) or not run.advice:
+        return ""
+    return f"{'first' if run.can_resume else 'cannot go on'}: {run.advice}"

@@ -1,0 +1,1 @@
+"""What a display can do, and what looks odd in its file."""

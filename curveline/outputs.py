@@ -1,0 +1,120 @@
+"""Files of results: the one table from the kind of a result and the suffix of a file to what makes its content."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from curveline.errors import InvalidInput
+from curveline.system.files import AnyPath, NewFile, check_writable, write_file
+
+if TYPE_CHECKING:
+    from curveline.simulation.results import Settings
+    from curveline.simulation.sweep_files import SweepFile
+
+Encoder = Callable[..., bytes]
+PICTURES = (".svg", ".png", ".pdf")
+FILM = ".gif"
+PLAN_FILE = ".json"
+
+
+@dataclass(frozen=True)
+class ResultKind:
+    """A kind of result: for each suffix the function, as MODULE:NAME, that encodes it; a figure is told its format."""
+
+    encoders: Mapping[str, str]
+    advice: str = "name a file that ends in"
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """The suffixes of files in which such a result can be kept."""
+        return tuple(self.encoders)
+
+    def suffix_of(self, path: AnyPath) -> str:
+        """The suffix of a file; InvalidInput if it is none of ours."""
+        name = os.fspath(path)
+        suffix = os.path.splitext(name)[1].lower()
+        if suffix not in self.encoders:
+            hint = f"{self.advice} {', '.join(self.encoders)}"
+            raise InvalidInput(f"{name}: cannot tell the format from the suffix {suffix!r}", hint)
+        return suffix
+
+    def encoder(self, suffix: str) -> Encoder:
+        """What makes the content; it is loaded when first used."""
+        module, _, name = self.encoders[suffix].partition(":")
+        encode: Encoder = getattr(import_module(module), name)
+        if suffix not in PICTURES:
+            return encode
+        return partial(encode, kind=suffix.removeprefix("."))
+
+
+def _with_pictures(encoders: Mapping[str, str], drawn_by: str) -> dict[str, str]:
+    return {**encoders, **dict.fromkeys(PICTURES, drawn_by)}
+
+
+SIMULATION = ResultKind(
+    _with_pictures(
+        {
+            ".json": "curveline.simulation.results:to_json",
+            ".npz": "curveline.simulation.results:to_npz",
+            ".csv": "curveline.simulation.results:to_csv",
+        },
+        "curveline.figures.shapes:draw",
+    )
+)
+"""Of a sequence of reports of shapes."""
+
+SWEEP = ResultKind(
+    {
+        ".json": "curveline.simulation.sweep_files:JsonFile",
+        ".csv": "curveline.simulation.sweep_files:CsvFile",
+        ".npz": "curveline.simulation.sweep_files:NpzFile",
+    },
+    advice="a sweep is not drawn: name a file that ends in",
+)
+"""Of a sweep; written by `open_sweep` while its points come in."""
+
+LOADING = ResultKind(_with_pictures({".json": "curveline.loading.results:to_json"}, "curveline.figures.loads:draw"))
+"""Of what pushing a shape showed."""
+
+PLAN = ResultKind(
+    {
+        **_with_pictures({PLAN_FILE: "curveline.plan_file:encoded"}, "curveline.figures.plans:draw_plan"),
+        FILM: "curveline.figures.planfilms:animate_plan",
+    },
+    advice="a plan to be sent is .json, its figure or film ends in",
+)
+"""Of a plan; of pictures also its display, and who is told how far they have come."""
+
+TRADE = ResultKind(_with_pictures({".json": "curveline.bench.report:to_json"}, "curveline.bench.trade_figure:draw"))
+"""Of what a benchmark measured."""
+
+
+def check_output(kind: ResultKind, path: AnyPath, *, force: bool = False) -> None:
+    """Refuse, before anything is computed, what `write_output` would refuse; InvalidInput or MissingExtra."""
+    suffix = kind.suffix_of(path)
+    if suffix in (*PICTURES, FILM):
+        from curveline.figures.common import require_matplotlib
+
+        require_matplotlib()
+    check_writable(path, force=force)
+
+
+def write_output(kind: ResultKind, path: AnyPath, content: Sequence[object], *, force: bool = False) -> None:
+    """Write a result in the format that the suffix names, whole or not at all."""
+    write_file(path, kind.encoder(kind.suffix_of(path))(*content), force=force)
+
+
+@contextmanager
+def open_sweep(path: AnyPath, keys: Sequence[str], settings: Settings, *, force: bool = False) -> Iterator[SweepFile]:
+    """A file for a sweep over `keys`; it appears when the context is left without an exception."""
+    make: Callable[..., SweepFile] = SWEEP.encoder(SWEEP.suffix_of(path))  # type: ignore[assignment]
+    with NewFile(path, force=force) as file:
+        sweep_file = make(file, keys, settings)
+        yield sweep_file
+        sweep_file.finish()

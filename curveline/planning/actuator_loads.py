@@ -1,0 +1,153 @@
+"""What the rod asks of itself and of the motors of a node, as bounds over everything that may happen in a step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.rod.problem import Array
+from curveline.rod.states.equilibrium import Equilibrium
+from curveline.scene import Display
+from curveline.units import to_mm, to_nmm, told_apart
+
+AXIAL, VERTICAL, MOMENT = range(3)
+LEFT, RIGHT = slice(0, 3), slice(3, 6)
+TASKS = ("extruding", "holding the height", "biasing")
+"""What the motors of a node do against these."""
+
+
+@dataclass(frozen=True)
+class ClampLoads:
+    """The least and the most, `low (6,)` and `high (6,)`, that the two nodes of a segment do to its rod.
+
+    For the left, then the right node: along the rod, upwards [N], about its pivot [N m]. `curvature` [1/m] is the
+    largest one away from the natural one.
+    """
+
+    low: Array = field(default_factory=lambda: np.full(6, math.inf))
+    high: Array = field(default_factory=lambda: np.full(6, -math.inf))
+    curvature: float = 0.0
+
+    def joined(self, other: ClampLoads) -> ClampLoads:
+        """Bounds on either."""
+        return ClampLoads(
+            np.minimum(self.low, other.low), np.maximum(self.high, other.high), max(self.curvature, other.curvature)
+        )
+
+
+def clamp_loads_of(samples: Array) -> ClampLoads:
+    """Bounds over the `samples (m, 9)` of a followed branch."""
+    if samples.shape[0] == 0:
+        return ClampLoads()
+    return ClampLoads(samples[:, 3:].min(axis=0), samples[:, 3:].max(axis=0), float(samples[:, 2].max()))
+
+
+def clamp_loads_of_state(state: Equilibrium) -> ClampLoads:
+    """What a state, in the plane or out of it, asks of motors that act in it: see `continuation.node_loads`.
+
+    Straightening the rod as it enters a bearing pushes it out, however it bends and twists: by half of the product of
+    moments and curvatures, which the stiffness in the plane bounds for a rod that is stiffer otherwise.
+    """
+    rod = state.rod
+    asked = []
+    for side, angle in enumerate((rod.start, rod.end)):
+        sign = 1.0 - 2.0 * side
+        (x, y), moment = state.clamp_force[side], state.clamp_moment[side]
+        held = state.space.moments[side] if state.space is not None else np.array([0.0, 0.0, moment])
+        push = 0.5 * float(np.sum(np.square(held))) / rod.stiffness
+        across = y * math.cos(angle) - x * math.sin(angle)
+        asked += [x * math.cos(angle) + y * math.sin(angle) - sign * push, y, moment + sign * 0.5 * rod.clamp * across]
+    asks = np.array(asked)
+    return ClampLoads(asks, asks, state.max_curvature)
+
+
+@dataclass(frozen=True)
+class ActuatorLoad:
+    """The most that a step asks of any node, and of the rod."""
+
+    force: float = 0.0  # [N]
+    moment: float = 0.0  # [N m]
+    curvature: float = 0.0  # [1/m]
+
+    def joined(self, other: ActuatorLoad) -> ActuatorLoad:
+        """The more of either."""
+        return ActuatorLoad(
+            max(self.force, other.force), max(self.moment, other.moment), max(self.curvature, other.curvature)
+        )
+
+    def share(self, display: Display) -> float:
+        """The largest share of what rod or motors can give."""
+        drive, rod = display.drive, display.rod
+        return max(self.curvature / rod.max_curvature, self.force / drive.max_force, self.moment / drive.max_moment)
+
+
+def load_of(demands: Iterable[ClampLoads]) -> ActuatorLoad:
+    """What the segments of a display, left to right, ask together."""
+    demands = tuple(demands)
+    needs = node_needs(demands)
+    return ActuatorLoad(
+        float(np.max(needs[:, :MOMENT])), float(np.max(needs[:, MOMENT])), max(each.curvature for each in demands)
+    )
+
+
+def node_needs(demands: tuple[ClampLoads, ...]) -> Array:
+    """The most that every node must give, (nodes, 3): along the rod, upwards [N], about its pivot [N m].
+
+    A node bears the ends of both its segments. They are bounded each for itself, since in uneven progress any of one
+    may meet any of the other.
+    """
+    needs = np.zeros((len(demands) + 1, 3))
+    low, high = np.zeros_like(needs), np.zeros_like(needs)
+    for segment, demand in enumerate(demands):
+        if np.all(np.isfinite(demand.low)):
+            low[segment] += demand.low[LEFT]
+            high[segment] += demand.high[LEFT]
+            low[segment + 1] += demand.low[RIGHT]
+            high[segment + 1] += demand.high[RIGHT]
+    return np.asarray(np.maximum(np.abs(low), np.abs(high)))
+
+
+def overload(display: Display, demands: tuple[ClampLoads, ...]) -> str:
+    """What a step asks beyond what rod and motors can give; empty if nothing."""
+    rod, drive = display.rod, display.drive
+    for segment, demand in enumerate(demands, start=1):
+        if demand.curvature > rod.max_curvature:
+            bent, allowed = told_apart(to_mm(1.0 / demand.curvature), to_mm(1.0 / rod.max_curvature), 0, "f")
+            return f"in segment {segment} the rod would bend to a radius of {bent} mm, its strain allows {allowed} mm"
+    gives = (drive.max_force, drive.max_force, drive.max_moment)
+    for node, needs in enumerate(node_needs(demands), start=1):
+        for axis, (need, have) in enumerate(zip(needs, gives, strict=True)):
+            if need > have:
+                return f"at node {node} {TASKS[axis]} {_beyond(axis, need, have)}"
+    return ""
+
+
+def _beyond(axis: int, need: float, have: float) -> str:
+    """That it takes more than the motor gives, in N or N mm."""
+    if axis == MOMENT:
+        takes, gives, unit = *told_apart(to_nmm(need), to_nmm(have), 0, "f"), "N mm"
+    else:
+        takes, gives, unit = *told_apart(need, have, 1, "f"), "N"
+    return f"takes {takes} {unit}, the motor gives {gives} {unit}"
+
+
+class Culprit(NamedTuple):
+    """What an overload is about, from 1: a `segment` whose rod bends too much, or else a `node`; 0 if neither."""
+
+    segment: int = 0
+    node: int = 0
+
+
+def culprit(display: Display, demands: tuple[ClampLoads, ...]) -> Culprit:
+    """The first segment or node of which a step asks too much."""
+    drive = display.drive
+    for segment, demand in enumerate(demands, start=1):
+        if demand.curvature > display.rod.max_curvature:
+            return Culprit(segment=segment)
+    gives = np.array([drive.max_force, drive.max_force, drive.max_moment])
+    overloaded = np.flatnonzero(np.any(node_needs(demands) > gives, axis=1))
+    return Culprit(node=int(overloaded[0]) + 1) if overloaded.size else Culprit()

@@ -1,0 +1,146 @@
+"""Whether a shape can be shown at all, before any way to it is sought."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.errors import Infeasible, InvalidInput
+from curveline.planning.actuator_loads import (
+    ActuatorLoad,
+    ClampLoads,
+    clamp_loads_of,
+    clamp_loads_of_state,
+    culprit,
+    load_of,
+    overload,
+)
+from curveline.planning.layout import describe, layout_of, pose_of
+from curveline.planning.moves import Travel
+from curveline.planning.verification import OUT_OF_PLANE, STABILITY, Refused, Verifier, too_near
+from curveline.rod.branches.continuation import FOLLOW_EDGES, STIFFEST, follow, start_along, stiffness_of
+from curveline.rod.branches.control_path import loading
+from curveline.rod.branches.special_points import SpecialKind, critical
+from curveline.rod.states.equilibrium import Equilibrium
+from curveline.scene import Display, Scene
+
+RESERVE = 1.25
+"""What a state must withstand over its loads: these are at most four fifths of what snaps it through."""
+LOADED_EDGES = 4 * FOLLOW_EDGES
+"""Edges of a state under loads, where it bends sharply."""
+
+
+def check_home(scene: Scene) -> None:
+    """Raise InvalidInput for what no motor of a node can do, Infeasible where plans have nowhere to begin."""
+    display = scene.display
+    if scene.beyond_the_plane:
+        raise InvalidInput(
+            f"{scene.name}: no plan is possible with {' and '.join(scene.beyond_the_plane)}: "
+            "the motors of a node work in the plane of an upright display",
+            "`curveline simulate` shows where the rod goes; take this out to plan the shape",
+        )
+    if not (display.limits.height.contains(0.0) and display.limits.angle.contains(0.0)):
+        raise Infeasible(
+            f"display {display.name}: its limits leave out height 0 or angle 0, through which every plan passes",
+            "count heights from where the nodes stand level, and angles from where the rod is horizontal",
+        )
+
+
+@dataclass(frozen=True)
+class Burden:
+    """What the loads of a shape make of it: the lowest eigenvalue [EI/L^2] and the margin under them, and the most that
+    they ask of rod and motors."""
+
+    lowest: float
+    margin: float
+    margin_of: str
+    load: ActuatorLoad
+
+
+def check_goal(prover: Verifier, scene: Scene) -> Burden | None:
+    """Raise Refused unless every wanted state exists, is stable with a margin and asks no more than there is.
+
+    With its loads and without them; returns what they come to, None if there are none.
+    """
+    states = [_wanted(prover, scene, number) for number in range(1, len(scene.segments) + 1)]
+    demands = tuple(map(clamp_loads_of_state, states))
+    _check_demands(scene.display, demands, "the shape itself")
+    return _burden(prover, scene, states) if scene.loads else None
+
+
+def _check_demands(display: Display, demands: tuple[ClampLoads, ...], what: str) -> None:
+    """Refused, saying of what, where rod or motors do not give what the segments of a row ask."""
+    if reason := overload(display, demands):
+        raise Refused(f"{what}: {reason}", **culprit(display, demands)._asdict())
+
+
+def laden(travel: Travel, burden: Burden | None) -> Travel:
+    """The same moves, the last of which counts the loads that the shape bears once it stands."""
+    if burden is None:
+        return travel
+    last = travel.moves[-1]
+    moved = replace(last, load=last.load.joined(burden.load))
+    if burden.margin < last.margin:
+        moved = replace(moved, lowest_eigenvalue=burden.lowest, margin=burden.margin, margin_of=burden.margin_of)
+    return replace(travel, moves=(*travel.moves[:-1], moved))
+
+
+def _wanted(prover: Verifier, scene: Scene, number: int) -> Equilibrium:
+    """The wanted state of a segment, counted from 1; Refused if the display cannot show it."""
+    pose = pose_of(scene.display, layout_of(scene), number - 1)
+    wanted, found = scene.segments[number - 1].state, prover.showable(pose)
+    for state, outside in zip(found.states, found.outside, strict=True):
+        if state.name == wanted:
+            if reason := too_near(state.lowest_eigenvalue, outside):
+                raise Refused(f"segment {number}, the {wanted} itself, comes within {reason}", number)
+            return state
+    if any(state.name == wanted for state in found.leaving):
+        text = f"segment {number}: the {wanted} at {describe(pose)} would leave the plane"
+        raise Refused(text, number)
+    others = " and ".join(state.name for state in found.states) or "none that was found and a display can show"
+    raise Refused(f"segment {number} has no stable {wanted} at {describe(pose)}; it has: {others}", number)
+
+
+def _burden(prover: Verifier, scene: Scene, states: Sequence[Equilibrium]) -> Burden:
+    """What the loads of a shape come to; Refused where a state or a motor does not withstand them with a reserve."""
+    loaded = [_loaded(prover, scene, number, state) for number, state in enumerate(states, start=1)]
+    demands = tuple(clamp_loads_of_state(state).joined(each.demand) for state, each in zip(states, loaded, strict=True))
+    _check_demands(scene.display, demands, "under its loads")
+    lowest, margin_of = min(each.lowest for each in loaded)
+    return Burden(lowest, lowest / STIFFEST, f"{margin_of} under the loads", load_of(demands))
+
+
+class _Loaded(NamedTuple):
+    """A state that its loads are put on: its lowest eigenvalue and of what that is the margin, and what it asks."""
+
+    lowest: tuple[float, str]
+    demand: ClampLoads
+
+
+def _loaded(prover: Verifier, scene: Scene, number: int, state: Equilibrium) -> _Loaded:
+    """A state of a segment, counted from 1, while its loads are put on; Refused if they are too much for it."""
+    loads = sorted((load.at, *load.force) for load in scene.loads if load.segment == number - 1)
+    if not loads:
+        return _Loaded((state.lowest_eigenvalue, STABILITY), ClampLoads())
+    at, forces = np.array(loads)[:, 0].copy(), np.array(loads)[:, 1:].copy()
+    way = loading(state.rod.pose, at, 0.0 * forces, forces)
+    far = loading(state.rod.pose, at, 0.0 * forces, RESERVE * forces)
+    snap = critical(far, state.rod.bearing, *start_along(far, state))
+    if snap.kind is not SpecialKind.NONE:
+        share = 100.0 * RESERVE * (snap.fraction if snap.kind is not SpecialKind.LOST else snap.reached)
+        text = f"segment {number}: the {state.name} snaps at {share:.0f} % of its loads; it must withstand"
+        raise Refused(f"{text} {100.0 * RESERVE:.0f} %", number)
+    branch = follow(way, prover.bearing, *start_along(way, state, LOADED_EDGES))
+    if branch.reached < 1.0:
+        text = (
+            f"segment {number}: the {state.name} would leave the plane at {100.0 * branch.reached:.0f} % of its loads"
+        )
+        raise Refused(text, number)
+    inside, outside = stiffness_of(way, prover.bearing, branch)
+    lowest = min((inside, STABILITY), (outside, OUT_OF_PLANE))
+    if reason := too_near(inside, outside):
+        raise Refused(f"segment {number}: under its loads the {state.name} comes within {reason}", number)
+    return _Loaded(lowest, clamp_loads_of(branch.samples))

@@ -1,0 +1,124 @@
+"""Whether any plan leads from home into a state, and if none does, why.
+
+At home the rod is straight and nothing tells which way it will buckle, so that every plan begins with a funnel. If none
+can be entered, no shape can be planned, whatever its lengths and angles; if one can, where it ends is a shape.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from curveline.errors import CurvelineError
+from curveline.planning.feasibility import check_goal, check_home
+from curveline.planning.funnels import Funnel, gates_for
+from curveline.planning.layout import Layout, centred, home, lengths_of
+from curveline.planning.moves import DisplayState, Travel
+from curveline.planning.sequence import PARKED, TRIES, Goal, goal_of, into_states, travel_to
+from curveline.planning.verification import Refused, Verifier
+from curveline.scene import PEAK, VALLEY, Display, Scene, Segment
+
+EXCESSES = (PARKED, 0.3, 0.6)
+"""Excess lengths of a row's segments, as fractions of the span, that are tried one after the other."""
+BEST = 3
+"""Funnels that are tried with more rod in the other segments than they need to wait in their states."""
+
+
+@dataclass(frozen=True)
+class Door:
+    """What is called `kind`, segments in the `wanted` states, seen from home; `reason` says why no plan leads there."""
+
+    kind: str
+    wanted: tuple[str, ...]
+    reason: str = ""
+
+    @property
+    def is_open(self) -> bool:
+        """True if a plan leads there."""
+        return not self.reason
+
+
+def doors_of(prover: Verifier) -> tuple[Door, ...]:
+    """All peaks, all valleys, and in a row both in turn."""
+    return tuple(Door(kind, wanted, _why_shut(prover, wanted)) for kind, wanted in _kinds(prover.display))
+
+
+def door_to(prover: Verifier, scene: Scene) -> Door:
+    """The door to all that has the states of `scene`; it is shut only if that to its own order of states is, too."""
+    own = tuple(segment.state for segment in scene.segments)
+    kind, wanted = next(each for each in _kinds(prover.display) if set(each[1]) == set(own))
+    reason = _why_shut(prover, wanted)
+    return Door(kind, wanted, _why_shut(prover, own) if reason and own != wanted else reason)
+
+
+def nearest_shape(prover: Verifier, wanted: tuple[str, ...], funnels: int = TRIES) -> Scene:
+    """A shape with the `wanted` states to which a plan leads from home by way of one of the best `funnels`.
+
+    Refused, with the reason, if there is none.
+    """
+    begin = Travel((), DisplayState(home(prover.display), (None,) * len(wanted)))
+    refusals: list[Refused] = []
+    for goal, gate in _funnels(prover, wanted, refusals, funnels):
+        try:
+            inside = into_states(prover, begin, goal, gate)
+        except Refused as refusal:
+            refusals.append(refusal)
+            continue
+        scene = _scene_of(prover.display, inside.stage.layout, wanted)
+        try:
+            check_goal(prover, scene)
+            travel_to(prover, begin, goal_of(scene))
+        except Refused as refusal:
+            refusals.append(refusal)
+        else:
+            return scene
+    raise max(refusals, key=lambda refusal: refusal.step, default=Refused("the limits leave no room for a funnel"))
+
+
+def _kinds(display: Display) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What rows of one and of both states are called, and the states."""
+    count = display.node_count - 1
+    row = "row of {}s" if count > 1 else "{}"
+    for state in (PEAK, VALLEY):
+        yield row.format(state), (state,) * count
+    if count > 1:
+        yield "row of valleys and peaks", tuple(itertools.islice(itertools.cycle((VALLEY, PEAK)), count))
+
+
+def _why_shut(prover: Verifier, wanted: tuple[str, ...]) -> str:
+    """Why no plan leads from home into the `wanted` states; empty if one does."""
+    try:
+        nearest_shape(prover, wanted)
+    except Refused as refusal:
+        return refusal.message
+    return ""
+
+
+def _funnels(
+    prover: Verifier, wanted: tuple[str, ...], refusals: list[Refused], count: int
+) -> Iterator[tuple[Goal, Funnel]]:
+    """Goals, of which the lengths count, each with a funnel; why there are none goes to `refusals`."""
+    display = prover.display
+    narrow: list[Refused] = []
+    gates = gates_for(prover, wanted, narrow)[:count]
+    refusals += narrow if not gates else []
+    for excess in EXCESSES if len(wanted) > 1 else EXCESSES[:1]:
+        length = min((1.0 + excess) * display.span, display.limits.length.high)
+        goal = Goal("", centred(display, home(display).nodes, [length] * len(wanted)), wanted)
+        yield from ((goal, gate) for gate in (gates if excess == EXCESSES[0] else gates[:BEST]))
+
+
+def _scene_of(display: Display, layout: Layout, wanted: tuple[str, ...]) -> Scene:
+    segments = zip(lengths_of(display, layout), wanted, strict=True)
+    return Scene("", display, layout.nodes, tuple(Segment(length, state) for length, state in segments))
+
+
+def has_home(display: Display) -> bool:
+    """True if plans have a place to begin, and motors a plane to work in."""
+    layout = home(display)
+    try:
+        check_home(_scene_of(display, layout, (PEAK,) * (display.node_count - 1)))
+    except CurvelineError:
+        return False
+    return True

@@ -1,0 +1,177 @@
+"""From where a display stands into a shape: directly where states are known and kept, else through a funnel.
+
+Paper, section V: extrude a little, bias to the wanted side, extrude to length, bias to the final angles, translate.
+The first two steps are chosen such that after them only the wanted state exists, so that it does not matter which way
+the rod buckled first, nor which shape the display showed before; from there the state is followed to the goal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from curveline.errors import Infeasible
+from curveline.planning.funnels import Funnel, gates_for, rounds_of
+from curveline.planning.layout import (
+    Layout,
+    angles_of,
+    centred,
+    heights_of,
+    home,
+    layout_of,
+    lengths_of,
+    posed,
+)
+from curveline.planning.moves import Leg, Travel, advance
+from curveline.planning.routes import RECIPE, Way, travel_along, ways
+from curveline.planning.verification import Refused, Verifier
+from curveline.scene import Scene
+from curveline.units import deg, mm
+
+HOME = "home"
+"""What stands in place of a shape's name where the display is brought home."""
+AT_HOME = mm(0.05)
+LEVEL_SLACK = deg(0.01)
+
+PARKED = 0.12
+"""Excess length, as a fraction of the span, with which segments wait in their states while others are in a funnel."""
+TRIES = 12
+FAILURES = 2
+"""Funnels, and funnels from which no way led on, after which the goal is given up: mostly it fails from all."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A shape as a layout and the wanted state of every segment."""
+
+    name: str
+    layout: Layout
+    wanted: tuple[str, ...]
+
+
+def goal_of(scene: Scene) -> Goal:
+    """What a scene asks for."""
+    return Goal(scene.name, layout_of(scene), tuple(segment.state for segment in scene.segments))
+
+
+def travel_to(prover: Verifier, travel: Travel, goal: Goal) -> Travel:
+    """Go on to `goal`; Refused with the most telling reason where no way is safe."""
+    if all(hold is not None for hold in travel.stage.holds):
+        for way in _direct_ways(prover, travel.stage.layout, goal.layout):
+            try:
+                return _arrived(travel_along(prover, travel, way), goal)
+            except Infeasible:
+                continue
+    return _through_funnel(prover, travel, goal)
+
+
+def travel_home(prover: Verifier, travel: Travel) -> Travel:
+    """Bring the display home, whatever its rod does on the way."""
+    return _named(travel_along(prover, _to_neutral(prover, travel), (("extrude", home(prover.display)),)), HOME)
+
+
+def _direct_ways(prover: Verifier, here: Layout, there: Layout) -> Iterator[Way]:
+    """The ways that do not lead through a funnel, all at once first."""
+    yield (("move", there),)
+    yield tuple((action, there) for action in RECIPE)
+    yield from ways(prover, here, there)
+
+
+def _arrived(travel: Travel, goal: Goal) -> Travel:
+    """The same moves with the shape's name at the last; Refused if they end in other states than the wanted ones."""
+    last = travel.moves[-1]
+    for segment, (state, wanted) in enumerate(zip(last.states, goal.wanted, strict=True), start=1):
+        if state != wanted:
+            raise Refused(f"segment {segment}: the rod would end as the {state}, not the {wanted}", segment)
+    return _named(travel, goal.name)
+
+
+def _named(travel: Travel, shape: str) -> Travel:
+    """The same moves; the last one completes a shape."""
+    return replace(travel, moves=(*travel.moves[:-1], replace(travel.moves[-1], shape=shape)))
+
+
+def _through_funnel(prover: Verifier, travel: Travel, goal: Goal) -> Travel:
+    """Steps that do not depend on what the rod does now: level, neutral, then the recipe with its funnel."""
+    travel = _to_neutral(prover, travel)
+    refusals: list[Refused] = []
+    failures = 0
+    for gate in gates_for(prover, goal.wanted, refusals)[:TRIES]:
+        try:
+            inside = into_states(prover, travel, goal, gate)
+        except Refused as refusal:
+            refusals.append(refusal)
+            continue
+        try:
+            return _out_to(prover, inside, goal)
+        except Refused as refusal:
+            refusals.append(refusal)
+            failures += 1
+            if failures == FAILURES:
+                break
+    if not refusals:
+        raise Refused("the display's limits leave no room for a funnel")
+    raise max(refusals, key=lambda refusal: refusal.step)
+
+
+def _to_neutral(prover: Verifier, travel: Travel) -> Travel:
+    """Bring a display to level, untilted nodes; states that are known may be lost on the way."""
+    stage = travel.stage
+    free = Travel(travel.moves, replace(stage, keeps=False))
+    refusals = []
+    for way in _ways_back(prover, stage.layout):
+        try:
+            for leg in way:
+                free = advance(prover, free, leg)
+        except Refused as refusal:
+            refusals.append(refusal)
+            free = Travel(travel.moves, replace(stage, keeps=False))
+        else:
+            return free
+    raise Refused(
+        f"the way back: {refusals[0].message}; bring the nodes home by hand and start there", step=refusals[0].step
+    )
+
+
+def _ways_back(prover: Verifier, here: Layout) -> Iterator[tuple[Leg, ...]]:
+    """Orders in which nodes become level and untilted."""
+    zeros = (0.0,) * len(here.nodes)
+    is_tilted = max(map(abs, angles_of(here))) > LEVEL_SLACK
+    is_level = max(map(abs, heights_of(here))) <= AT_HOME
+    level = () if is_level else (Leg("level", posed(here, angles_of(here), zeros)),)
+    neutral = (Leg("neutral", posed(here, zeros, zeros)),) if is_tilted else ()
+    yield (*level, *neutral)
+    if not is_level and is_tilted:
+        yield Leg("neutral", posed(here, zeros, heights_of(here))), Leg("level", posed(here, zeros, zeros))
+        yield (Leg("swing", posed(here, zeros, zeros)),)
+
+
+def into_states(prover: Verifier, travel: Travel, goal: Goal, gate: Funnel) -> Travel:
+    """From level, untilted nodes into all wanted states, round by round."""
+    display = prover.display
+    final = lengths_of(display, goal.layout)
+    lengths = [gate.length] * len(final)
+    for members in rounds_of(len(final)):
+        here = travel.stage.layout
+        travel = travel_along(prover, travel, (("extrude", centred(display, here.nodes, lengths)),))
+        angles = gate.angles(goal.wanted, members, angles_of(here))
+        funnels = {segment: goal.wanted[segment] for segment in members}
+        biased = posed(travel.stage.layout, angles, heights_of(here))
+        travel = advance(prover, travel, Leg("bias", biased, funnels))
+        for segment in members:
+            parked = min((1.0 + PARKED) * display.span, display.limits.length.high)
+            lengths[segment] = max(parked, final[segment])
+    return travel
+
+
+def _out_to(prover: Verifier, inside: Travel, goal: Goal) -> Travel:
+    """From the funnel to the goal: the recipe, or whatever else keeps the states."""
+    recipe = tuple((action, goal.layout) for action in RECIPE)
+    first: Refused | None = None
+    for way in (recipe, *ways(prover, inside.stage.layout, goal.layout)):
+        try:
+            return _arrived(travel_along(prover, inside, way), goal)
+        except Refused as refusal:
+            first = first or refusal
+    assert first is not None
+    raise first

@@ -1,0 +1,169 @@
+"""From a scene, or several, to the steps that reach it: each proven before a motor turns.
+
+layout    where a whole display stands; what a segment meets while its nodes are anywhere between two layouts
+demand    what the rod asks of the motors of a node
+proof     one segment in one step: followed in every mixture of uneven progress
+moves     one step of all segments, cut smaller where it is not safe
+feeding   the order in which nodes feed rod through a row of segments
+gates     funnels: where only the wanted state exists
+routes    ways on which a state is kept
+journey   from where a display stands into a shape
+targets   layouts in the numbers of motors
+advice    the nearest boundary condition that would work
+doors     whether any shape can be planned from home
+remedies  with which number of the display one could
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from curveline.errors import Infeasible, InvalidInput
+from curveline.plan_file import Plan, drive_settings
+from curveline.planning.advice import nearest
+from curveline.planning.feasibility import check_goal, check_home, laden
+from curveline.planning.layout import home, layout_of, pose_of
+from curveline.planning.moves import DisplayState, Travel
+from curveline.planning.plan_writer import Trip, plan_of
+from curveline.planning.reachability import door_to
+from curveline.planning.sequence import goal_of, travel_home, travel_to
+from curveline.planning.targets import Counts, layout_at, targets_of
+from curveline.planning.verification import Refused, Verifier
+from curveline.rod.branches.tracking import tracked
+from curveline.scene import STRAIGHT, Display, Scene
+
+OTHERWISE = "change length or angles, or plan a shape between this one and the last"
+
+SHUT = "from home no {kind} can be planned on this display: `curveline display check {display}` says what to change"
+
+LONE_TRIES, ROW_TRIES, WAY_TRIES = 3, 4, 1
+"""Changed shapes that are planned in full before none is advised: of one segment, of a row, and of a row that exists
+but to which no way is safe, which has mostly taken seconds already."""
+ADVICE_STEPS = 150
+"""Steps that are tried to plan one of them: of plans of five nodes that succeed nine in ten take fewer, while one that
+fails takes 300 to 1200."""
+
+Start = Sequence[Counts] | None
+"""Encoder counts of every node; home if None."""
+Tell = Callable[[], None]
+"""Called whenever a step has been proven."""
+
+
+def _nobody() -> None:
+    pass
+
+
+def make_plan(scene: Scene, start: Start = None, shows: Sequence[str] = (), tell: Tell = _nobody) -> Plan:
+    """The steps from `start` to the shape of `scene`.
+
+    `shows` names the state that every segment is known to be in, empty where it is not. Raises Infeasible with the
+    reason when no safe plan exists, InvalidInput for a scene that no motors can make.
+    """
+    return make_tour([scene], start, shows, tell)
+
+
+def make_tour(scenes: Sequence[Scene], start: Start = None, shows: Sequence[str] = (), tell: Tell = _nobody) -> Plan:
+    """One plan through several shapes of one display, from one to the next without a detour where that is safe.
+
+    As `make_plan`, and InvalidInput if the shapes are not of one display.
+    """
+    prover = Verifier(scenes[0].display, tell)
+    begin = _begin(prover, start, shows)
+    travel = _through(prover, begin, scenes)
+    wanted = tuple(segment.state for segment in scenes[-1].segments)
+    return plan_of(prover, begin.stage, travel.moves, Trip(tuple(scenes), prover.display, wanted))
+
+
+def make_round_trip(
+    scenes: Sequence[Scene], start: Start = None, shows: Sequence[str] = (), tell: Tell = _nobody
+) -> Plan:
+    """As `make_tour`, and home after the last shape."""
+    prover = Verifier(scenes[0].display, tell)
+    begin = _begin(prover, start, shows)
+    travel = travel_home(prover, _through(prover, begin, scenes))
+    return plan_of(prover, begin.stage, travel.moves, _home(prover.display, tuple(scenes)))
+
+
+def make_home_plan(display: Display, start: Start, shows: Sequence[str] = (), tell: Tell = _nobody) -> Plan:
+    """The steps that bring a display from `start` home: nodes level and upright, the rod straight."""
+    prover = Verifier(display, tell)
+    begin = _begin(prover, start, shows)
+    travel = travel_home(prover, begin)
+    return plan_of(prover, begin.stage, travel.moves, _home(display, ()))
+
+
+def start_at(scene: Scene) -> tuple[tuple[Counts, ...], tuple[str, ...]]:
+    """The encoder counts, and the states, of a display that shows `scene`."""
+    targets = targets_of(drive_settings(scene.display), layout_of(scene))
+    return tuple(target.counts for target in targets), tuple(segment.state for segment in scene.segments)
+
+
+def _home(display: Display, scenes: tuple[Scene, ...]) -> Trip:
+    return Trip(scenes, display, (STRAIGHT,) * (display.node_count - 1))
+
+
+def _through(prover: Verifier, travel: Travel, scenes: Sequence[Scene]) -> Travel:
+    """Go on through several shapes."""
+    display = prover.display
+    for scene in scenes:
+        check_home(scene)
+        if scene.display.digest != display.digest or scene.display.node_count != display.node_count:
+            hint = "plan the shapes of each display for themselves"
+            raise InvalidInput(f"{scene.name} is for display {scene.display.name}, not {display.name}", hint)
+    for scene in scenes:
+        try:
+            travel = _into(prover, travel, scene)
+        except Refused as refusal:
+            raise _refusal(prover, travel, scene, refusal) from None
+    return travel
+
+
+def _into(prover: Verifier, travel: Travel, scene: Scene) -> Travel:
+    """Go on to one shape; Refused where that is not possible."""
+    burden = check_goal(prover, scene)
+    return laden(travel_to(prover, travel, goal_of(scene)), burden)
+
+
+def _begin(prover: Verifier, start: Start, shows: Sequence[str]) -> Travel:
+    """Where the display stands, and the states of its segments as far as they are known."""
+    display = prover.display
+    layout = home(display) if start is None else layout_at(prover.drive, start)
+    holds = []
+    for segment in layout.segments:
+        known = shows[segment] if segment < len(shows) else ""
+        found = prover.showable(pose_of(display, layout, segment)).called(known) if known else None
+        holds.append(tracked(found) if found is not None else None)
+    return Travel((), DisplayState(layout, tuple(holds)))
+
+
+def _refusal(prover: Verifier, travel: Travel, scene: Scene, refusal: Refused) -> Infeasible:
+    """What a user reads when no way to a shape is safe: why, and the nearest shape to which there is one."""
+
+    def works(other: Scene) -> str:
+        try:
+            _into(prover.like(prover.display, ADVICE_STEPS), travel, other)
+        except Infeasible as error:
+            return error.message
+        return ""
+
+    wanted = ", ".join(dict.fromkeys(segment.state for segment in scene.segments))
+    way = f"no safe plan reaches the {wanted}: " if refusal.step else ""
+    message = f"{scene.name}: {way}{refusal.message}"
+    if not (door := door_to(prover, scene)).is_open:
+        return Infeasible(message, SHUT.format(kind=door.kind, display=prover.display.path or prover.display.name))
+    advice = nearest(scene, _culprits(scene, refusal), works, _tries(scene, refusal))
+    return Infeasible(message, OTHERWISE if advice is None else advice.sentence)
+
+
+def _tries(scene: Scene, refusal: Refused) -> int:
+    if len(scene.segments) == 1:
+        return LONE_TRIES
+    return WAY_TRIES if refusal.step else ROW_TRIES
+
+
+def _culprits(scene: Scene, refusal: Refused) -> range:
+    """The segments, from 0, whose numbers may be at fault: those that share a node, or all where nothing tells."""
+    count = len(scene.segments)
+    if refusal.segment:
+        return range(refusal.segment - 1, refusal.segment)
+    return range(max(refusal.node - 2, 0), min(refusal.node, count)) if refusal.node else range(count)

@@ -1,0 +1,133 @@
+"""The air between host and nodes, and the radio chips at both ends, as the nRF24L01+ behaves: lossy and seeded.
+
+Modelled per direction: loss, corruption that the chip's CRC does not see; further: duplicates made by the host's
+library, answers that are older than they should be, hardware retries, and the receiver's filter, which drops a packet
+whose 2-bit id and CRC equal those of the one before, while its hardware still acknowledges it.
+"""
+
+from __future__ import annotations
+
+from binascii import crc_hqx
+from collections import deque
+from dataclasses import dataclass, field
+from random import Random
+from typing import Protocol
+
+from curveline.radio.protocol.air_time import PACKET_BITS, RATES_KBPS, RETRIES, TURN_US
+
+HOST_US = 600
+"""Time the host spends per exchange: bus transfers to the chip and the library around them."""
+QUEUE = 3
+"""Answers that a receiver's queue holds at most."""
+
+
+@dataclass(frozen=True)
+class Weather:
+    """Chances per packet: lost or corrupted in each direction, sent twice by the library, answered out of the past."""
+
+    loss: float = 0.0
+    duplicate: float = 0.0
+    stale: float = 0.0
+    corrupt: float = 0.0
+
+
+class Receiver(Protocol):
+    """A node as its radio sees it."""
+
+    @property
+    def ack(self) -> bytes:
+        """The loaded answer."""
+        ...
+
+    def receive(self, now_ms: int, payload: bytes) -> None:
+        """A packet that passed the filter."""
+        ...
+
+    def advance(self, now_ms: int) -> None:
+        """Time has come to `now_ms`."""
+        ...
+
+
+@dataclass
+class Antenna:
+    """The receiving chip of one node."""
+
+    node: Receiver
+    last: tuple[int, int] = (-1, -1)
+    answer: bytes = b""
+    past: deque[bytes] = field(default_factory=lambda: deque(maxlen=QUEUE))
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What an exchange came to: the answer's payload or None, how often the chip repeated, and how long it took."""
+
+    payload: bytes | None
+    retries: int
+    took_us: int
+
+
+class Air:
+    """One sending chip and the way to every node."""
+
+    def __init__(self, weather: Weather, data_rate: str, random: Random) -> None:
+        rate = RATES_KBPS[data_rate]
+        self.weather = weather
+        self._random = random
+        self._way_us = PACKET_BITS * 1000 // rate + TURN_US
+        self._delay_us = max(500, self._way_us + 250)
+        self._packet_id = 0
+
+    def reset(self) -> None:
+        """The sending chip restarts and numbers its packets from the beginning."""
+        self._packet_id = 0
+
+    def unheard(self) -> Heard:
+        """What sending to an address comes to on which nobody listens."""
+        return Heard(None, RETRIES, HOST_US + (1 + RETRIES) * (self._way_us + self._delay_us))
+
+    def exchange(self, antenna: Antenna, payload: bytes, now_us: int) -> Heard:
+        """Send `payload` at `now_us`."""
+        heard = self._transmit(antenna, payload, now_us + HOST_US)
+        if self.weather.duplicate and self._random.random() < self.weather.duplicate:
+            again = self._transmit(antenna, payload, now_us + HOST_US + heard.took_us)
+            heard = Heard(again.payload, heard.retries + again.retries, heard.took_us + again.took_us)
+        return Heard(heard.payload, heard.retries, heard.took_us + HOST_US)
+
+    def _transmit(self, antenna: Antenna, payload: bytes, start_us: int) -> Heard:
+        chance, weather = self._random.random, self.weather
+        self._packet_id = self._packet_id + 1 & 3
+        took_us = 0
+        for attempt in range(1 + RETRIES):
+            took_us += self._way_us
+            if not weather.loss or chance() >= weather.loss:
+                answer = self._arrive(antenna, payload, (start_us + took_us) // 1000)
+                if not weather.loss or chance() >= weather.loss:
+                    return Heard(self._spoilt(answer), attempt, took_us + self._way_us)
+            took_us += self._delay_us
+        return Heard(None, RETRIES, took_us)
+
+    def _arrive(self, antenna: Antenna, payload: bytes, now_ms: int) -> bytes:
+        """The receiving chip: its answer was loaded before the packet came, a repeat gets the same answer again."""
+        antenna.node.advance(now_ms)
+        key = (self._packet_id, crc_hqx(payload, 0xFFFF))
+        if key != antenna.last:
+            antenna.last = key
+            antenna.answer = self._loaded(antenna)
+            antenna.node.receive(now_ms, self._spoilt(payload))
+        return antenna.answer
+
+    def _loaded(self, antenna: Antenna) -> bytes:
+        fresh = antenna.node.ack
+        if self.weather.stale and antenna.past and self._random.random() < self.weather.stale:
+            return self._random.choice(antenna.past)
+        antenna.past.append(fresh)
+        return fresh
+
+    def _spoilt(self, payload: bytes) -> bytes:
+        if not self.weather.corrupt or not payload or self._random.random() >= self.weather.corrupt:
+            return payload
+        bit = self._random.randrange(8 * len(payload))
+        spoilt = bytearray(payload)
+        spoilt[bit >> 3] ^= 1 << (bit & 7)
+        return bytes(spoilt)

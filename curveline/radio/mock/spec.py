@@ -1,0 +1,136 @@
+"""Settings of the mock radio: `mock:loss=0.3,seed=7,fresh` as data."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from curveline.errors import InvalidInput
+from curveline.plan_file import AXES
+from curveline.radio.mock.air import Weather
+from curveline.radio.mock.fault_injection import MISHAPS, Form, Mishap
+
+
+@dataclass(frozen=True)
+class MockSpec:
+    """What kind of display and air to model; `spread` is the largest part by which a motor is slower than told.
+
+    With `keys` the nodes hold the master key of the site's key file instead of the mock's open one; with `repower` all
+    of them are switched off and on before anything else.
+    """
+
+    weather: Weather = field(default_factory=Weather)
+    seed: int = 0
+    nodes: int | None = None
+    spread: float = 0.0
+    realtime: bool = False
+    fresh: bool = False
+    keys: bool = False
+    repower: bool = False
+    mishaps: tuple[Mishap, ...] = ()
+
+
+def parse_spec(text: str) -> MockSpec:
+    """Settings after `mock:`; InvalidInput names the first one that is unknown, malformed or given twice."""
+    values: dict[str, Any] = {}
+    mishaps: dict[str, Mishap] = {}
+    for part in filter(None, (piece.strip() for piece in text.split(","))):
+        key = re.split("[=@]", part, maxsplit=1)[0]
+        value = part[len(key) :]
+        if key in values or key in mishaps:
+            raise InvalidInput(f"the mock radio's setting {key!r} is given twice")
+        if key in MISHAPS:
+            mishaps[key] = _mishap(key, value)
+        elif key in _FLAGS and not value:
+            values[key] = True
+        elif key in _READERS and value.startswith("="):
+            values[key] = _read(key, value[1:])
+        else:
+            raise _unknown(key)
+    weather = Weather(**{_WEATHER[key]: values.pop(key) for key in list(values) if key in _WEATHER})
+    return MockSpec(weather=weather, mishaps=tuple(mishaps.values()), **values)
+
+
+def _read(key: str, value: str) -> object:
+    reader, form = _READERS[key]
+    try:
+        return reader(value)
+    except ValueError:
+        raise InvalidInput(f"the mock radio's {key}={value} is not {form}", hint=_takes()) from None
+
+
+def _unknown(key: str) -> InvalidInput:
+    close = difflib.get_close_matches(key, [*_READERS, *_FLAGS, *MISHAPS], n=1)
+    guess = f"; did you mean {close[0]!r}?" if close else ""
+    if key in _READERS or key in _FLAGS:
+        guess = "; it takes a value" if key in _READERS else "; it takes no value"
+    return InvalidInput(f"the mock radio has no setting {key!r} of this form{guess}", hint=_takes())
+
+
+def _takes() -> str:
+    examples = [f"{key}={form}" for key, (_, form) in _READERS.items()]
+    faults = [key + row.form.value for key, row in MISHAPS.items()]
+    return "it takes, separated by commas: " + ", ".join([*examples, *_FLAGS, *faults])
+
+
+def _mishap(key: str, value: str) -> Mishap:
+    """The mishap `key` out of what follows its name."""
+    form = MISHAPS[key].form
+    match = re.fullmatch(_FORMS[form], value)
+    try:
+        if match is None:
+            raise ValueError
+        found = match.groupdict()
+        chance = _chance(found["chance"]) if "chance" in found else 0.0
+        axis = AXES.index(found["axis"]) + 1 if "axis" in found else 0
+        return Mishap(key, int(found.get("node", 0)), int(found.get("step", 0)), chance, axis)
+    except ValueError:
+        raise InvalidInput(f"the mock radio's {key}{value} is not {key}{form.value}", hint=_takes()) from None
+
+
+def _chance(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value < 1.0 or math.isnan(value):
+        raise ValueError
+    return value
+
+
+def _slowness(text: str) -> float:
+    value = _chance(text)
+    if value > 0.9:
+        raise ValueError
+    return value
+
+
+def _whole(text: str) -> int:
+    if not re.fullmatch(r"[0-9]{1,9}", text):
+        raise ValueError
+    return int(text)
+
+
+_FLAGS = ("realtime", "fresh", "keys", "repower")
+_WEATHER = {"loss": "loss", "dup": "duplicate", "stale": "stale", "corrupt": "corrupt"}
+_A_CHANCE = "<number from 0 to below 1>"
+_READERS: Mapping[str, tuple[Callable[[str], object], str]] = {
+    "loss": (_chance, _A_CHANCE),
+    "dup": (_chance, _A_CHANCE),
+    "stale": (_chance, _A_CHANCE),
+    "corrupt": (_chance, _A_CHANCE),
+    "seed": (_whole, "<whole number>"),
+    "nodes": (_whole, "<whole number>"),
+    "spread": (_slowness, "<number from 0 to 0.9>"),
+}
+_NODE = "=(?P<node>[1-9][0-9]{0,2})"
+_STEP = "@step(?P<step>[1-9][0-9]{0,4})"
+_FORMS = {
+    Form.NODE_STEP: _NODE + _STEP,
+    Form.NODE: _NODE,
+    Form.STEP: _STEP,
+    Form.FULL_STEP: "=full" + _STEP,
+    Form.CHANCE: "=(?P<chance>.*)",
+    Form.AXIS_NODE: f"=(?P<axis>{'|'.join(AXES)})@(?P<node>[1-9][0-9]{{0,2}})",
+}

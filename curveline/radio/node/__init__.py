@@ -1,0 +1,1 @@
+"""The specification of a node, event by event; the firmware is held against it."""

@@ -1,0 +1,299 @@
+"""A plan carried out many times with the errors of real nodes: how often it ends in the wanted states.
+
+    setup = Setup(display, plan, Errors(angle=deg(3.0)))
+    outcome = summarise(setup, list(run_trials(setup, range(1, 1001))))
+
+Every run has a seed of its own, from which alone its errors follow: it can be played again by itself, and the outcome
+does not depend on how many processes shared the runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from statistics import NormalDist
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.errors import InvalidInput
+from curveline.plan_file import NodeTarget, Plan, drive_settings
+from curveline.replay.playback import known_state, name_of
+from curveline.rod import _jit
+from curveline.rod.branches.quasi_static import FELL, ride
+from curveline.rod.problem import Array, Bearing
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.states.slack import has_spare
+from curveline.scene import BUCKLED, LOST, STRAIGHT, Display, Node
+from curveline.simulation.simulate import flat_segment
+from curveline.system.workers import WorkerDied, Workers
+from curveline.units import deg, mm
+
+TAUT = "taut"
+"""How a segment ended whose rod was pulled straight between nodes that are out of line."""
+
+PIECES = 16
+"""Poses per step that the rod is taken through; each is reached straight from the one before."""
+
+DETOUR = mm(1.0)
+"""Nodes are out of line where their clamps take up more rod than this beyond the chord: play and stretch give less."""
+
+NEARLY_STRAIGHT = 5e-3
+"""The excess of length over chord below which a rod is as straight as errors of the feed let it be."""
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How large the errors of nodes are; the defaults are those of the motors and gears in use.
+
+    For `feed`, `angle` and `height` one size stands for two errors of each node: the standard deviation of a constant
+    one (calibration), and half of the width of a uniform one that is fresh at each step (play). `feed_scale` is the
+    standard deviation of a node's error in what it feeds per turn, and `bow` that of how far the middle of the straight
+    rod stands out upwards. `unevenness` is the largest part of a step's time by which an axis starts late, and of what
+    is left by which it is early.
+    """
+
+    feed: float = mm(0.3)  # [m]
+    feed_scale: float = 0.002
+    angle: float = deg(1.0)  # [rad]
+    height: float = mm(0.3)  # [m]
+    bow: float = mm(5.0)  # [m]
+    unevenness: float = 0.5
+
+    def __post_init__(self) -> None:
+        sizes = (self.feed, self.feed_scale, self.angle, self.height, self.bow)
+        if not all(math.isfinite(size) and size >= 0.0 for size in sizes):
+            raise InvalidInput("the size of an error is below 0 or not a number", "choose 0 to leave an error out")
+        if not 0.0 <= self.unevenness <= 1.0:
+            raise InvalidInput(f"an unevenness of {self.unevenness:g} is no part of a step's time", "choose 0 to 1")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is played: a plan on its display, with errors of some size."""
+
+    display: Display
+    plan: Plan
+    errors: Errors = field(default_factory=Errors)
+
+    def __post_init__(self) -> None:
+        if self.plan.drive.digest != self.display.digest:
+            raise InvalidInput(f"{self.plan.name} was not planned for display {self.display.name}", "plan again")
+
+
+@dataclass(frozen=True)
+class TrialRun:
+    """One run: how each segment ended, the name of a state or LOST, STRAIGHT or TAUT.
+
+    `size` is the root mean square of its calibration errors and bows, in units of their standard deviations.
+    """
+
+    seed: int
+    endings: tuple[str, ...]
+    size: float
+
+
+@dataclass(frozen=True)
+class Reason:
+    """How a segment (from 1) ended that should have ended otherwise, and how often."""
+
+    segment: int
+    ending: str
+    runs: int
+
+    def __str__(self) -> str:
+        fates = {
+            TAUT: "is pulled taut between nodes that are out of line",
+            BUCKLED: "leaves the plane",
+            LOST: "falls into no state that was found",
+            STRAIGHT: "ends straight",
+        }
+        return f"segment {self.segment} {fates.get(self.ending, f'ends as the {self.ending}')}"
+
+
+@dataclass(frozen=True)
+class Share:
+    """How many of `runs` ended as wanted."""
+
+    count: int
+    runs: int
+
+    @property
+    def value(self) -> float:
+        """The share itself."""
+        return self.count / self.runs
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Where the true share lies with a confidence of `CONFIDENCE` (Wilson 1927, J. Am. Stat. Assoc. 22)."""
+        z = NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE)
+        widened = self.runs + z * z
+        middle = (self.count + 0.5 * z * z) / widened
+        reach = z * math.sqrt(self.count * (self.runs - self.count) / self.runs + 0.25 * z * z) / widened
+        # What rounding leaves beyond none and all.
+        return max(0.0, middle - reach), min(1.0, middle + reach)
+
+
+@dataclass(frozen=True)
+class MonteCarloOutcome:
+    """What many runs came to: how many ended as wanted in all segments, and in each; why others did not, most first.
+
+    `worst` is the run with the smallest errors of those that did not.
+    """
+
+    total: Share
+    segments: tuple[Share, ...]
+    reasons: tuple[Reason, ...]
+    worst: TrialRun | None
+
+
+def run_trials(setup: Setup, seeds: Sequence[int], jobs: int = 1) -> Generator[TrialRun, None, None]:
+    """Play a run for each of `seeds`, in order, on so many processes."""
+    if jobs == 1:
+        yield from (play_run(setup, seed) for seed in seeds)
+        return
+    with _jit.shared_cache(), Workers(partial(play_run, setup), jobs) as workers:
+        for _, run in workers.map(seeds, len(seeds)):
+            if isinstance(run, WorkerDied):
+                raise run
+            yield run
+
+
+class Draws(NamedTuple):
+    """Errors of a run in units of their sizes: of the calibration, of the play at each step, of when axes move."""
+
+    offsets: Array  # (nodes, 3)
+    scales: Array  # (nodes,)
+    bows: Array  # (segments,)
+    plays: Array  # (steps+1, nodes, 3)
+    delays: Array  # (2, steps, nodes, 3): see `_uneven`
+
+
+def draw(setup: Setup, seed: int) -> Draws:
+    """The errors that follow from `seed`."""
+    source = np.random.default_rng(seed)
+    nodes, steps = len(setup.plan.start), len(setup.plan.steps)
+    return Draws(
+        source.standard_normal((nodes, 3)),
+        source.standard_normal(nodes),
+        source.standard_normal(nodes - 1),
+        source.uniform(-1.0, 1.0, (steps + 1, nodes, 3)),
+        source.uniform(0.0, 1.0, (2, steps, nodes, 3)),
+    )
+
+
+def play_run(setup: Setup, seed: int) -> TrialRun:
+    """Play the plan once with the errors that follow from `seed`."""
+    draws = draw(setup, seed)
+    values, bows = course_of(setup, draws), setup.errors.bow * draws.bows
+    endings = tuple(_ending(setup, segment, values, float(bow)) for segment, bow in enumerate(bows))
+    drawn = np.concatenate([draws.offsets.ravel(), draws.scales, draws.bows])
+    return TrialRun(seed, endings, float(np.sqrt(np.mean(drawn**2))))
+
+
+def course_of(setup: Setup, draws: Draws) -> Array:
+    """Where the axes of all nodes are from the start to the end of a run, (poses, nodes, 3) in SI, errors included."""
+    errors = setup.errors
+    targets = _targets(setup)
+    targets[:, :, 0] *= 1.0 + errors.feed_scale * draws.scales
+    targets += np.array([errors.feed, errors.angle, errors.height]) * (draws.offsets + draws.plays)
+    return _uneven(targets, errors.unevenness * draws.delays)
+
+
+def summarise(setup: Setup, runs: Sequence[TrialRun]) -> MonteCarloOutcome:
+    """How often the wanted states were reached, and what happened else."""
+    wanted = setup.plan.wanted
+    bad = [run for run in runs if run.endings != wanted]
+    counts = Counter(
+        (number, ending)
+        for run in bad
+        for number, (ending, name) in enumerate(zip(run.endings, wanted, strict=True), start=1)
+        if ending != name
+    )
+    return MonteCarloOutcome(
+        total=Share(len(runs) - len(bad), len(runs)),
+        segments=tuple(
+            Share(sum(run.endings[place] == name for run in runs), len(runs)) for place, name in enumerate(wanted)
+        ),
+        reasons=tuple(Reason(*what, count) for what, count in counts.most_common()),
+        worst=min(bad, key=lambda run: run.size, default=None),
+    )
+
+
+def _targets(setup: Setup) -> Array:
+    """Where the axes of all nodes are meant to be at the start and after each step: (steps+1, nodes, 3), in SI."""
+    axes = drive_settings(setup.display).axes
+
+    def values(target: NodeTarget) -> tuple[float, float, float]:
+        feed, bias, lift = (axis.value(counts) for axis, counts in zip(axes, target.counts, strict=True))
+        return mm(feed), deg(bias), mm(lift)
+
+    rows = [setup.plan.start, *(step.targets for step in setup.plan.steps)]
+    return np.array([[values(target) for target in row] for row in rows])
+
+
+def _uneven(targets: Array, draws: Array) -> Array:
+    """Where the axes are at `PIECES` moments of every step, (poses, nodes, 3), each on a course of its own.
+
+    `draws (2, steps, nodes, 3)` say how late each axis starts, as a part of the step, and how early it is there, as a
+    part of what is left.
+    """
+    late, early = draws[:, :, None]
+    moments = (np.arange(PIECES)[:, None, None] + 1.0) / PIECES
+    # A course that is late by all of its time jumps at its end.
+    needed = np.maximum((1.0 - late) * (1.0 - early), 1e-9)
+    progress = np.clip((moments - late) / needed, 0.0, 1.0)
+    progress[:, -1] = 1.0
+    moved = targets[:-1, None] + progress * (targets[1:] - targets[:-1])[:, None]
+    return np.concatenate([targets[:1], moved.reshape(-1, *targets.shape[1:])])
+
+
+def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
+    """How the rod of a segment ends whose nodes' axes take `values (m, nodes, 3)`."""
+    poses = _poses(setup.display, values[:, segment : segment + 2])
+    first, last = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in (0, -1))
+    if np.any(~has_spare(poses, first.bearing) & (_detour(poses, first.bearing) > DETOUR)):
+        return TAUT
+    state, events = ride(poses, first, known_state(first, setup.plan.granted[segment]), bow)
+    # A rod that is all but straight has nowhere to fall to: it buckles again with more rod to spare.
+    gone = [event.place for event in events if event.kind == FELL and event.state is None]
+    places = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in gone)
+    if not all(_is_nearly_straight(place.rod) for place in places):
+        return LOST
+    if setup.plan.wanted[segment] == STRAIGHT and _is_nearly_straight(last.rod):
+        return STRAIGHT
+    return name_of(last, state)
+
+
+def _poses(display: Display, values: Array) -> Array:
+    """What two neighbouring nodes impose, (m, 5) as `Pose` has it, from their axes' `values (m, 2, 3)`."""
+    (left_feed, left_angle, left_height), (right_feed, right_angle, right_height) = values.transpose(1, 2, 0)
+    span = np.full(len(values), display.span)
+    return np.column_stack([span, right_height - left_height, left_angle, right_angle, span + left_feed - right_feed])
+
+
+def _segment_of(display: Display, values: Array) -> SpatialSegment:
+    """The rod between two nodes whose axes have `values (2, 3)`."""
+    left, right = (Node(float(height), float(angle)) for _, angle, height in values)
+    return flat_segment(display, (left, right), display.span + float(values[0, 0] - values[1, 0]))
+
+
+def _is_nearly_straight(rod: ClampedRod) -> bool:
+    return rod.free_length < math.hypot(*rod.free_chord) * (1.0 + NEARLY_STRAIGHT)
+
+
+def _detour(poses: Array, bearing: Bearing) -> Array:
+    """How much rod (m,) [m] beyond the chord a thin beam takes up on its way between its clamps, to second order.
+
+    Slopes a and b of its ends against the chord L take up L ((a^2 + b^2) / 15 - a b / 30), as of a cubic.
+    """
+    chord = np.hypot(poses[:, 0], poses[:, 1]) - bearing.clamp
+    left, right = (poses[:, 2:4] - np.arctan2(poses[:, 1], poses[:, 0])[:, None]).T
+    taken: Array = chord * ((left**2 + right**2) / 15.0 - left * right / 30.0)
+    return taken

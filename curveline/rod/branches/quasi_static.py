@@ -1,0 +1,244 @@
+"""A rod while its nodes move from pose to pose: it buckles where it gets slack, follows its state, falls, goes taut.
+
+state, events = ride(poses, segment, start=None)
+events                                              # [Event(FELL, 17, state)], what happened at which pose
+
+In the plane a state is that of a coarse rod, on finer edges where these alone keep it. A rod that leaves its plane goes
+on in space, see `aside`, until it is back.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.rod._jit import njit
+from curveline.rod.branches.continuation import FOLLOW_EDGES, land, sway, travel
+from curveline.rod.branches.control_path import ControlPath, pose_at, straight_path
+from curveline.rod.branches.out_of_plane import Aside, back_in_plane, go_aside, pushed_off, stays
+from curveline.rod.branches.tracking import TrackedState, on_edges, reached
+from curveline.rod.problem import Array, Bearing, Pose
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.slack import has_spare
+
+FINER_EDGES = (4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
+"""Edges of a state that coarser ones lose: their folds come earlier than those of the rod."""
+
+LOOKS = 4
+"""Steps of a way from pose to pose in which it is tried whether finer edges keep a state; if they do not even keep it
+through the first, still finer ones are not tried."""
+
+BUCKLED = "buckled"
+FELL = "fell"
+PULLED = "pulled"
+LEFT = "left"
+RETURNED = "returned"
+"""What happens to a rod: it leaves the straight, or the state it was in, or there is no rod to spare any more; it
+leaves the plane, or comes back to it."""
+
+State = TrackedState | Aside
+
+
+class Event(NamedTuple):
+    """What happened at which pose, and the state that the rod is in since; None where it is straight or lost."""
+
+    kind: str
+    place: int
+    state: State | None
+
+
+def ride(
+    poses: Array, segment: SpatialSegment, start: State | None, bow: float = 0.0
+) -> tuple[State | None, list[Event]]:
+    """The state at the last of `poses (m, 5)`, each as a `Pose`, and what happened on the way.
+
+    The nodes go straight from each pose to the next, with the rod of a flat `segment` between them. Without a state to
+    `start` from the rod is straight, or takes one at the first pose. `bow` [m] is how far the middle of the rod itself
+    stands out to the left of its chord when it first gets slack: see `buckle`.
+    """
+    rider = _MovedRod(poses, segment, start)
+    while rider.place < rider.last or (rider.state is None and not rider.is_done):
+        if rider.state is None:
+            rider.wait(bow)
+        elif isinstance(rider.state, Aside):
+            rider.go_aside(rider.state)
+        else:
+            rider.follow(rider.state)
+    return rider.state, rider.events
+
+
+class _MovedRod:
+    """A rod on its way through `poses`: at which it is, in which state, what happened.
+
+    It `is_done` if it has no state at the last pose, and gets none.
+    """
+
+    def __init__(self, poses: Array, segment: SpatialSegment, start: State | None) -> None:
+        self.poses = poses
+        self.segment = segment
+        self.bearing = segment.bearing
+        self.state = start
+        self.events: list[Event] = []
+        self.place = 0
+        self.last = len(poses) - 1
+        self.is_done = False
+        self._spare = has_spare(poses, self.bearing)
+
+    def wait(self, bow: float) -> None:
+        """Go on straight until the rod buckles, or to the end."""
+        for place in range(self.place, self.last + 1):
+            if self._spare[place] and (state := buckle(self._pose(place), self.bearing, bow)) is not None:
+                self._turn_to(BUCKLED, place, state)
+                return
+        self.place, self.is_done = self.last, True
+
+    def follow(self, held: TrackedState) -> None:
+        """Follow a state in the plane until it is lost, the rod is taut, or to the end."""
+        end = self._slack_until()
+        done, held, leaves = _passed(self.poses[self.place : end + 1], self.segment, held)
+        self.place += done
+        self.state = held
+        if self.place < end:
+            self.place += 1
+            if leaves:
+                self._leave(held)
+            else:
+                self._turn_to(FELL, self.place, _landed(self._pose(self.place), self.bearing, held))
+        elif end < self.last:
+            self._be_pulled(end)
+
+    def go_aside(self, aside: Aside) -> None:
+        """Go on out of the plane until the rod comes back to it or is taut, or to the end."""
+        end = self._slack_until()
+        self.place, state = go_aside(self.poses[: end + 1], self.segment, aside, self.place)
+        self.state = state
+        if state is None:
+            self.events.append(Event(FELL, self.place, None))
+        elif (held := back_in_plane(self._at(self.place), state)) is not None:
+            self.state = held
+            self.events.append(Event(RETURNED, self.place, held))
+        elif self.place == end < self.last:
+            self._be_pulled(end)
+
+    def _turn_to(self, kind: str, place: int, state: TrackedState | None) -> None:
+        """Be in a state of the plane, or of none, since something happened; it may be one in which no rod stays."""
+        self.place, self.state = place, state
+        self.events.append(Event(kind, place, state))
+        if state is None:
+            self._step_on()
+        elif not stays(self._at(place), state):
+            self._leave(state)
+
+    def _leave(self, held: TrackedState) -> None:
+        """Leave the plane from a state that is none in space."""
+        self.state = pushed_off(self._at(self.place), held)
+        self.events.append(Event(LEFT, self.place, self.state))
+        if self.state is None:
+            self._step_on()
+
+    def _be_pulled(self, end: int) -> None:
+        self.place, self.state = end + 1, None
+        self.events.append(Event(PULLED, self.place, None))
+
+    def _step_on(self) -> None:
+        """Without a state at a pose: the pose itself has been tried."""
+        self.is_done = self.place == self.last
+        self.place = min(self.place + 1, self.last)
+
+    def _slack_until(self) -> int:
+        """The last pose before the rod is taut."""
+        taut = np.flatnonzero(~self._spare[self.place + 1 :])
+        return self.place + int(taut[0]) if taut.size else self.last
+
+    def _pose(self, place: int) -> Pose:
+        return Pose(*self.poses[place].tolist())
+
+    def _at(self, place: int) -> SpatialSegment:
+        return self.segment.moved_to(self._pose(place))
+
+
+def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> TrackedState | None:
+    """The state into which a straight rod settles once it has rod to spare at `pose`; None if none is reached.
+
+    It buckles in its first mode, to the side to which it leans: of a rod with a small bow of its own under its weight
+    the two add up (Timoshenko and Gere 1961, section 1.12), so it buckles upwards where its `bow` [m] exceeds the sag
+    of a straight one, w L^4 / (384 EI).
+    """
+    half = 0.5 * bearing.clamp
+    free = pose.length - bearing.clamp
+    chord = math.hypot(
+        pose.x - half * (math.cos(pose.start) + math.cos(pose.end)),
+        pose.y - half * (math.sin(pose.start) + math.sin(pose.end)),
+    )
+    side = 1.0 if bow > bearing.weight * free**4 / (384.0 * bearing.stiffness) else -1.0
+    places = (np.arange(FOLLOW_EDGES) + 0.5) / FOLLOW_EDGES
+    bend = 2.0 * math.sqrt(free / chord - 1.0) * np.sin(2.0 * math.pi * places)
+    guess = TrackedState(math.atan2(pose.y, pose.x) + side * bend, np.zeros(2))
+    return _landed(pose, bearing, guess)
+
+
+def _landed(pose: Pose, bearing: Bearing, held: TrackedState) -> TrackedState | None:
+    """Where the rod falls in its plane from a state that is gone at `pose`; None if nowhere."""
+    way = straight_path(pose, pose)
+    landed, angles, forces = land(way, 0.0, bearing, held.angles, held.forces, sway(held.angles.size))
+    return TrackedState(angles, forces) if landed else None
+
+
+def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[int, TrackedState, bool]:
+    """How many of the ways between `poses` a state passes, on finer edges where it takes them, and where it is then.
+
+    The last is True if the rod leaves its plane on the next way.
+    """
+    done, held, leaves = _passed_on(poses, segment.bearing, held)
+    for n in FINER_EDGES:
+        if done == len(poses) - 1:
+            break
+        begin, end = (Pose(*poses[place].tolist()) for place in (done, done + 1))
+        fine = on_edges(segment.moved_to(begin).rod, held, n) if n > held.angles.size else None
+        if fine is None:
+            continue
+        # Whether finer edges help is soon told, and mostly they do not: the rod falls.
+        kept = _kept_for(segment, fine, straight_path(begin, end))
+        if kept == 0:
+            break
+        if kept == LOOKS:
+            further, held, leaves = _passed_on(poses[done:], segment.bearing, fine)
+            done += further
+    return done, held, leaves
+
+
+def _kept_for(segment: SpatialSegment, held: TrackedState, way: ControlPath) -> int:
+    """At how many of the `LOOKS` at a way, one after the other, a state is still there."""
+    for look in range(LOOKS):
+        here = reached(segment.moved_to(pose_at(way, (look + 1) / LOOKS)).rod, held)
+        if here is None:
+            return look
+        held = here
+    return LOOKS
+
+
+def _passed_on(poses: Array, bearing: Bearing, held: TrackedState) -> tuple[int, TrackedState, bool]:
+    """As `_passed`, on the edges that the state is on; the state is that at the last pose it came to."""
+    done, angles, forces, leaves = pass_through(poses, bearing, held.angles, held.forces)
+    return done, TrackedState(angles, forces), leaves
+
+
+@njit
+def pass_through(poses, bearing, phi, multipliers):
+    """Follow the stable state `phi (n,)`, `multipliers (2,)` through `poses (m, 5)` from the first on.
+
+    Returns how many of the ways between them it passed to the end, all or those before it was lost, the state at the
+    end of these, and whether it was lost because the rod left its plane.
+    """
+    for k in range(1, poses.shape[0]):
+        begin, end = poses[k - 1], poses[k]
+        way = straight_path(
+            Pose(begin[0], begin[1], begin[2], begin[3], begin[4]), Pose(end[0], end[1], end[2], end[3], end[4])
+        )
+        share, angles, forces, leaves = travel(way, bearing, phi, multipliers)
+        if share < 1.0:
+            return k - 1, phi, multipliers, leaves
+        phi, multipliers = angles, forces
+    return poses.shape[0] - 1, phi, multipliers, False

@@ -1,0 +1,1 @@
+"""Curves and frames, whatever holds them: interpolation, rotations, crossings, the curve of a state in space."""

@@ -1,0 +1,44 @@
+"""Why a rod shows no stable state, and what to change, in a sentence."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from curveline.rod.planar.approach import THIN, layer
+from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.states.planar_states import find_states
+from curveline.units import mm, rounded_up, to_mm
+
+EXCESSES = (1e-3, 0.01, 0.1)
+"""By how much longer than the way from clamp to clamp a rod is tried that is too short, as parts of it."""
+DIGITS = 4
+
+
+def why_none(rod: ClampedRod, windings: tuple[int, ...] = (0,)) -> str:
+    """What keeps `rod` from having a stable state that `find_states` can show, and what to change about it.
+
+    `windings` are the further turns of the tangent that were looked for.
+    """
+    short = math.hypot(*rod.free_chord) - rod.free_length
+    if short >= 0.0:
+        what = "is too short to lead from clamp to clamp" if rod.free_length > 0.0 else "does not leave its bearings"
+        return f"the rod {what}: lengthen it{_by(rod, short)}"
+    if 0 not in windings:
+        return "no loop was found that stays in its place: on a taut rod it slides; lengthen the rod"
+    if layer(rod.scaled()) < THIN:
+        unloaded = layer(rod.scaled()._replace(weight=0.0, forces=0.0 * rod.scaled().forces))
+        if unloaded < THIN:
+            return "the rod is too taut for clamps that point elsewhere: lengthen it, or lessen their angles"
+        return "the rod is too weak for its weight and loads: stiffen or shorten it, or lessen the loads"
+    return "no stable state was found: lessen the angles of the clamps, or change the length"
+
+
+def _by(rod: ClampedRod, short: float) -> str:
+    """By how much a rod that is `short` [m] is to be lengthened to have a stable state, if that was found: words."""
+    way = math.hypot(*rod.free_chord)
+    for excess in EXCESSES:
+        longer = mm(rounded_up(to_mm(short + excess * way), DIGITS))
+        if find_states(replace(rod, length=rod.length + longer), 1e-3 * rod.length):
+            return f" by {to_mm(longer):.10g} mm"
+    return ""

@@ -1,0 +1,212 @@
+"""Kernels that turn a coarse equilibrium into a curve of known accuracy: levels of halved edges and extrapolation.
+
+The discrete rod converges with the square of the edge length, so (4 fine - coarse) / 3 of two levels is an order better
+(Richardson). Two such extrapolations, from three levels, differ by nearly the whole error of the coarser one; the error
+of the finer one is a fifteenth of that difference in the limit; `HONESTY` times it is reported.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from curveline.rod._jit import njit
+from curveline.rod.geometry.hermite import weights
+from curveline.rod.planar.modes import lowest_eigenvalue
+from curveline.rod.planar.newton import Effort, newton, thrust_on
+from curveline.rod.problem import halved, largest_change, make_problem, refine_angles, released
+
+POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
+
+SCALARS = 7
+"""Per level: both multipliers, both end curvatures, strain energy, load potential, lowest eigenvalue."""
+
+EIGENVALUE = 6
+COLUMNS = 6
+HONESTY = 0.15
+DOUBT = 1.0
+"""Eigenvalue, as a part of its change by halving the edges, below which the next halving is asked, too."""
+MOST_DOUBTED = 6000
+"""Edges from which on that is not done: what is still undecided lies at its bifurcation to within 1e-6."""
+ROUNDING = 1e-12
+
+
+@njit
+def vertex_table(problem, phi, multipliers):
+    """Position x, y, tangent angle, curvature, axial strain and its slope at every vertex: (n+1, 6)."""
+    n = phi.size
+    table = np.zeros((n + 1, COLUMNS))
+    before = 0.0
+    for j in range(n):
+        strain = 0.0
+        if problem.compliance[j] > 0.0:
+            strain = -problem.compliance[j] * thrust_on(problem, phi, multipliers, j)
+        length = problem.edges[j] * (1.0 + strain)
+        table[j + 1, 0] = table[j, 0] + length * np.cos(phi[j])
+        table[j + 1, 1] = table[j, 1] + length * np.sin(phi[j])
+        if j > 0:
+            turn = phi[j] - phi[j - 1]
+            share = problem.edges[j - 1] / (problem.edges[j - 1] + problem.edges[j])
+            table[j, 2] = phi[j - 1] + share * turn
+            table[j, 3] = turn * problem.stiffness[j]
+            table[j, 4] = before + share * (strain - before)
+            table[j, 5] = (strain - before) * problem.stiffness[j]
+        before = strain
+    table[0, 5] = table[1, 5]
+    table[n, 5] = table[n - 1, 5]
+    table[0, 4] = table[1, 4] - problem.edges[0] * table[0, 5]
+    table[n, 4] = table[n - 1, 4] + problem.edges[n - 1] * table[n, 5]
+    table[0, 2] = problem.ends[0]
+    table[n, 2] = problem.ends[1]
+    # The derivative of the discrete energy by the clamp angle: the end moment, second order accurate.
+    table[0, 3] = (phi[0] - problem.ends[0]) * problem.stiffness[0]
+    table[n, 3] = (problem.ends[1] - phi[n - 1]) * problem.stiffness[n]
+    return table
+
+
+@njit
+def level_scalars(problem, phi, multipliers, table):
+    """The numbers of a level that are extrapolated beside its vertices: see `SCALARS`."""
+    out = np.empty(SCALARS)
+    n = phi.size
+    out[0] = multipliers[0]
+    out[1] = multipliers[1]
+    out[2] = table[0, 3]
+    out[3] = table[n, 3]
+    strained = 0.0
+    potential = 0.0
+    before = problem.ends[0]
+    for j in range(n):
+        # The table's edges are stretched and turned already, which spares a sine and a cosine.
+        potential += problem.loads[0, j] * (table[j + 1, 0] - table[j, 0]) / problem.edges[j]
+        potential += problem.loads[1, j] * (table[j + 1, 1] - table[j, 1]) / problem.edges[j]
+        strained += 0.5 * (phi[j] - before) ** 2 * problem.stiffness[j]
+        before = phi[j]
+        if problem.compliance[j] > 0.0:
+            strained += 0.5 * problem.compliance[j] * thrust_on(problem, phi, multipliers, j) ** 2
+    out[4] = strained + 0.5 * (problem.ends[1] - before) ** 2 * problem.stiffness[n]
+    out[5] = potential
+    out[EIGENVALUE] = 0.0
+    return out
+
+
+@njit
+def largest_gap(fine, coarse):
+    """Largest distance between the vertices of `coarse (m+1, 6)` and the same ones of `fine (2m+1, 6)`."""
+    worst = 0.0
+    for i in range(coarse.shape[0]):
+        worst = max(worst, np.hypot(fine[2 * i, 0] - coarse[i, 0], fine[2 * i, 1] - coarse[i, 1]))
+    return worst
+
+
+@njit
+def extrapolate(coarse, fine, out):
+    """Richardson: the limit for vanishing edges of values with an error in the square of the edge length."""
+    for i in range(coarse.size):
+        out[i] = coarse[i] + (fine[i] - coarse[i]) * (4.0 / 3.0)
+
+
+@njit
+def _is_undecided(eigenvalue, change, n):
+    """True if finer edges than n may show that an equilibrium is stable, or that it is not.
+
+    The extrapolated eigenvalue's error is a small part of its last `change` by halving the edges.
+    """
+    return abs(eigenvalue) < DOUBT * abs(change) and n < MOST_DOUBTED
+
+
+@njit
+def climb_levels(rod, edges, phi, multipliers, tolerance, most_edges):
+    """Refine the equilibrium `phi (n,)`, `multipliers (2,)` on `edges (n,)` until its error is below `tolerance`.
+
+    Returns (table, scalars, edges, estimate, unstable, iterations, level): the extrapolated vertices (m+1, 6), the
+    extrapolated scalars, the edges (m,) between these vertices, the error estimate in units of the length, the number
+    of unstable directions on the finest level (-1 if the equilibrium was lost there), Newton iterations in all, and
+    the finest level's number of edges. Stops at `most_edges` with the estimate reached by then.
+    """
+    free = released(make_problem(rod, edges))
+    spent, unstable = newton(free, phi, multipliers, POLISH)
+    fine_table = vertex_table(free, phi, multipliers)
+    fine_scalars = level_scalars(free, phi, multipliers, fine_table)
+    table = fine_table
+    scalars = fine_scalars
+    estimate = np.inf
+    if spent < 0:
+        return table, scalars, edges, estimate, -1, -spent, edges.size
+    rungs = 1
+    previous_change = np.inf
+    lowest = 0.0
+    places = edges
+    moved = np.zeros(edges.size)
+    pulled = np.zeros(multipliers.size)
+    while 2 * edges.size <= most_edges or rungs < 3:
+        lowest_before = lowest
+        lowest = lowest_eigenvalue(free, phi, multipliers, 1e-6)
+        phi = refine_angles(free, phi, 2)
+        start = phi.copy()
+        # What halving the edges changes is a quarter of what it changed before: a guess that spares an iteration.
+        for j in range(phi.size):
+            phi[j] += 0.25 * moved[j // 2]
+        for a in range(multipliers.size):
+            multipliers[a] += 0.25 * pulled[a]
+            pulled[a] = multipliers[a] - 0.25 * pulled[a]
+        free = released(make_problem(rod, halved(edges)))
+        iterations, unstable = newton(free, phi, multipliers, POLISH)
+        spent += abs(iterations)
+        if iterations < 0 or largest_change(phi, start) > 0.5:
+            return table, scalars, places, np.inf, -1, spent, 2 * edges.size
+        for j in range(phi.size):
+            start[j] = phi[j] - start[j]
+        moved = start
+        for a in range(multipliers.size):
+            pulled[a] = multipliers[a] - pulled[a]
+        coarse_table = fine_table
+        coarse_scalars = fine_scalars
+        fine_table = vertex_table(free, phi, multipliers)
+        fine_scalars = level_scalars(free, phi, multipliers, fine_table)
+        before = table
+        table = np.empty(coarse_table.shape)
+        for i in range(coarse_table.shape[0]):
+            extrapolate(coarse_table[i], fine_table[2 * i], table[i])
+        scalars = np.empty(SCALARS)
+        extrapolate(coarse_scalars, fine_scalars, scalars)
+        # The finest level would cost most and add little: its stability is known from its inertia.
+        scalars[EIGENVALUE] = lowest + (lowest - lowest_before) / 3.0 if rungs > 1 else lowest
+        rungs += 1
+        change = largest_gap(fine_table, coarse_table)
+        if rungs > 2:
+            estimate = HONESTY * largest_gap(table, before) + ROUNDING
+            # Where halving the edges does not quarter the change, the extrapolation is not to be trusted.
+            if change > 0.4 * previous_change:
+                estimate = max(estimate, change)
+            if estimate <= tolerance and not _is_undecided(scalars[EIGENVALUE], lowest - lowest_before, edges.size):
+                return table, scalars, edges, estimate, unstable, spent, 2 * edges.size
+        previous_change = change
+        places = edges
+        edges = halved(edges)
+    return table, scalars, places, estimate, unstable, spent, edges.size
+
+
+@njit
+def interpolate(table, edges, places, out):
+    """Positions `out (k, 2)` at the sorted arc lengths `places (k,)`, by quintic Hermite interpolation.
+
+    Position and its first two derivatives at the vertices `table (m+1, 6)` are met: error of sixth order in the edges.
+    """
+    j = 0
+    begin = 0.0
+    for i in range(places.size):
+        while j < edges.size - 1 and places[i] > begin + edges[j]:
+            begin += edges[j]
+            j += 1
+        h = edges[j]
+        share = weights(min(max((places[i] - begin) / h, 0.0), 1.0))
+        out[i, 0] = 0.0
+        out[i, 1] = 0.0
+        for end in range(2):
+            row = table[j + end]
+            cosine, sine = np.cos(row[2]), np.sin(row[2])
+            speed = h * (1.0 + row[4])
+            gain, turn = h * h * row[5], h * speed * row[3]
+            value, slope, bend = share[end], share[2 + end], share[4 + end]
+            out[i, 0] += value * row[0] + (slope * speed + bend * gain) * cosine - bend * turn * sine
+            out[i, 1] += value * row[1] + (slope * speed + bend * gain) * sine + bend * turn * cosine

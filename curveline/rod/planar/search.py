@@ -1,0 +1,174 @@
+"""Kernels that search a segment for its equilibria on few edges: from splines, by Newton, and by sweeps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from curveline.rod._jit import njit
+from curveline.rod.planar import spline
+from curveline.rod.planar.modes import lowest_eigenvalue, modes_below, second_variation
+from curveline.rod.planar.newton import Effort, descend, newton
+from curveline.rod.planar.sweep import (
+    BARELY,
+    CERTIFY,
+    FOLLOW,
+    RIDGE,
+    follow_heights,
+    is_ridge,
+    keep,
+    no_ridge,
+    nothing_found,
+    nowhere_near,
+    settle_at,
+    sweep_heights,
+)
+from curveline.rod.problem import largest_change, make_problem, mean_height, mesh, refine_angles, released
+
+SEEK_PARTS = 4
+"""Parts of an edge where a spline leads to no equilibrium of the coarse rod: that has its folds earlier."""
+
+DOUBTFUL = 2.0
+"""Eigenvalue below which a state lies near a fold, or near a cusp, where others hide in dips that coarse edges lack."""
+ASTRAY = 0.6
+"""Turn of an edge [rad] from a spline to an equilibrium, from which on that is not the one it stands for."""
+
+RELAX = Effort(turn=0.5, close=1e-7, iterations=150)
+
+
+@njit
+def relax_from(free, phi, found):
+    """Go downhill from the guess `phi (n,)` and keep the state it leads to; False if that is none or known."""
+    force = np.zeros(2)
+    return descend(free, phi, force, RELAX) > 0 and keep(free, found, phi, force, 0)
+
+
+@njit
+def seek_from(free, phi, found):
+    """Go to an equilibrium near the guess `phi (n,)`, stable or not, and keep it; Newton heeds no ways down.
+
+    Returns False if there is none.
+    """
+    force = np.zeros(2)
+    iterations, unstable = newton(free, phi, force, CERTIFY)
+    if iterations > 0:
+        keep(free, found, phi, force, unstable)
+    return iterations > 0
+
+
+@njit
+def _has_other(problem, found, start, way):
+    """True if a stable state other than the one numbered `start` lies on its side `way`, or there is no other."""
+    height = mean_height(problem, found.shapes[start])
+    alone = True
+    for i in range(int(found.filled[0])):
+        if found.unstable[i] == 0.0 and i != start:
+            alone = False
+            if (mean_height(problem, found.shapes[i]) - height) * way > 0.0:
+                return True
+    return alone
+
+
+@njit
+def divided(edges, parts):
+    """Every edge cut into `parts` equal ones."""
+    fine = np.empty(edges.size * parts)
+    for j in range(fine.size):
+        fine[j] = edges[j // parts] / parts
+    return fine
+
+
+@njit
+def sweep_ridge(problem, phi, found, near):
+    """Sweep both ways from the mean height of the guess `phi (n,)` for as long as the rod stays on top of a ridge.
+
+    There a state may be stable on finer edges, from which a coarse rod falls.
+    """
+    problem.targets[2] = mean_height(problem, phi)
+    angles, held = phi.copy(), np.zeros(3)
+    iterations, _ = newton(problem, angles, held, FOLLOW)
+    if iterations > 0 and is_ridge(problem, angles, held, RIDGE):
+        for direction in (1.0, -1.0):
+            follow_heights(problem, (angles, held, np.nan), direction, (found, near, no_ridge(phi.size)), RIDGE)
+
+
+@njit
+def search_edges(rod, n):
+    """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges.
+
+    The rod is relaxed from both splines; every stable state, also those found on the way, is swept towards all others,
+    since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. A
+    spline may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
+    nothing new it is swept as well, from its own height; where Newton finds nothing either, it tries once more on finer
+    edges, since a state may exist on those alone. Where Newton goes astray, the ridge that the spline lies on is swept.
+    Returns two pairs of edges and `Found`, the places that are worth a closer look, and whether finer edges may
+    show more: where an equilibrium is `doubtful`, or a ridge was lost.
+    """
+    edges = mesh(rod.at, n)
+    seek_edges = divided(edges, SEEK_PARTS)
+    problem = make_problem(rod, edges)
+    found, near = nothing_found(edges.size), nowhere_near(edges.size)
+    sought = nothing_found(seek_edges.size)
+    free = released(problem)
+    phi = np.empty(edges.size)
+    for side in (1.0, -1.0):
+        spline.guess(rod.chord, rod.ends, side, phi)
+        is_new = relax_from(free, phi.copy(), found)
+        sought_phi = phi.copy()
+        is_there = seek_from(free, sought_phi, found)
+        if not is_there or largest_change(sought_phi, phi) > ASTRAY:
+            sweep_ridge(problem, phi, found, near)
+        if not is_new:
+            if not is_there:
+                finer = released(make_problem(rod, seek_edges))
+                seek_from(finer, refine_angles(problem, phi, SEEK_PARTS), sought)
+            held = np.zeros(3)
+            if settle_at(problem, mean_height(problem, phi), phi, held, phi.copy()):
+                for direction in (1.0, -1.0):
+                    sweep_heights(problem, (phi, held), direction, found, near)
+    swept = 0
+    while swept < found.filled[0]:
+        if found.unstable[swept] == 0.0:
+            held = np.zeros(3)
+            held[0], held[1] = found.multipliers[swept, 0], found.multipliers[swept, 1]
+            ways = np.zeros(2)
+            for i in range(2):
+                ways[i] = _has_other(problem, found, swept, 1.0 - 2.0 * i)
+            for i in range(2):
+                if ways[i] > 0.0:
+                    sweep_heights(problem, (found.shapes[swept], held), 1.0 - 2.0 * i, found, near)
+        swept += 1
+    return (
+        (edges, found),
+        (seek_edges, sought),
+        near,
+        near.lost[0] > 0.0 or doubtful(problem, found, -DOUBTFUL, DOUBTFUL),
+    )
+
+
+@njit
+def may_be_stable(rod, edges, found):
+    """Which of the equilibria are not clearly unstable: near a bifurcation only finer edges can tell. (c,)"""
+    count = int(found.filled[0])
+    may_be = np.zeros(count, dtype=np.bool_)
+    for i in range(count):
+        may_be[i] = found.unstable[i] == 0.0
+        if found.unstable[i] == 1.0:
+            free = released(make_problem(rod, edges))
+            may_be[i] = lowest_eigenvalue(free, found.shapes[i], found.multipliers[i], 0.1) > BARELY
+    return may_be
+
+
+@njit
+def doubtful(problem, found, least, most):
+    """True if finer edges may show that an equilibrium is stable, is not, or is none, or others beside it.
+
+    For its lowest eigenvalue lies between `least` and `most`.
+    """
+    free = released(problem)
+    for i in range(int(found.filled[0])):
+        unstable = int(found.unstable[i])
+        if unstable < 2:
+            variation = second_variation(free, found.shapes[i], found.multipliers[i])
+            if modes_below(free, variation, least if unstable == 1 else most) != unstable:
+                return True
+    return False

@@ -1,0 +1,319 @@
+"""The discrete elastic rod in space: its energy, gradient and exact Hessian (Bergou et al. 2008 and 2010).
+
+n straight edges, each with a material frame that follows its edge by parallel transport in time and spins about it. The
+bending and twisting energy of a vertex depends only on the rotation q between the frames of its two edges. Clamps are
+frames too: a clamped end is half a vertex, whose other edge would mirror the rod, so that q is twice the rotation from
+clamp to edge; errors then have even powers of the edge length only, as extrapolation needs. Degrees of freedom are
+interleaved, x_0, theta_0, x_1, theta_1, ..., x_n, so that the Hessian has eleven diagonals on and below the main one.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.rod._jit import njit
+from curveline.rod.geometry.rotations import between, exponential, matrix_of, multiply, normalise
+from curveline.rod.problem import Array
+from curveline.rod.spatial.blocks import along_rotations, clear, halve_rotation, rotated, scatter, vertex_blocks
+from curveline.rod.spatial.terms import bend, loads, stretch, twist
+
+BAND = 11
+"""Rows of the Hessian's band: the main diagonal and those below it."""
+STRAIN_WEIGHT = 5.0
+"""What turn [rad] the stretching of an edge by its length counts for in the size of a step."""
+SAME_TURN = 1e-13
+"""How far rotations may differ that only rounding tells apart."""
+NO_TURNS: Array = np.empty((0, 4))
+
+
+class SpatialRod(NamedTuple):
+    """A rod from vertex 0, at the origin, to vertex n, in units of its free length L and its bending stiffness EI.
+
+    `edges (n,)` rest lengths; `stiffness (4,)` of bending about m1 and about m2, of twist (GJ / EI) and of stretch
+    (EA L^2 / EI); `natural (3,)` rest curvatures about m1 and m2 and rest twist, per length; `forces (n+1, 3)` dead
+    loads on the vertices; `chord (3,)` to vertex n; `frames (2, 4)` of the clamps; `held (3,)` 1 where first frame,
+    last vertex and last frame are imposed, else 0.
+    """
+
+    edges: Array
+    stiffness: Array
+    natural: Array
+    forces: Array
+    chord: Array
+    frames: Array
+    held: Array
+
+
+class Shape(NamedTuple):
+    """A state of a spatial rod: axial `strain (n,)` and material `frames (n, 4)` of its edges.
+
+    `turns (n+1, 4)` are the rotations from frame to frame, clamps among them. They follow from the frames, but moments
+    are differences of neighbours, of which n edges leave n^2 times the rounding in the forces; so `moved` carries them
+    along. Without them they are computed.
+    """
+
+    strain: Array
+    frames: Array
+    turns: Array = NO_TURNS
+
+
+@njit
+def positions(rod, shape):
+    """Positions of the vertices, (n+1, 3), by summing the edges."""
+    n = rod.edges.size
+    out = np.zeros((n + 1, 3))
+    matrix = np.empty((3, 3))
+    for j in range(n):
+        matrix_of(shape.frames[j], matrix)
+        length = rod.edges[j] * (1.0 + shape.strain[j])
+        for axis in range(3):
+            out[j + 1, axis] = out[j, axis] + length * matrix[axis, 2]
+    return out
+
+
+@njit
+def cell_of(rod, i):
+    """Length over which vertex `i` bends, and the share of it that is rod: half at a clamp, none at a free end."""
+    n = rod.edges.size
+    if i == 0:
+        return rod.edges[0], 0.5 * rod.held[0]
+    if i == n:
+        return rod.edges[n - 1], 0.5 * rod.held[2]
+    return 0.5 * (rod.edges[i - 1] + rod.edges[i]), 1.0
+
+
+@njit
+def relative(rod, shape, i, single, q):
+    """Overwrite `single (4,)` with the rotation between the frames at vertex `i`, of edges or of edge and clamp.
+
+    `q (4,)` becomes what the vertex bends and twists by: that rotation, or at an end twice that; none if the end is
+    free. What the shape carries along is taken where it agrees with the frames: they may have been changed since.
+    """
+    n = rod.edges.size
+    if (i == 0 and rod.held[0] == 0.0) or (i == n and rod.held[2] == 0.0):
+        single[0] = q[0] = 1.0
+        for r in range(1, 4):
+            single[r] = q[r] = 0.0
+        return
+    between(rod.frames[0] if i == 0 else shape.frames[i - 1], rod.frames[1] if i == n else shape.frames[i], single)
+    if shape.turns.size > 0:
+        apart = 0.0
+        for r in range(4):
+            apart = max(apart, abs(single[r] - shape.turns[i, r]))
+        if apart < SAME_TURN:
+            for r in range(4):
+                single[r] = shape.turns[i, r]
+    if i == 0 or i == n:
+        multiply(single, single, q)
+    else:
+        for r in range(4):
+            q[r] = single[r]
+
+
+@njit
+def vertex_energy(rod, i, q):
+    """Energy of bending and twist of vertex `i`, which turns by `q (4,)`."""
+    cell, share = cell_of(rod, i)
+    if share == 0.0:
+        return 0.0
+    return share * (
+        bend.energy(q, cell, rod.stiffness, rod.natural) + twist.energy(q, cell, rod.stiffness, rod.natural)
+    )
+
+
+@njit
+def vertex_slopes(rod, i, single, q, force, curvature):
+    """Overwrite slope `force (3,)` and `curvature (3, 3)` of the energy of vertex `i` by rotations of its frames.
+
+    `single` and `q` as `relative` gives them. Returns False, and nothing, for a free end.
+    """
+    cell, share = cell_of(rod, i)
+    if share == 0.0:
+        return False
+    slope, bending = np.zeros(4), np.zeros((4, 4))
+    bend.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
+    twist.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
+    if share < 1.0:
+        halve_rotation(single, slope, bending)
+        for r in range(4):
+            slope[r] *= share
+            for c in range(r + 1):
+                bending[r, c] *= share
+    along_rotations(single, slope, bending, force, curvature)
+    return True
+
+
+@njit
+def energy(rod, shape):
+    """Energy of bending, twist and stretch plus the potential of the loads."""
+    n = rod.edges.size
+    single, q = np.empty(4), np.empty(4)
+    total = loads.energy(positions(rod, shape), rod.forces)
+    for i in range(n + 1):
+        relative(rod, shape, i, single, q)
+        total += vertex_energy(rod, i, q)
+    for j in range(n):
+        total += stretch.energy(shape.strain[j], rod.edges[j], rod.stiffness)
+    return total
+
+
+@njit
+def moments(rod, shape):
+    """Moments (2, 3) of the clamps on the rod: the slope of the energy as a clamp turns; none at a free end."""
+    n = rod.edges.size
+    out = np.zeros((2, 3))
+    single, q = np.empty(4), np.empty(4)
+    force, curvature, matrix = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    for end in range(2):
+        i = n * end
+        relative(rod, shape, i, single, q)
+        if vertex_slopes(rod, i, single, q, force, curvature):
+            matrix_of(shape.frames[n - 1] if end else rod.frames[0], matrix)
+            for axis in range(3):
+                total = matrix[axis, 0] * force[0] + matrix[axis, 1] * force[1] + matrix[axis, 2] * force[2]
+                out[end, axis] = total if end else -total
+    return out
+
+
+@njit
+def assemble(rod, shape):
+    """Gradient (4n+3,) and lower band (4n+3, 11) of the Hessian by vertex positions and spins, nothing held."""
+    n = rod.edges.size
+    gradient = np.zeros(4 * n + 3)
+    band = np.zeros((4 * n + 3, BAND))
+    loads.add_derivatives(rod.forces, gradient)
+    single, q = np.empty(4), np.empty(4)
+    force, curvature = np.empty(3), np.empty((3, 3))
+    turned, matrix, previous = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    slope8, hessian8, block = np.zeros(8), np.zeros((8, 8)), np.empty((4, 4))
+    own_slope, own, cross = np.zeros(4), np.zeros((4, 4)), np.empty((4, 4))
+    for i in range(n + 1):
+        before = rod.edges[i - 1] * (1.0 + shape.strain[i - 1]) if i > 0 else 1.0
+        after = rod.edges[i] * (1.0 + shape.strain[i]) if i < n else 1.0
+        relative(rod, shape, i, single, q)
+        if vertex_slopes(rod, i, single, q, force, curvature):
+            matrix_of(single, turned)
+            vertex_blocks(turned, force, curvature, before, after, slope8, hessian8)
+        else:
+            clear(hessian8)
+            for r in range(8):
+                slope8[r] = 0.0
+        if i > 0:
+            # Edge i - 1 now has all that acts on it: from its first vertex, from its stretch, from this vertex.
+            stretch.add_derivatives(shape.strain[i - 1], rod.edges[i - 1], rod.stiffness, own_slope, own)
+            for r in range(4):
+                own_slope[r] += slope8[r]
+                for c in range(r + 1):
+                    own[r, c] += hessian8[r, c]
+                    own[c, r] = own[r, c]
+            rotated(own, previous, previous, block)
+            scatter(block, i - 1, i - 1, band)
+            for r in range(3):
+                total = 0.0
+                for a in range(3):
+                    total += previous[r, a] * own_slope[a]
+                gradient[4 * i + r] += total
+                gradient[4 * i - 4 + r] -= total
+            gradient[4 * i - 1] += own_slope[3]
+        if i < n:
+            matrix_of(shape.frames[i], matrix)
+            for r in range(4):
+                own_slope[r] = slope8[4 + r]
+                for c in range(4):
+                    cross[r, c] = hessian8[4 + r, c]
+                    own[r, c] = hessian8[4 + r, 4 + c]
+            if i > 0:
+                rotated(cross, matrix, previous, block)
+                scatter(block, i, i - 1, band)
+            matrix, previous = previous, matrix
+    return gradient, band
+
+
+@njit
+def moved(rod, shape, step, scale):
+    """The shape after `scale` times `step (4n+3,)`, and the largest turn [rad] or weighted stretch of an edge.
+
+    Edges turn and stretch by what the step's linear part says, instead of moving their vertices straight: so they don't
+    lengthen as they turn, and a stiff rod can take long steps. The ends then miss their places by the step's square.
+    """
+    n = rod.edges.size
+    strain, frames, turns = np.empty(n), np.empty((n, 4)), np.empty((n + 1, 4))
+    matrix, vector, q, single = np.empty((3, 3)), np.empty(3), np.empty(4), np.empty(4)
+    turn, previous, half = np.empty(4), np.empty(4), np.empty(4)
+    previous[0] = 1.0
+    previous[1] = previous[2] = previous[3] = 0.0
+    largest = 0.0
+    for j in range(n):
+        matrix_of(shape.frames[j], matrix)
+        length = rod.edges[j] * (1.0 + shape.strain[j])
+        first = second = along = 0.0
+        for axis in range(3):
+            change = scale * (step[4 * j + 4 + axis] - step[4 * j + axis])
+            first += matrix[axis, 0] * change
+            second += matrix[axis, 1] * change
+            along += matrix[axis, 2] * change
+        vector[0] = -second / length
+        vector[1] = first / length
+        vector[2] = scale * step[4 * j + 3]
+        turned = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+        largest = max(largest, turned, STRAIN_WEIGHT * abs(along) / length)
+        strain[j] = shape.strain[j] + along / rod.edges[j]
+        exponential(vector, turn)
+        multiply(shape.frames[j], turn, frames[j])
+        normalise(frames[j])
+        relative(rod, shape, j, single, q)
+        between(previous, single, half)
+        multiply(half, turn, turns[j])
+        turn, previous = previous, turn
+    relative(rod, shape, n, single, q)
+    between(previous, single, turns[n])
+    for i in range(n + 1):
+        normalise(turns[i])
+        if turns[i, 0] < 0.0:
+            for r in range(4):
+                turns[i, r] = -turns[i, r]
+    return Shape(strain, frames, turns), largest
+
+
+@njit
+def follow_turns(rod, shape, gradient, reaction, band):
+    """Change the `band` of `assemble` from the second order of straight moves to that of `moved`.
+
+    The two differ where the force passed on by an edge, in `gradient`, is not what loads and the `reaction (3,)` on the
+    last vertex ask of it. Far from equilibrium this takes a stiff rod's Hessian a long way from being indefinite.
+    """
+    n = rod.edges.size
+    matrix, block, own = np.empty((3, 3)), np.empty((4, 4)), np.zeros((4, 4))
+    asked, missing = np.empty(3), np.empty(3)
+    for axis in range(3):
+        asked[axis] = reaction[axis]
+    for j in range(n - 1, -1, -1):
+        matrix_of(shape.frames[j], matrix)
+        length = rod.edges[j] * (1.0 + shape.strain[j])
+        for axis in range(3):
+            asked[axis] -= gradient[4 * j + 4 + axis]
+        for axis in range(3):
+            missing[axis] = matrix[0, axis] * asked[0] + matrix[1, axis] * asked[1] + matrix[2, axis] * asked[2]
+        for axis in range(2):
+            own[axis, axis] = missing[2] / length
+            own[2, axis] = own[axis, 2] = -missing[axis] / length
+        own[3, 0] = own[0, 3] = -0.5 * missing[1]
+        own[3, 1] = own[1, 3] = 0.5 * missing[0]
+        rotated(own, matrix, matrix, block)
+        scatter(block, j, j, band)
+
+
+@njit
+def metric(rod):
+    """Band (4n+3, 11) of the squared L2 norm of the edges' turns, spins and strains: what a Hessian is measured by."""
+    n = rod.edges.size
+    band = np.zeros((4 * n + 3, BAND))
+    for j in range(n):
+        for axis in range(3):
+            band[4 * j + axis, 0] += 1.0 / rod.edges[j]
+            band[4 * j + 4 + axis, 0] += 1.0 / rod.edges[j]
+            band[4 * j + axis, 4] -= 1.0 / rod.edges[j]
+        band[4 * j + 3, 0] += rod.edges[j]
+    return band

@@ -1,0 +1,313 @@
+"""From a relaxed spatial rod to a curve of known accuracy: levels of halved edges and extrapolation, as in `ladder`."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.rod._jit import njit
+from curveline.rod.geometry.closest_approach import nearest_parts
+from curveline.rod.geometry.crossings import APART, crosses_itself, crosses_tails
+from curveline.rod.geometry.hermite import integral
+from curveline.rod.geometry.rotations import between, exponential, logarithm, matrix_of, multiply
+from curveline.rod.geometry.space_curve import SpaceCurve
+from curveline.rod.planar.richardson import ROUNDING
+from curveline.rod.problem import Array, halved
+from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, cell_of, energy, moments, positions, relative
+from curveline.rod.spatial.linking_number import turns
+from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, is_stable, lowest_mode, settle
+from curveline.rod.spatial.segment import SpatialSegment, relax_in_space, stays_in_plane
+from curveline.rod.spatial.terms import bend, loads
+from curveline.rod.states.equilibrium import SPATIAL, Equilibrium, Outcome, tail_of
+
+COLUMNS = 9
+"""Of a table of vertices: position, its slope and its second derivative by the unstretched arc length."""
+MOST_EDGES = 10_000
+HONESTY = 0.3
+"""Times the difference of two extrapolations the error of the finer one is reported; in the limit it is a fifteenth of
+it, or a seventh where the stiffnesses of bending differ: the half vertices at the clamps then leave a cubic error."""
+SUSPECT = 0.4
+"""Where halving the edges leaves more than this of a change, the extrapolation is not to be trusted."""
+SLIPPED = 1.0
+"""Turns that a state may differ by from those asked for: clamps out of the plane make up half a one, a passage two."""
+
+
+class Level(NamedTuple):
+    """A rod in equilibrium at one resolution: vertices `table (n+1, 9)` and the numbers that are extrapolated with it.
+
+    `bends (n+1,)` are the curvatures away from the natural one, `forces (2, 3)` and `moments (2, 3)` those of the
+    clamps on the rod, then `energy` of strain and `potential` of the loads.
+    """
+
+    table: Array
+    bends: Array
+    forces: Array
+    moments: Array
+    energy: Array
+    potential: Array
+    eigenvalue: Array
+
+
+class Climbed(NamedTuple):
+    """A spatial state refined: its extrapolated `level` on `edges (m,)`, error estimate and what it took.
+
+    Where the rod `passed` through itself on the way, the state is none of the segment's: see `link`.
+    """
+
+    level: Level
+    edges: Array
+    error: float
+    is_stable: bool
+    vertices: int
+    iterations: int
+    ending: RelaxEnding
+    passed: bool
+
+
+@njit
+def vertex_table(rod, shape):
+    """Position, slope and second derivative by the unstretched arc length at every vertex: (n+1, 9)."""
+    n = rod.edges.size
+    table = np.empty((n + 1, COLUMNS))
+    table[:, :3] = positions(rod, shape)
+    single, q, turn, halfway = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
+    vector, matrix = np.empty(3), np.empty((3, 3))
+    for i in range(n + 1):
+        before = rod.frames[0] if i == 0 else shape.frames[i - 1]
+        cell, _ = cell_of(rod, i)
+        relative(rod, shape, i, single, q)
+        logarithm(single, vector)
+        share = 0.0 if i == 0 else 1.0 if i == n else rod.edges[i - 1] / (rod.edges[i - 1] + rod.edges[i])
+        for axis in range(3):
+            vector[axis] *= share
+        exponential(vector, turn)
+        multiply(before, turn, halfway)
+        matrix_of(halfway, matrix)
+        scale = 2.0 * q[0] / (q[0] ** 2 + q[3] ** 2) / cell
+        left = max(i - 1, 0) if i < n else n - 2
+        rate = (shape.strain[left + 1] - shape.strain[left]) * 2.0 / (rod.edges[left] + rod.edges[left + 1])
+        strain = shape.strain[left] + 0.5 * rod.edges[left] * rate
+        if i == 0:
+            strain -= rod.edges[0] * rate
+        elif i == n:
+            strain += rod.edges[n - 1] * rate
+        for axis in range(3):
+            table[i, 3 + axis] = (1.0 + strain) * matrix[axis, 2]
+            # A turn about m1 bends the rod against m2, a turn about m2 along m1.
+            sideways = scale * (q[2] * matrix[axis, 0] - q[1] * matrix[axis, 1])
+            table[i, 6 + axis] = (1.0 + strain) * sideways + rate * matrix[axis, 2]
+    return table
+
+
+@njit
+def vertex_bends(rod, shape):
+    """Curvatures away from the natural one at the vertices, (n+1,)."""
+    out = np.empty(rod.edges.size + 1)
+    single, q = np.empty(4), np.empty(4)
+    for i in range(rod.edges.size + 1):
+        cell, _ = cell_of(rod, i)
+        relative(rod, shape, i, single, q)
+        first, second = bend.turns(q)
+        out[i] = np.hypot(first / cell - rod.natural[0], second / cell - rod.natural[1])
+    return out
+
+
+@njit
+def refined(rod, shape):
+    """The same curve on edges cut in two, by interpolation between the frames; clamps end it."""
+    n = rod.edges.size
+    strain, frames = np.empty(2 * n), np.empty((2 * n, 4))
+    q, turn, vector = np.empty(4), np.empty(4), np.empty(3)
+    for j in range(n):
+        for side in range(2):
+            at_clamp = (j == 0 and side == 0) or (j == n - 1 and side == 1)
+            if side == 0:
+                other = rod.frames[0] if j == 0 else shape.frames[j - 1]
+            else:
+                other = rod.frames[1] if j == n - 1 else shape.frames[j + 1]
+            between(shape.frames[j], other, q)
+            logarithm(q, vector)
+            for axis in range(3):
+                vector[axis] *= 0.5 if at_clamp else 0.25
+            exponential(vector, turn)
+            multiply(shape.frames[j], turn, frames[2 * j + side])
+            strain[2 * j + side] = shape.strain[j]
+    return Shape(strain, frames)
+
+
+def climb(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tolerance: float) -> Climbed:
+    """Refine a state on the edges of `rod` until its error is below `tolerance`, in units of the length."""
+    here = _level(rod, relaxed.shape)
+    best, places, error = here, rod.edges, math.inf
+    iterations = relaxed.iterations
+    change, lowest = math.inf, math.nan
+    rungs = 1
+    while relaxed.ending is RelaxEnding.SETTLED and 2 * rod.edges.size <= MOST_EDGES and error > tolerance:
+        lowest_before, lowest = lowest, lowest_mode(rod, relaxed.shape)[0]
+        places = rod.edges
+        finer = segment.spatial_rod(np.asarray(halved(rod.edges)))
+        relaxed = settle(finer, refined(rod, relaxed.shape))
+        rod = finer
+        iterations += relaxed.iterations
+        before, coarse, here = best, here, _level(rod, relaxed.shape)
+        best = _extrapolated(coarse, here)
+        best = best._replace(eigenvalue=np.array(lowest + (lowest - lowest_before) / 3.0 if rungs > 1 else lowest))
+        rungs += 1
+        change_before, change = change, _gap(here.table, coarse.table)
+        if rungs > 2:
+            error = HONESTY * _gap(best.table, before.table) + ROUNDING
+            if change > SUSPECT * change_before:
+                error = max(error, change)
+    settled = relaxed.ending is RelaxEnding.SETTLED
+    return Climbed(
+        level=best,
+        edges=places,
+        error=error if settled else math.inf,
+        is_stable=settled and is_stable(rod, relaxed.shape),
+        vertices=rod.edges.size + 1,
+        iterations=iterations,
+        ending=relaxed.ending,
+        passed=settled and not segment.is_flat and _lost_turns(segment, rod, relaxed.shape) > SLIPPED,
+    )
+
+
+def _lost_turns(segment: SpatialSegment, rod: SpatialRod, shape: Shape) -> float:
+    """By how many turns a state differs from what the roll of the clamps puts into the rod."""
+    return abs(turns(rod, shape) - (segment.roll[1] - segment.roll[0]) / (2.0 * math.pi))
+
+
+def _level(rod: SpatialRod, shape: Shape) -> Level:
+    """What a level contributes to the extrapolation; its eigenvalue, which costs most, is left open."""
+    gradient, _ = assemble(rod, shape)
+    potential = loads.energy(positions(rod, shape), rod.forces)
+    return Level(
+        vertex_table(rod, shape),
+        vertex_bends(rod, shape),
+        np.array([gradient[:3], gradient[-3:]]),
+        moments(rod, shape),
+        np.array(energy(rod, shape) - potential),
+        np.array(potential),
+        np.array(math.nan),
+    )
+
+
+def _extrapolated(coarse: Level, fine: Level) -> Level:
+    """Richardson: the limit for vanishing edges of values with an error in the square of the edge length."""
+    pairs = zip(coarse, fine._replace(table=fine.table[::2], bends=fine.bends[::2]), strict=True)
+    return Level(*(rough + (sharp - rough) * (4.0 / 3.0) for rough, sharp in pairs))
+
+
+def _gap(fine: Array, coarse: Array) -> float:
+    """Largest distance between the vertices of a coarse table and the same ones of a fine one."""
+    return float(np.max(np.linalg.norm(fine[::2, :3] - coarse[:, :3], axis=1)))
+
+
+def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: float) -> Equilibrium:
+    """The stable state in space to which the planar `state` leads, refined to `tolerance` [m].
+
+    Never raises for numerical reasons: see `Outcome`.
+    """
+    rod, relaxed = relax_in_space(segment, state)
+    found = refine_shape(segment, rod, relaxed, tolerance)
+    return found.but(
+        name=state.name,
+        wanted=state.wanted,
+        winding=state.winding,
+        rod=state.rod,
+        iterations=state.iterations + found.iterations,
+        leaves_plane=not stays_in_plane(segment, state),
+    )
+
+
+def refine_shape(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tolerance: float) -> Equilibrium:
+    """The state that has `relaxed` on the edges of `rod`, refined to `tolerance` [m]."""
+    planar, length = segment.rod, segment.rod.free_length
+    climbed = climb(segment, rod, relaxed, tolerance / length)
+    space = _curve(segment, climbed)
+    table = _front(space)
+    level = climbed.level
+    is_flat = space.depth < 0.5 * segment.section.thickness
+    return Equilibrium(
+        name="",
+        outcome=_outcome(climbed, tolerance / length),
+        stable=climbed.is_stable and not climbed.passed and float(level.eigenvalue) > -NEUTRAL,
+        wanted=False,
+        energy=float(level.energy + level.potential) * planar.stiffness / length,
+        error=climbed.error * length,
+        vertices=climbed.vertices,
+        iterations=climbed.iterations,
+        lowest_eigenvalue=float(level.eigenvalue),
+        winding=planar.winding,
+        crosses_itself=is_flat and bool(crosses_itself(table)),
+        wraps_clamp=is_flat and bool(crosses_tails(table, tail_of(planar))),
+        clearance=_clearance(space),
+        mean_height=_mean_height(space),
+        clamp_force=space.forces[:, :2].copy(),
+        clamp_moment=space.moments[:, 2].copy(),
+        max_curvature=float(np.max(level.bends)) / length,
+        vertices_table=table,
+        edges=space.edges,
+        rod=planar,
+        model=SPATIAL,
+        space=space,
+    )
+
+
+def _outcome(climbed: Climbed, tolerance: float) -> Outcome:
+    """How a refinement ended."""
+    if climbed.ending is not RelaxEnding.SETTLED:
+        return Outcome.UNREACHED
+    if climbed.passed:
+        return Outcome.UNWOUND
+    if not climbed.is_stable:
+        return Outcome.UNSTABLE
+    return Outcome.CONVERGED if climbed.error <= tolerance else Outcome.COARSE
+
+
+def _curve(segment: SpatialSegment, climbed: Climbed) -> SpaceCurve:
+    """The refined curve in SI, in the frame of the left pivot."""
+    rod, length = segment.rod, segment.rod.free_length
+    tangents = segment.clamp_tangents()
+    table = climbed.level.table * np.repeat([length, 1.0, 1.0 / length], 3)
+    table[:, :3] += 0.5 * rod.clamp * tangents[0]
+    force = rod.stiffness / length**2
+    return SpaceCurve(
+        table=table,
+        edges=climbed.edges * length,
+        tangents=tangents,
+        chord=np.array([*rod.chord, 0.0]),
+        length=rod.length,
+        clamp=rod.clamp,
+        forces=climbed.level.forces * force,
+        moments=climbed.level.moments * force * length,
+    )
+
+
+def _mean_height(space: SpaceCurve) -> float:
+    """Mean distance of the free rod from the chord between the pivots as seen from the front, positive to its left [m].
+
+    Slopes and second derivatives are those of the table: seen from the front, a rod in space is not as long as it is.
+    """
+    x, y = space.chord[:2]
+    heights = x * space.table[:, 1::3] - y * space.table[:, 0::3]
+    return float(integral(heights, space.edges)) / max(math.hypot(x, y), 1e-300) / (space.length - space.clamp)
+
+
+def _front(space: SpaceCurve) -> Array:
+    """Table (m+1, 6) of the curve as it looks from the front: see `Equilibrium.vertices_table`."""
+    slope, bend = space.table[:, 3:6], space.table[:, 6:]
+    speed = np.linalg.norm(slope, axis=1)
+    angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
+    seen = np.maximum(slope[:, 0] ** 2 + slope[:, 1] ** 2, 1e-300)
+    turning = (slope[:, 0] * bend[:, 1] - slope[:, 1] * bend[:, 0]) / seen
+    gain = np.sum(slope * bend, axis=1) / speed
+    return np.column_stack([space.table[:, :2], angle, turning, speed - 1.0, gain])
+
+
+def _clearance(space: SpaceCurve) -> float:
+    """Smallest distance in space between vertices that are not neighbours [m]."""
+    places = space.table[:, :3]
+    apart = max(2, int(APART * (len(places) - 1)))
+    return float(nearest_parts(places, apart, np.linalg.norm(places[-1] - places[0])))

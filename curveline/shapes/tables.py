@@ -1,0 +1,174 @@
+"""What shape and display files may contain, key by key, in the units people write.
+
+The descriptions are shown to users who left a key out or gave it the wrong type. What depends on more than one key is
+in `shape_rules`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, TypeAdapter
+from pydantic_core import PydanticCustomError
+
+from curveline.plan_file import ADDRESS, MAX_CHANNEL, MAX_NODES
+
+MAX_LOADS = 1000
+PAIR = 2
+TRIPLE = 3
+LEAST_GPA, MOST_GPA = 1e-6, 1e4
+"""Moduli that a material may have."""
+
+Length = Annotated[float, Field(ge=1e-6, le=1e9)]
+Height = Annotated[float, Field(ge=-1e9, le=1e9)]
+Angle = Annotated[float, Field(ge=-180.0, le=180.0)]
+Yaw = Annotated[float, Field(ge=-90.0, le=90.0)]
+Roll = Annotated[float, Field(ge=-36000.0, le=36000.0)]
+Component = Annotated[float, Field(ge=-1e6, le=1e6)]
+Speed = Annotated[float, Field(ge=1e-6, le=1e6)]
+Force = Annotated[float, Field(ge=-1e6, le=1e6)]
+Positive = Annotated[float, Field(ge=1e-6, le=1e6)]
+Address = Annotated[str, Field(pattern=ADDRESS)]
+Name = Annotated[str, Field(max_length=100)]
+
+
+class Table(BaseModel):
+    """A TOML table: no other keys, no conversions, no infinities."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+
+_DIRECTION: TypeAdapter[list[float]] = TypeAdapter(
+    Annotated[list[Component], Field(min_length=TRIPLE, max_length=TRIPLE)],
+    config=ConfigDict(strict=True, allow_inf_nan=False),
+)
+
+
+def _flag_or_direction(value: Any) -> bool | list[float]:
+    """`value` if it is a truth value, or three numbers; a union of models would report both as wrong."""
+    if isinstance(value, bool):
+        return value
+    if not isinstance(value, list):
+        raise PydanticCustomError("flag_or_list_type", "neither a truth value nor an array")
+    return _DIRECTION.validate_python(value)
+
+
+class NodeTable(Table):
+    """One item of `nodes`."""
+
+    height_mm: Height = Field(description="height of the node's pivot")
+    angle_deg: Angle = Field(description="direction of the rod, left to right, counter-clockwise from the horizontal")
+    yaw_deg: Yaw = Field(default=0.0, description="turn of the rod's direction out of the plane, towards the viewer")
+    roll_deg: Roll = Field(
+        default=0.0, description="turn of the rod about its own direction; several turns may be given"
+    )
+
+
+class SegmentTable(Table):
+    """One item of `segments`."""
+
+    length_mm: Length = Field(description="rod between the pivots of the two nodes")
+    state: Literal["peak", "valley"] = Field(description='the curve that is wanted, "peak" or "valley"')
+
+
+class LoadTable(Table):
+    """One item of `loads`."""
+
+    segment: int = Field(ge=1, le=MAX_NODES, description="number of the segment, the leftmost being 1")
+    at: float = Field(gt=0.0, lt=1.0, description="where the load acts, as a fraction of the segment's length")
+    force_N: list[Force] = Field(
+        min_length=PAIR, max_length=TRIPLE, description="[horizontal, vertical] force, or a third towards the viewer"
+    )
+
+
+class ShapeTable(Table):
+    """A shape file."""
+
+    name: Name = Field(description="the name of the shape")
+    display: str = Field(description="a built-in display, or the path of a display file")
+    nodes: list[NodeTable] = Field(max_length=MAX_NODES, description="one table per node, left to right")
+    segments: list[SegmentTable] = Field(max_length=MAX_NODES, description="one table per gap between nodes")
+    loads: list[LoadTable] = Field(default=[], max_length=MAX_LOADS, description="point loads on the rod")
+
+
+class RodTable(Table):
+    """`[rod]` of a display file."""
+
+    youngs_modulus_GPa: float | None = Field(
+        default=None, ge=LEAST_GPA, le=MOST_GPA, description="stiffness of the rod's material"
+    )
+    bending_stiffness_Nmm2: float | None = Field(
+        default=None, ge=1e-12, le=1e30, description="stiffness of the rod as measured by bending it in the plane"
+    )
+    width_mm: Length | None = Field(default=None, description="width of the rod, out of the display's plane")
+    thickness_mm: Length | None = Field(default=None, description="effective thickness of the rod in bending")
+    diameter_mm: Length | None = Field(default=None, description="diameter of a round rod, or of a tube outside")
+    inner_diameter_mm: float | None = Field(default=None, ge=0.0, le=1e9, description="diameter of a tube inside")
+    mass_g_per_m: float = Field(ge=0.0, le=1e6, description="mass of the rod per length")
+    max_strain: float = Field(gt=0.0, le=1.0, description="largest strain that a plan may ask for")
+    natural_curvature_per_m: float = Field(default=0.0, ge=-1e6, le=1e6, description="curvature of the free rod")
+    total_length_mm: Length = Field(description="length of the whole rod")
+    shear_modulus_GPa: float | None = Field(
+        default=None,
+        ge=LEAST_GPA,
+        le=MOST_GPA,
+        description="stiffness of the rod's material in shear, which resists twist",
+    )
+    lateral_curvature_per_m: float = Field(
+        default=0.0, ge=-1e6, le=1e6, description="curvature of the free rod out of the display's plane"
+    )
+
+
+class LimitsTable(Table):
+    """`[limits]` of a display file."""
+
+    height_mm: list[Height] = Field(min_length=PAIR, max_length=PAIR, description="[lowest, highest] of each node")
+    angle_deg: list[Angle] = Field(min_length=PAIR, max_length=PAIR, description="[lowest, highest] of each node")
+    length_mm: list[Length] = Field(min_length=PAIR, max_length=PAIR, description="[shortest, longest] segment")
+    yaw_deg: list[Yaw] = Field(
+        default=[-75.0, 75.0], min_length=PAIR, max_length=PAIR, description="[lowest, highest] of each node"
+    )
+    roll_deg: list[Roll] = Field(
+        default=[-3600.0, 3600.0], min_length=PAIR, max_length=PAIR, description="[lowest, highest] of each node"
+    )
+
+
+class DriveTable(Table):
+    """`[drive]` of a display file; the accelerations default to what the reference node does."""
+
+    counts_per_turn: Positive = Field(description="encoder counts per turn of a gearbox's output")
+    extrude_mm_per_turn: Positive = Field(description="rod fed per turn")
+    translate_mm_per_turn: Positive = Field(description="height gained per turn")
+    bias_deg_per_turn: Positive = Field(description="angle turned per turn")
+    extrude_mm_per_s: Speed = Field(description="fastest feed")
+    translate_mm_per_s: Speed = Field(description="fastest lift")
+    bias_deg_per_s: Speed = Field(description="fastest turn of a node")
+    extrude_mm_per_s2: Speed = Field(default=100.0, description="acceleration of the feed")
+    translate_mm_per_s2: Speed = Field(default=50.0, description="acceleration of the lift")
+    bias_deg_per_s2: Speed = Field(default=200.0, description="acceleration of the turn")
+    max_force_N: Positive = Field(description="what the translate and extrude motors give")
+    max_moment_Nmm: Positive = Field(description="what the bias motor gives")
+
+
+class RadioTable(Table):
+    """`[radio]` of a display file."""
+
+    channel: int = Field(ge=0, le=MAX_CHANNEL, description="radio channel, 0 to 125, in MHz above 2400")
+    data_rate: Literal["250kbps", "1Mbps", "2Mbps"] = Field(description='"250kbps", "1Mbps" or "2Mbps"')
+    addresses: list[Address] = Field(max_length=MAX_NODES, description="ten hexadecimal digits for each node")
+
+
+class DisplayTable(Table):
+    """A display file."""
+
+    name: Name = Field(description="the name of the display")
+    nodes: int = Field(ge=2, le=MAX_NODES, description="number of nodes")
+    span_mm: Length = Field(description="distance between neighbouring nodes")
+    clamp_mm: float = Field(ge=0.0, le=1e9, description="rod held straight by a node's bearing, 0 for none")
+    gravity: Annotated[bool | list[float], PlainValidator(_flag_or_direction)] = Field(
+        description="true if the display stands upright, false for no weight, or [x, y, z], the direction of gravity"
+    )
+    rod: RodTable = Field(description="the table of the rod's properties")
+    limits: LimitsTable = Field(description="the table of what nodes and segments may be asked for")
+    drive: DriveTable = Field(description="the table of the motors")
+    radio: RadioTable = Field(description="the table of the radio's settings")

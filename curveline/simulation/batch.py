@@ -1,0 +1,139 @@
+"""Many scenes, one after another or on several processes; the answers come in order and are the same either way.
+
+What becomes of a scene's report is up to makers: functions that are called where the report was made, so that what
+travels between processes and stays in memory is no more than what somebody asked for.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Generator, Iterable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
+
+from curveline.errors import CurvelineError
+from curveline.rod import _jit
+from curveline.rod.models.choice import SearchRequest
+from curveline.scene import Scene
+from curveline.simulation.advice import advice_on
+from curveline.simulation.results import Settings, ShapeReport, document
+from curveline.simulation.simulate import simulate
+from curveline.system.portable import cores
+
+MANY = 400
+"""Scenes from which on several processes are faster than one: a worker takes a second to start, a scene some 10 ms."""
+
+SCENES_PER_WORKER = 100
+"""Below that a further worker does not pay off."""
+
+
+class Task(NamedTuple):
+    """A scene, or why there is none, under the name that it goes by; of a sweep, its number from 1 and swept values."""
+
+    label: str
+    scene: Scene | CurvelineError
+    number: int = 1
+    swept: tuple[tuple[str, float], ...] = ()
+
+
+Maker = Callable[[Task, ShapeReport], Any]
+"""Makes of a report what is wanted of it; a module's function, so that other processes can import it."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """How scenes are to be simulated and what is to be made of each report."""
+
+    settings: Settings
+    makers: tuple[Maker, ...]
+
+
+class Simulated(NamedTuple):
+    """What came of a scene: shortfalls and remarks of the report, and what the makers made of it, in their order.
+
+    `advice` says with which numbers there would be fewer shortfalls; a sweep, which tries numbers itself, has none.
+    """
+
+    shortfalls: tuple[str, ...]
+    remarks: tuple[str, ...]
+    products: tuple[Any, ...]
+    advice: tuple[str, ...] = ()
+
+
+Answers = Generator[tuple[Task, Simulated | CurvelineError], None, None]
+
+
+def run(tasks: Iterable[Task], order: Order, jobs: int, total: int) -> Answers:
+    """Every task and its answer, in order, computed by `jobs` processes; there are `total` tasks.
+
+    Close the iterator if it is not drawn to its end: that ends the processes.
+    """
+    pending = iter(tasks)
+    # Kernels are compiled once, here, and all workers load what the cache then holds.
+    while jobs == 1 or _jit.FIRST_RUN:
+        task = next(pending, None)
+        if task is None:
+            return
+        yield task, perform(order, task)
+        total -= 1
+        if jobs > 1 and isinstance(task.scene, Scene):
+            break
+    from curveline.system.workers import Workers
+
+    work: partial[Simulated | CurvelineError] = partial(perform, order)
+    with _jit.shared_cache(), Workers(work, min(jobs, max(1, total))) as workers:
+        yield from workers.map(pending, total)
+
+
+def perform(order: Order, task: Task) -> Simulated | CurvelineError:
+    """What comes of one task; errors of the scene are an answer, too."""
+    if isinstance(task.scene, CurvelineError):
+        return task.scene
+    try:
+        report = report_on(task.scene, order.settings)
+        ask = SearchRequest(order.settings.tolerance, order.settings.windings, order.settings.model)
+        advice = () if task.swept else advice_on(task.scene, report.segments, ask)
+        return Simulated(report.shortfalls, report.remarks, tuple(make(task, report) for make in order.makers), advice)
+    except CurvelineError as error:
+        return error
+
+
+def line_of(task: Task, report: ShapeReport) -> str:
+    """A maker: the JSON document of a report on one line; that of a point of a sweep says which, after its shape."""
+    whole = document(report)
+    if task.swept:
+        head = {key: whole.pop(key) for key in ("curveline", "shape")}
+        whole = {**head, "point": task.number, "swept": dict(task.swept), **whole}
+    return json.dumps(whole, allow_nan=False)
+
+
+def report_of(task: Task, report: ShapeReport) -> ShapeReport:
+    """A maker: the report itself."""
+    return report
+
+
+_loaded: set[str] = set()
+"""Models that this process has simulated with."""
+
+
+def report_on(scene: Scene, settings: Settings) -> ShapeReport:
+    """Every stable state of a scene, and how long it took to find them."""
+    while True:
+        begin = time.perf_counter()
+        segments = simulate(scene, settings.tolerance, settings.windings, settings.model)
+        seconds = time.perf_counter() - begin
+        models = {segment.model for segment in segments}
+        if models <= _loaded:
+            return ShapeReport(scene, tuple(segments), settings, seconds)
+        # Loading a model's kernels takes far longer than the answer; the time that is reported is the answer's.
+        _loaded.update(models)
+
+
+def jobs_for(wanted: int | None, scenes: int) -> int:
+    """How many processes to use for so many scenes: as many as wanted, all cores for 0, what is fastest for None."""
+    if wanted is None:
+        wanted = 1 if scenes < MANY else min(cores(), math.ceil(scenes / SCENES_PER_WORKER))
+    return max(1, min(wanted or cores(), scenes))

@@ -1,0 +1,150 @@
+"""From a scene to every stable state of each of its segments."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from curveline.errors import InvalidInput
+from curveline.rod.models.choice import AUTO as AUTO
+from curveline.rod.models.choice import MODELS as MODELS
+from curveline.rod.models.choice import SearchRequest, model_states
+from curveline.rod.models.model_error import Bound
+from curveline.rod.models.no_state_reason import why_none
+from curveline.rod.section import Section
+from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.states.equilibrium import PLANAR, ClampedRod, Equilibrium
+from curveline.scene import Display, Node, Scene
+
+DEFAULT_TOLERANCE = 1e-4
+"""Default bound on a curve's error [m]."""
+
+
+@dataclass(frozen=True)
+class SegmentStates:
+    """The stable states of one segment, the highest over its chord first.
+
+    `wanted_name` is the state the shape asks for; `terms` are in the model and `left_out` bounds the others, over all
+    states. `origin` is the left pivot in the display's frame [m]. `model` is the one that was used; `reasons` say in
+    whole sentences what was modelled, what was left out, and why. `advice` says what to change where there is no state.
+    """
+
+    length: float  # [m]
+    wanted_name: str
+    origin: tuple[float, float]  # [m]
+    terms: tuple[str, ...]
+    left_out: dict[str, Bound]
+    states: tuple[Equilibrium, ...]
+    model: str = PLANAR
+    reasons: tuple[str, ...] = ()
+    advice: str = ""
+
+    @property
+    def wanted(self) -> Equilibrium | None:
+        """The state the shape asks for, if it exists."""
+        return next((state for state in self.states if state.wanted), None)
+
+
+def clamped_rod(
+    display: Display,
+    nodes: tuple[Node, Node],
+    length: float,
+    loads: tuple[tuple[float, float, float], ...] = (),
+) -> ClampedRod:
+    """The rod between two neighbouring `nodes`; `loads` are (fraction of the length, force x, force y).
+
+    A planar rod's weight can only point down or up: of gravity in another direction it has the vertical part.
+    """
+    left, right = nodes
+    return ClampedRod(
+        chord=(display.span, right.height - left.height),
+        start=left.angle,
+        end=right.angle,
+        length=length,
+        clamp=display.clamp,
+        stiffness=display.rod.bending_stiffness,
+        weight=-display.weight[1],
+        natural_curvature=display.rod.natural_curvature,
+        loads=loads,
+    )
+
+
+def flat_segment(display: Display, nodes: tuple[Node, Node], length: float) -> SpatialSegment:
+    """The rod between two nodes that point into the plane, without loads, in space."""
+    return SpatialSegment(clamped_rod(display, nodes, length), section_of(display), weight=display.weight)
+
+
+def _planar_rod(scene: Scene, index: int) -> ClampedRod:
+    """What of the segment after node `index` lies in the plane."""
+    loads = sorted((load.at, *load.force) for load in scene.loads if load.segment == index)
+    nodes = (scene.nodes[index], scene.nodes[index + 1])
+    return clamped_rod(scene.display, nodes, scene.segments[index].length, tuple(loads))
+
+
+def spatial_segment(scene: Scene, index: int) -> SpatialSegment:
+    """The segment after node `index` with all that the scene says of it, in space.
+
+    Full turns that both clamps make leave the rod as it was, so that they are not made.
+    """
+    left, right = scene.nodes[index], scene.nodes[index + 1]
+    common = 2.0 * math.pi * math.trunc((left.roll + right.roll) / (4.0 * math.pi))
+    return SpatialSegment(
+        rod=_planar_rod(scene, index),
+        section=section_of(scene.display),
+        yaw=(left.yaw, right.yaw),
+        roll=(left.roll - common, right.roll - common),
+        weight=scene.display.weight,
+        loads=tuple(sorted((load.at, *load.force, load.lateral) for load in scene.loads if load.segment == index)),
+        lateral_curvature=scene.display.rod.lateral_curvature,
+    )
+
+
+def section_of(display: Display) -> Section:
+    """What the terms left out depend on."""
+    rod = display.rod
+    return Section(
+        rod.stretching_stiffness,
+        rod.thickness,
+        rod.polar_gyration,
+        rod.weight_per_length,
+        rod.lateral_bending_stiffness,
+        rod.twisting_stiffness,
+    )
+
+
+def simulate(
+    scene: Scene, tolerance: float = DEFAULT_TOLERANCE, windings: tuple[int, ...] = (0,), model: str = AUTO
+) -> list[SegmentStates]:
+    """Every stable state of every segment of `scene`, each curve to `tolerance` [m].
+
+    Complete for what a planar display can show; `windings` names further full turns of the tangent to look at, whose
+    loops are then listed as far as they are met. The scene decides the `model`, unless one is named: see
+    `rod.models.MODELS`. Raises InvalidInput for a model of another name.
+    """
+    if model not in MODELS:
+        raise InvalidInput(f"there is no model {model!r}", hint=f"choose one of {', '.join(MODELS)}")
+    ask = SearchRequest(tolerance, windings, model)
+    return [_segment_states(scene, index, ask) for index in range(len(scene.segments))]
+
+
+def _segment_states(scene: Scene, index: int, ask: SearchRequest) -> SegmentStates:
+    """The states of the segment between nodes `index` and `index` + 1."""
+    segment = scene.segments[index]
+    described = spatial_segment(scene, index)
+    found = model_states(described, ask)
+    states = tuple(
+        state.but(wanted=True) if state.name == segment.state and state.simple and state.stable else state
+        for state in found.states
+    )
+    origin = (index * scene.display.span, scene.nodes[index].height)
+    return SegmentStates(
+        length=segment.length,
+        wanted_name=segment.state,
+        origin=origin,
+        terms=found.terms,
+        left_out=found.left_out,
+        states=states,
+        model=found.model,
+        reasons=found.reasons,
+        advice="" if states else why_none(described.rod, ask.windings),
+    )

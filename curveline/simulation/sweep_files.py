@@ -1,0 +1,191 @@
+"""Files of a sweep: a row per state, or a document per point, written while the points come in."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from array import array
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from curveline.simulation.batch import Maker, Task, line_of
+from curveline.simulation.results import Settings, ShapeReport, curve_mm, depth_mm, document
+from curveline.system.files import NewFile
+from curveline.units import to_mm
+
+Row = tuple[Any, ...]
+
+SCALARS = (
+    "wanted",
+    "stable",
+    "simple",
+    "outcome",
+    "winding",
+    "crosses_itself",
+    "wraps_clamp",
+    "leaves_plane",
+    "energy_mJ",
+    "error_mm",
+    "vertices",
+    "iterations",
+    "lowest_eigenvalue",
+    "mean_height_mm",
+    "clearance_mm",
+    "max_curvature_per_m",
+)
+SPACE = ("model", "max_depth_mm")
+NOT_ALWAYS_KNOWN = ("error_mm", "lowest_eigenvalue", "clearance_mm")
+CLAMPS = (
+    "left_force_x_N",
+    "left_force_y_N",
+    "right_force_x_N",
+    "right_force_y_N",
+    "left_moment_Nmm",
+    "right_moment_Nmm",
+)
+
+
+class SweepFile:
+    """A file that takes what its `make` made of every point, in order; whole or not at all."""
+
+    make: Maker
+
+    def __init__(self, file: NewFile, keys: Sequence[str], settings: Settings) -> None:
+        self._file = file
+        self._keys = tuple(keys)
+        self._settings = settings
+        self._begin()
+
+    def _begin(self) -> None:
+        """What precedes the first point."""
+
+    def take(self, product: Any) -> None:
+        """One point."""
+        raise NotImplementedError
+
+    def finish(self) -> None:
+        """What follows the last point."""
+
+
+class JsonFile(SweepFile):
+    """One document per point and line, the same as on stdout."""
+
+    make = staticmethod(line_of)
+
+    def take(self, product: str) -> None:
+        """A document."""
+        self._file.write(f"{product}\n".encode())
+
+
+def rows_of(task: Task, report: ShapeReport) -> list[Row]:
+    """A maker: point, swept values, segment, state, scalars and clamps of every state."""
+    # Curves are not wanted here, and two points are the fewest that can be asked for.
+    short = document(replace(report, settings=replace(report.settings, points=2)))
+    values = tuple(value for _, value in task.swept)
+    return [
+        (
+            task.number,
+            *values,
+            number,
+            state["name"],
+            *(state[key] for key in SCALARS),
+            *_space(segment, state),
+            *_clamps(state),
+        )
+        for number, segment in enumerate(short["segments"], start=1)
+        for state in segment["states"]
+    ]
+
+
+def _space(segment: Mapping[str, Any], state: Mapping[str, Any]) -> Row:
+    return segment["model"]["kind"], state.get("max_depth_mm", 0.0)
+
+
+def _clamps(state: Mapping[str, Any]) -> Row:
+    left, right = state["clamp_force_N"]
+    return (*left, *right, *state["clamp_moment_Nmm"])
+
+
+def rows_and_curves_of(task: Task, report: ShapeReport) -> tuple[list[Row], bytes, bytes]:
+    """A maker: the rows, and the curves (states, points, 2) and depths (states, points) [mm] of the states as bytes."""
+    states = [(index, state) for index, segment in enumerate(report.segments) for state in segment.states]
+    curves = [curve_mm(report, index, state).tobytes() for index, state in states]
+    depths = [depth_mm(report, state).tobytes() for _, state in states]
+    return rows_of(task, report), b"".join(curves), b"".join(depths)
+
+
+class CsvFile(SweepFile):
+    """One row per state; truth values are `true` and `false`, and what is not there is empty."""
+
+    make = staticmethod(rows_of)
+
+    def _begin(self) -> None:
+        self._write([("point", *self._keys, "segment", "state", *SCALARS, *SPACE, *CLAMPS)])
+
+    def take(self, product: list[Row]) -> None:
+        """The rows of a point."""
+        self._write([tuple(map(_cell, row)) for row in product])
+
+    def _write(self, rows: list[Row]) -> None:
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows(rows)
+        self._file.write(text.getvalue().encode())
+
+
+def _cell(value: Any) -> Any:
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+class NpzFile(SweepFile):
+    """Arrays with one row per state, named as the columns of CSV.
+
+    Curves are curve_mm (states, points, 2) and depth_mm (states, points), clamps are clamp_force_N (states, 2, 2) and
+    clamp_moment_Nmm (states, 2); what is not known is infinite. `swept_keys` names the arrays of swept values, and
+    `settings` is JSON: tolerance, points, windings, command, model.
+    """
+
+    make = staticmethod(rows_and_curves_of)
+
+    def _begin(self) -> None:
+        self._rows: list[Row] = []
+        self._curves = array("d")
+        self._depths = array("d")
+
+    def take(self, product: tuple[list[Row], bytes, bytes]) -> None:
+        """The rows, curves and depths of a point."""
+        rows, curves, depths = product
+        self._rows.extend(rows)
+        self._curves.frombytes(curves)
+        self._depths.frombytes(depths)
+
+    def finish(self) -> None:
+        """Write all arrays."""
+        names = ("point", *self._keys, "segment", "state", *SCALARS, *SPACE)
+        columns: dict[str, Any] = {
+            name: np.array([row[index] for row in self._rows]) for index, name in enumerate(names)
+        }
+        for name in NOT_ALWAYS_KNOWN:
+            known = [np.inf if value is None else value for value in columns[name]]
+            columns[name] = np.array(known, dtype=np.float64)
+        clamps = np.array([row[len(names) :] for row in self._rows], dtype=np.float64).reshape(-1, len(CLAMPS))
+        columns["clamp_force_N"], columns["clamp_moment_Nmm"] = clamps[:, :4].reshape(-1, 2, 2), clamps[:, 4:]
+        columns["curve_mm"] = np.frombuffer(self._curves, dtype=np.float64).reshape(-1, self._settings.points, 2)
+        columns["depth_mm"] = np.frombuffer(self._depths, dtype=np.float64).reshape(-1, self._settings.points)
+        columns["swept_keys"] = np.array(self._keys)
+        columns["settings"] = np.array(json.dumps(self._asked_for()))
+        with self._file.stream() as stream:
+            np.savez_compressed(stream, **columns)
+
+    def _asked_for(self) -> Mapping[str, Any]:
+        given = self._settings
+        return {
+            "tolerance_mm": to_mm(given.tolerance),
+            "points": given.points,
+            "windings": given.windings,
+            "argv": given.argv,
+            "model": given.model,
+        }
