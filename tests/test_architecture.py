@@ -15,7 +15,7 @@ ROOT = Path(curveline.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
 
 LEFT_TO_RIGHT = """
-errors units sections scene system plan_file shapes
+errors units phrases listening sections scene system plan_file shapes
 rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
 simulation loading planning replay displays figures outputs driving bench/methods bench

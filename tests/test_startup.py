@@ -43,6 +43,7 @@ class Wire:
         self.site = mock.site
 
     retries = 0
+    modelled = None
 
     def __getattr__(self, name):
         return getattr(object.__getattribute__(self, "_mock"), name)

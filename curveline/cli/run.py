@@ -1,273 +1,131 @@
-"""One run over the radio: signals, progress, the record, and on a mock display the curve that the rod took."""
+"""What `curveline send` does with what was named on the command line: asks, sends, and says how it ended."""
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
-from dataclasses import asdict, dataclass
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import typer
-
-from curveline import __version__
-from curveline.cli.printing import node_table, screen
-from curveline.cli.printing.phrases import alike, spans
-from curveline.cli.printing.run_progress import watch
-from curveline.driving.interrupted import PLAN_NAME, InterruptedRun, resuming, steps_on_record
-from curveline.driving.live import published
-from curveline.errors import EXIT_INTERRUPTED, InvalidInput, LinkError
-from curveline.plan_file import Plan, write_plan
-from curveline.radio.host.journal import FILE_NAME, Journal, ReopenedJournal, new_run, read_journal
-from curveline.radio.host.link import (
-    Control,
-    Halted,
-    Observer,
-    OperatorRequest,
-    Progress,
-    RunReport,
-    resume_plan,
-    send_plan,
-)
-from curveline.radio.host.resume import can_resume, resume_point
-from curveline.radio.interface import Radio
-from curveline.radio.protocol.codes import Counts
-from curveline.system.portable import STOP_SIGNALS
+from curveline.cli import consent
+from curveline.cli.printing import plan_text, run_text, screen
+from curveline.cli.terminal import TERMINAL
+from curveline.driving.dry_run import DrySite, dry_run_of
+from curveline.driving.runs import LAST
+from curveline.driving.sending import PreparedRun, advise_resuming
+from curveline.driving.session import connect
+from curveline.driving.tours import Tour
+from curveline.driving.wishes import Wish, run_to_resume, wish_of
+from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, InvalidInput, LinkError
+from curveline.plan_file import DEFAULT_DISPLAY, Plan
+from curveline.radio.host.actions import Policy
+from curveline.radio.host.link import Control, OperatorRequest
 
 if TYPE_CHECKING:
-    from curveline.driving.promises import Promise
-    from curveline.replay.playback import Playback, Snap
-    from curveline.replay.tour_checks import ShapeCheck
+    from curveline.driving.run_result import RunResult
     from curveline.scene import Display
 
-BEFORE = -1.0
-"""When [s] anything happened that a process did which was killed: before this one began."""
-BEGINS = ("start", "resume")
+
+@dataclass(frozen=True)
+class Named:
+    """What was named on the command line."""
+
+    files: tuple[str, ...]
+    resume: str | None
+    display: str | None
+    home: bool
 
 
 @dataclass(frozen=True)
-class RunResult:
-    """How a run ended; `playback` and `stops`, the shapes on the way, are known of mock displays only."""
-
-    plan: Plan
-    report: RunReport
-    request: OperatorRequest
-    playback: Playback | None
-    stops: tuple[ShapeCheck, ...]
-    folder: Path
-    promise: Promise
-
-    @property
-    def is_interrupted(self) -> bool:
-        """True if somebody asked to stop."""
-        return self.request is not OperatorRequest.NONE
-
-    @property
-    def is_wanted(self) -> bool:
-        """True if all steps were done and, where that is known, the rod is and was in the wanted curves."""
-        arrived = self.playback is None or self.playback.states == self.plan.wanted
-        return self.report.outcome == "done" and arrived and all(stop.states == stop.wanted for stop in self.stops)
-
-    def document(self, spec: str) -> dict[str, Any]:
-        """The ending as plain data."""
-        record = asdict(self.report)
-        record["nodes"] = [node_table.document(status, self.plan.drive) for status in self.report.nodes]
-        rod = None if self.playback is None else self._rod(self.playback)
-        shapes = None if self.playback is None else [asdict(stop) for stop in self.stops]
-        head = {"curveline": __version__, "plan": self.plan.name, "display": self.plan.drive.display, "radio": spec}
-        promised = {"step": self.promise.step, "states": self.promise.states}
-        rest = {"promised": promised, "rod": rod, "shapes": shapes, "run": str(self.folder)}
-        return {**head, **record, "wanted": self.plan.wanted, **rest}
-
-    def _rod(self, playback: Playback) -> dict[str, Any]:
-        record = asdict(playback)
-        for snap in record["snaps"]:
-            snap["seconds"] = snap["seconds"] if snap["seconds"] >= 0.0 else None
-        return record
-
-    def lines(self) -> list[str]:
-        """The ending as text."""
-        report = self.report
-        done = f"{report.outcome}: {report.steps_done} of {report.steps} steps in {report.seconds:.1f} s"
-        passed = [stop.line() for stop in self.stops if stop.step < report.steps]
-        return [
-            done,
-            *node_table.table(report.nodes, self.plan.drive),
-            *passed,
-            *_rod_lines(self.playback, self.promise),
-        ]
-
-
-def conduct(plan: Plan, radio: Radio, control: Control, place: Place) -> RunResult:
-    """Send `plan` and keep its record in a new folder; LinkError once everything that can be held is held."""
-    folder = new_run(place.runs, plan.name)
-    write_plan(plan, folder / PLAN_NAME)
-    mock = node_table.mock_of(radio)
-    with closing(Journal(folder, mock.disk if mock is not None else None)) as journal:
-        return _conduct(_Job(plan, radio, folder, place.spec), partial(send_plan, plan, radio, journal), control)
-
-
-def go_on(broken: InterruptedRun, radio: Radio, journal: ReopenedJournal, control: Control, place: Place) -> RunResult:
-    """Go on with a run; as `conduct`, and InvalidInput if its record forbids it."""
-    plan, mock, way = broken.plan, node_table.mock_of(radio), []
-    if mock is not None:
-        journal.disk = mock.disk
-        way = broken.way_here(mock.positions())
-    seen = broken.unseen[0] if broken.unseen else broken.point.barrier
-    job = _Job(plan, radio, broken.folder, place.spec, way, seen + 1, len(journal.records))
-    return _conduct(job, partial(resume_plan, plan, radio, journal), control)
-
-
-@dataclass(frozen=True)
-class Place:
-    """Through which radio is sent, and where the records are."""
+class Means:
+    """How to send: through which radio, "" if none was named, with the records where, and what the operator allows."""
 
     spec: str
     runs: Path
+    touched: bool = False
+    takeover: bool = False
+    asks: bool = True
 
 
-@dataclass(frozen=True)
-class _Job:
-    """What is sent, through what, where its record is kept, and how the nodes came here if no one has told yet.
-
-    `first` is the first step (from 1) that is done on that way, or else in this run. `known` is how many records there
-    are already.
-    """
-
-    plan: Plan
-    radio: Radio
-    folder: Path
-    spec: str
-    way: Sequence[tuple[Counts, ...]] = ()
-    first: int = 1
-    known: int = 0
-
-    @property
-    def has_begun(self) -> bool:
-        """Whether the nodes were taken over: a run that was refused has moved nothing."""
-        with suppress(InvalidInput):
-            return any(each.get("type") in BEGINS for each in read_journal(self.folder / FILE_NAME)[self.known :])
-        return True
-
-    @property
-    def promise(self) -> Promise:
-        """What the plan says of the rod where the run has come to by its record."""
-        from curveline.driving.promises import promise
-
-        return promise(self.plan, *steps_on_record(self.folder, self.plan))
+def wish_of_named(named: Named, runs: Path, *, touched: bool = False) -> Wish:
+    """What is to be sent; InvalidInput unless it is one thing, and can be read."""
+    if bool(named.files or named.home) is (named.resume is not None):
+        raise InvalidInput("name a plan, shapes, --home, or a run to --resume, and only one of them")
+    if named.display is not None and (named.files or not (named.home or named.resume == LAST)):
+        hint = "a plan, a shape or a run names its own display"
+        raise InvalidInput("--display is for --home alone and for --resume last", hint)
+    if named.resume is not None:
+        wish: Wish = run_to_resume(named.resume, _name_of(named.display), runs, TERMINAL)
+    else:
+        wish = wish_of(named.files, home=named.home, display=named.display or DEFAULT_DISPLAY)
+    if touched and not isinstance(wish, Tour):
+        raise InvalidInput(
+            "--touched is for shapes and for --home: this plan is made already", "send the shape instead"
+        )
+    return wish
 
 
-def _conduct(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> RunResult:
-    screen.note(f"record: {job.folder}")
-    screen.note(f"if this is cut short: {resuming(job.folder)}")
-    begin = job.radio.now_us() / 1e6
-    try:
-        report = _send(job, sender, control)
-    except LinkError as error:
-        if job.has_begun:
-            screen.note("\n".join(_rod_lines(_play_back(job, begin)[0], job.promise)))
-        if not isinstance(error, Halted) or can_resume(error.halt):
-            advise_resuming(job.plan, job.folder)
-        if control.request is OperatorRequest.NONE:
-            raise
-        # An emergency stop ends the run as a fault of all nodes, but it is what somebody asked for.
-        screen.complain(error)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
-    return RunResult(job.plan, report, control.request, *_play_back(job, begin), job.folder, job.promise)
-
-
-def _send(job: _Job, sender: Callable[[Observer, Control], RunReport], control: Control) -> RunReport:
-    """Send, show how it goes, and publish it."""
-    with (
-        published(job.folder, job.plan, job.spec, control) as publisher,
-        _signals(control),
-        watch(job.plan, control) as shown,
-    ):
-
-        def observe(news: Progress) -> None:
-            publisher(news)
-            shown(news)
-
-        report = None
-        try:
-            report = sender(observe, control)
-        finally:
-            publisher.end(report)
-        return report
-
-
-def advise_resuming(plan: Plan, run: Path) -> None:
-    """Say how a run that was broken off goes on, if its record allows that."""
-    with suppress(InvalidInput):
-        resume_point(plan, read_journal(run / FILE_NAME))
-        screen.note(f"to go on with this run: {resuming(run)}")
-
-
-def _rod_lines(playback: Playback | None, promised: Promise) -> list[str]:
-    """What the rod did, as text, where it is known."""
-    if playback is None:
-        return []
-    from curveline.replay.tour_checks import posture
-
-    said = [(state, promised.verdict(segment, state)) for segment, state in enumerate(playback.states)]
-    lines = [_snap_line(snap) for snap in playback.snaps]
-    for segments, (state, verdict) in alike(said):
-        which = f"segment{'s' if len(segments) > 1 else ''} {spans(segments)}"
-        lines.append(f"{which}: the rod is {posture(state)}{verdict}")
-    return lines
-
-
-def _snap_line(snap: Snap) -> str:
-    when = "before this went on" if snap.seconds < 0.0 else f"{snap.seconds:.1f} s"
-    return f"{when}: segment {snap.segment} snapped from {snap.before} to {snap.after}"
-
-
-def _play_back(job: _Job, begin: float) -> tuple[Playback | None, tuple[ShapeCheck, ...]]:
-    """What the motion of a mock's nodes since `begin` [s] did to its rod, which it then remembers.
-
-    None for other radios, and if the display file is gone.
-    """
-    mock = node_table.mock_of(job.radio)
-    if mock is None:
-        return None, ()
-    try:
-        display = display_of(job.plan)
-    except InvalidInput as error:
-        screen.note(f"which curve the rod took is not known: {error.message}")
-        mock.rod = []
-        return None, ()
-    from curveline.replay.tour_checks import CarriedOut, play_back
-
-    screen.announce_compilation()
-    motion = [(seconds - begin, counts) for seconds, counts in mock.motion()]
-    before = [(BEFORE, counts) for counts in job.way]
-    playback, stops = play_back(CarriedOut(job.plan, display, job.first), [*before, *motion], mock.rod)
-    mock.rod = list(playback.states)
-    return playback, stops
-
-
-def display_of(plan: Plan) -> Display:
-    """The display that a plan was made for, as its file says now; InvalidInput if it says nothing of use."""
+def _name_of(display: str | None) -> str:
+    """The name of a display, "" for any."""
+    if display is None:
+        return ""
     from curveline.shapes.files import read_display
 
-    display = read_display(str(plan.provenance.get("display", plan.drive.display)))
-    if display.digest != plan.drive.digest:
-        screen.note(f"note: the file of display {plan.drive.display} has changed since this plan was made")
-    return display
+    return read_display(display).name
 
 
-@contextmanager
-def _signals(control: Control) -> Iterator[None]:
-    """Ctrl-C and its like ask the run to pause; again, to hold now; again, to stop for good."""
+def rehearse(wish: Wish, means: Means, *, as_json: bool) -> None:
+    """Print what would be staged."""
+    from curveline.cli.printing import frame_table
 
-    def escalate(number: int, frame: object) -> None:
-        control.escalate()
+    dry = dry_run_of(wish, DrySite(means.spec, means.runs, means.touched, TERMINAL))
+    if as_json:
+        screen.emit(dry.document())
+    else:
+        screen.result("\n".join([*plan_text.describe(dry.plan), *frame_table.table(dry.frames)]))
+    screen.note("dry run: nothing was sent")
 
-    before = [(number, signal.signal(number, escalate)) for number in STOP_SIGNALS]
+
+def send_wish(wish: Wish, means: Means, *, as_json: bool) -> int:
+    """Plan from where the display stands, ask, send, and say how it ended; the exit code."""
+    if means.asks:
+        consent.require_terminal("sending moves the display, and ", "add --yes to agree")
+    with (
+        connect(means.spec, _display_of(wish), runs=means.runs, listener=TERMINAL) as session,
+        session.prepared(wish, touched=means.touched) as run,
+    ):
+        if means.asks and not consent.agrees("Move the display?"):
+            screen.note("nothing was sent")
+            return EXIT_NO
+        result = _sent(run, Control(Policy(takeover=means.takeover), tell=screen.note))
+    return EXIT_INTERRUPTED if result is None else _conclude(result, as_json=as_json)
+
+
+def _display_of(wish: Wish) -> Display | Plan:
+    """The display that is to be driven."""
+    if isinstance(wish, Tour):
+        return wish.display
+    return wish if isinstance(wish, Plan) else wish.plan
+
+
+def _sent(run: PreparedRun, control: Control) -> RunResult | None:
+    """Send; None after an emergency stop, which ends a run as a fault of all nodes, but is what somebody asked for."""
     try:
-        yield
-    finally:
-        for number, handler in before:
-            signal.signal(number, handler)
+        return run.send(control)
+    except LinkError as error:
+        if control.request is OperatorRequest.NONE:
+            raise
+        screen.complain(error)
+        return None
+
+
+def _conclude(result: RunResult, *, as_json: bool) -> int:
+    """Say how the run ended; the exit code for it."""
+    if as_json:
+        screen.emit(result.document())
+    else:
+        screen.result("\n".join(run_text.describe(result)))
+    if not result.is_interrupted:
+        return EXIT_DONE if result.is_wanted else EXIT_NO
+    advise_resuming(result.plan, result.folder, TERMINAL)
+    screen.note("or send the shape again: that plans from where the display stands")
+    return EXIT_INTERRUPTED

@@ -10,8 +10,9 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from curveline.driving.live import LAST_NAME, LIVE_NAME, STOP_PREFIX, Live, Sender, read_live, sender_of
 from curveline.errors import LinkError
@@ -21,6 +22,7 @@ from curveline.radio.host.journal import is_open
 from curveline.radio.host.stopping import Stopped, stop_all
 from curveline.radio.interface import InUse, open_radio
 from curveline.radio.protocol.codes import NodeState
+from curveline.radio.site.key_file import lenient
 
 REACT_S = 3.0
 """A sender that is alive reacts within a fraction of this."""
@@ -43,6 +45,18 @@ class Halting:
     nodes: list[Stopped]
     sender: Sender | None = None
 
+    @property
+    def is_sure(self) -> bool:
+        """True if every node stands for certain."""
+        return all(each.is_sure for each in self.nodes)
+
+    def document(self) -> dict[str, Any]:
+        """The same as plain data."""
+        found = [{**asdict(each), "state": each.state_name, "is_sure": each.is_sure} for each in self.nodes]
+        sender = self.sender
+        by = None if sender is None else {"process": sender.live.process, "run": str(sender.run)}
+        return {"nodes": found, "sender": by}
+
 
 def stop_display(spec: str, drive: DriveSettings, runs: Path) -> Halting:
     """Bring every node of a display to a hold; LinkError if the radio fails, or a sender that has it does not react."""
@@ -52,7 +66,7 @@ def stop_display(spec: str, drive: DriveSettings, runs: Path) -> Halting:
         if sender is not None and (stopped := _ask(sender)) is not None:
             return Halting(stopped, sender)
         try:
-            with closing(open_radio(spec, drive, runs)) as radio:
+            with lenient(), closing(open_radio(spec, drive, runs)) as radio:
                 return Halting(stop_all(radio, drive))
         except InUse as error:
             if time.monotonic() > end and sender_of(drive, spec, runs) is None:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from curveline.cli import known_states
-from curveline.cli.known_states import Shown, check_granted
+from curveline.driving import known_states
+from curveline.driving.known_states import Shown, check_granted
 from curveline.errors import Infeasible
 from curveline.plan_file import Plan, drive_settings, sealed, write_plan
 from curveline.radio.host.link import read_status

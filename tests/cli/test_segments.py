@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from curveline.cli import run as running
 from curveline.cli.printing import run_progress
-from curveline.cli.printing.phrases import alike, in_words, spans
 from curveline.cli.printing.plan_text import describe
 from curveline.driving.promises import promise
+from curveline.driving.rod_report import rod_lines
+from curveline.phrases import alike, in_words, spans
 from curveline.plan_file import NodeTarget, Plan, Step, drive_settings, sealed, write_plan
 from curveline.radio.host.link import Control, Phase, Progress
 from curveline.radio.host.node_status import NodeStatus
@@ -162,7 +162,7 @@ def test_four_segments_are_simulated_and_drawn_on_80_columns(run: Run) -> None:
 def test_how_a_run_ended_names_equal_neighbours_together() -> None:
     plan = row_plan(4)
     states = ("peak", "valley", "valley", "valley")
-    lines = running._rod_lines(Playback(states, states, (Snap(1.25, 4, "peak", "valley"),)), promise(plan, 3, 3))
+    lines = list(rod_lines(Playback(states, states, (Snap(1.25, 4, "peak", "valley"),)), promise(plan, 3, 3)))
     assert lines == [
         "1.2 s: segment 4 snapped from peak to valley",
         "segment 1: the rod is in the peak, as wanted",

@@ -12,8 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from curveline.cli import goal, known_states
-from curveline.cli.known_states import Shown, shown_states
+from curveline.driving import known_states, tours
+from curveline.driving.known_states import Shown, shown_states
+from curveline.driving.tours import Tour, Whereabouts
+from curveline.listening import Listener
 from curveline.plan_file import Plan, sealed, to_json, write_plan
 from curveline.radio.host.journal import Journal, new_run
 from curveline.radio.host.link import Control, OperatorRequest, read_status, send_plan
@@ -265,14 +267,14 @@ def test_only_so_many_runs_are_asked_about(tmp_path: Path, monkeypatch: pytest.M
 def planned_with(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, ...]]:
     """What plans were told of the states that the display shows."""
     told: list[tuple[str, ...]] = []
-    plain = goal.plan_goal
+    plain = tours.plan_tour
 
-    def spy(wanted: object, start: object, shows: tuple[str, ...] = ()) -> Plan:
-        told.append(shows)
-        return plain(wanted, start, shows)
+    def spy(tour: Tour, begin: Whereabouts, listener: Listener) -> Plan:
+        told.append(begin.shows)
+        return plain(tour, begin, listener)
 
-    for module in ("commands.send", "dry_run"):
-        monkeypatch.setattr(f"curveline.cli.{module}.plan_goal", spy)
+    for module in ("session", "dry_run"):
+        monkeypatch.setattr(f"curveline.driving.{module}.plan_tour", spy)
     return told
 
 
@@ -296,7 +298,7 @@ def test_a_shape_is_planned_from_what_the_display_shows(run: Run, planned_with: 
 def test_over_a_radio_that_sees_no_rod_the_last_run_tells(
     run: Run, monkeypatch: pytest.MonkeyPatch, planned_with: list[tuple[str, ...]]
 ) -> None:
-    monkeypatch.setattr(known_states, "mock_of", lambda radio: None)
+    monkeypatch.setattr(known_states, "known_rod", lambda radio: None)
     radio = ("--radio", "mock:loss=0.3,seed=8", "--yes")
     assert run("send", SHAPES / "level-up-peak.toml", *radio).code == 0
     second = run("send", SHAPES / "level-up-valley.toml", *radio)

@@ -16,7 +16,7 @@ from typing import Any
 
 from curveline.radio.node.machine import NodeMachine
 from curveline.radio.node.plant import PlantFault, Sought
-from curveline.radio.node.state import Identity, Memory, Session
+from curveline.radio.node.state import Identity, Memory, NodeSession
 from curveline.radio.protocol.codes import BootCause, Counts, Fault
 from curveline.radio.protocol.frames import HelloFrame
 from curveline.radio.protocol.keys import Site
@@ -139,13 +139,13 @@ class WatchedNode(NodeMachine):
         self.loads += 1
 
 
-def _session(facts: tuple[Any, ...]) -> Session | None:
+def _session(facts: tuple[Any, ...]) -> NodeSession | None:
     heard_ms, handshake, run_tag, key, counter, number, release, deadman_ms, *rest = facts
     flags, hold_gen, exists, closed, owns_run, order = rest
     if not exists:
         return None
     hello = HelloFrame(0, handshake, run_tag, 0, deadman_ms, flags)
-    return Session(number, key, hello, counter, release, hold_gen, heard_ms, bool(closed), bool(owns_run), order)
+    return NodeSession(number, key, hello, counter, release, hold_gen, heard_ms, bool(closed), bool(owns_run), order)
 
 
 def begin(start: tuple[Any, ...]) -> WatchedNode:

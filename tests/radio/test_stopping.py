@@ -12,7 +12,7 @@ from curveline.radio.host.link import Progress, send_plan
 from curveline.radio.host.stopping import Stopped, stop_all
 from curveline.radio.interface import Answer
 from curveline.radio.mock.display import open_radio
-from curveline.radio.node.state import Session
+from curveline.radio.node.state import NodeSession
 from curveline.radio.protocol.codes import Fault, NodeState
 from curveline.radio.protocol.frames import HelloFrame
 from curveline.radio.protocol.motion import axes_of, plan_move
@@ -74,7 +74,7 @@ def test_a_hold_of_the_owner_is_no_proof_and_nor_is_an_acknowledgement(tmp_path:
     radio = open_radio("", drive_table(), tmp_path)
     node = radio.nodes[0]
     node.advance(0)
-    node._session = Session(1, bytes(16), HelloFrame(1, 0, 0, 0, 60_000), hold_gen=1)
+    node._session = NodeSession(1, bytes(16), HelloFrame(1, 0, 0, 0, 60_000), hold_gen=1)
     exchange = radio.exchange
 
     def only_questions(frames):

@@ -82,7 +82,8 @@ def plan(
     elif not json:
         screen.result("\n".join(describe(made)))
     if request is not None:
-        raise typer.Exit(trials.perturb(made, request, as_json=json and not is_piped, aside=is_piped))
+        share = trials.perturb(made, request, as_json=json and not is_piped, aside=is_piped)
+        raise typer.Exit(trials.exit_code_of(share, least_share))
 
 
 def _look_at(paths: Sequence[str]) -> Plan:
@@ -96,12 +97,13 @@ def _look_at(paths: Sequence[str]) -> Plan:
 
 def _work_out(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
     """A plan through some shapes, and home."""
-    from curveline.cli.goal import plan_goal, read_goal
+    from curveline.cli.terminal import TERMINAL
+    from curveline.driving.tours import Whereabouts, plan_tour, read_tour
     from curveline.planning.tours import start_at
     from curveline.shapes.files import read_shape
 
     if not paths and (begin is None or not goes_home):
         raise InvalidInput("no shape to plan", "name shapes, or the one that is shown: --from SHAPE --home")
-    goal = read_goal([*paths, *([] if begin is None else [begin])], ends_home=goes_home)
-    start, shows = (None, ()) if begin is None else start_at(read_shape(begin))
-    return plan_goal(replace(goal, scenes=goal.scenes[: len(paths)]), start, shows)
+    tour = read_tour([*paths, *([] if begin is None else [begin])], ends_home=goes_home)
+    here = Whereabouts() if begin is None else Whereabouts(*start_at(read_shape(begin)))
+    return plan_tour(replace(tour, scenes=tour.scenes[: len(paths)]), here, TERMINAL)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curveline.cli.printing import node_table, screen
-from curveline.cli.printing.node_table import DisplayOption, RadioOption, RunsOption
+from curveline.cli.options import DisplayOption, RadioOption, RunsOption, require_radio, runs_folder
+from curveline.cli.printing import screen
+from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_LINK
 
 if TYPE_CHECKING:
@@ -28,40 +28,27 @@ def stop(
     supply of the motors.
     """
     from curveline import __version__
-    from curveline.driving.halting import stop_display
     from curveline.driving.interrupted import resuming
-    from curveline.plan_file import drive_settings
-    from curveline.radio.site.key_file import lenient
-    from curveline.shapes.files import read_display
+    from curveline.driving.session import connect
 
-    spec = node_table.require_radio(radio)
-    drive = drive_settings(read_display(display))
-    with lenient():
-        halting = stop_display(spec, drive, node_table.runs_folder(runs))
-    stopped, sender = halting.nodes, halting.sender
+    with connect(require_radio(radio), display, runs=runs_folder(runs), listener=TERMINAL) as session:
+        halting = session.stop()
+        head = {"curveline": __version__, "display": session.drive.display, "radio": session.spec}
     if json:
-        found = [{**asdict(each), "state": _state(each), "is_sure": each.is_sure} for each in stopped]
-        by = None if sender is None else {"process": sender.live.process, "run": str(sender.run)}
-        screen.emit({"curveline": __version__, "display": drive.display, "radio": spec, "nodes": found, "sender": by})
+        screen.emit({**head, **halting.document()})
     else:
-        screen.result("\n".join(_line(each) for each in stopped))
-    if sender is not None:
-        screen.note(f"paused by {sender.name}; to go on: {resuming(sender.run)}")
-    raise typer.Exit(EXIT_DONE if all(each.is_sure for each in stopped) else EXIT_LINK)
-
-
-def _state(stopped: Stopped) -> str | None:
-    from curveline.radio.protocol.codes import plain_name
-
-    return plain_name(stopped.state) if stopped.state is not None else None
+        screen.result("\n".join(map(_line, halting.nodes)))
+    if halting.sender is not None:
+        screen.note(f"paused by {halting.sender.name}; to go on: {resuming(halting.sender.run)}")
+    raise typer.Exit(EXIT_DONE if halting.is_sure else EXIT_LINK)
 
 
 def _line(stopped: Stopped) -> str:
     where = f"node {stopped.node}"
     if stopped.is_sure:
-        return f"{where}: stands ({_state(stopped)})"
+        return f"{where}: stands ({stopped.state_name})"
     if stopped.state is not None:
-        return f"{where}: NOT STOPPED, it says that it is {_state(stopped)}: switch off its power"
+        return f"{where}: NOT STOPPED, it says that it is {stopped.state_name}: switch off its power"
     if stopped.link.answered:
         return f"{where}: NOT SURE, {stopped.address} acknowledges, but not under the key of this site"
     return f"{where}: NOT SURE, no answer from {stopped.address}; a node that hears no host holds by itself within 7 s"

@@ -6,7 +6,8 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from curveline.cli.printing import screen
-from curveline.cli.printing.phrases import alike, in_words, spans, wrapped
+from curveline.driving.tours import granted, summary
+from curveline.phrases import alike, spans, wrapped
 from curveline.plan_file import NodeTarget, Plan, Step
 
 STEP_HEAD = ("step", "action", "time s", "strain %", "force N", "N mm", "margin")
@@ -36,17 +37,6 @@ def describe(plan: Plan) -> Iterator[str]:
         yield from _unless_many([SEGMENT_HEAD, *_segment_rows(plan)], frozenset({1, 3}))
     yield "targets in mm and deg, then in encoder counts from home"
     yield from _unless_many([TARGET_HEAD, *_target_rows(plan)], frozenset())
-
-
-def summary(plan: Plan) -> str:
-    """A plan as a whole in a few words."""
-    steps = f"{len(plan.steps)} step{'s' if len(plan.steps) > 1 else ''}"
-    return f"display {plan.drive.display}, {steps}, {plan.seconds:.1f} s, ends in: {in_words(plan.wanted)}"
-
-
-def granted(plan: Plan) -> str:
-    """The states that the segments must be in at the start, in a few words."""
-    return in_words([name or "any" for name in plan.granted])
 
 
 def _unless_many(rows: Sequence[tuple[str, ...]], left: frozenset[int]) -> Iterator[str]:

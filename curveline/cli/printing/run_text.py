@@ -1,12 +1,25 @@
-"""Runs as people and scripts see them."""
+"""Runs as people and scripts see them: how one ended, and those on record."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from typing import Any
 
-from curveline.cli.printing.phrases import wrapped
+from curveline.cli.printing import node_table
+from curveline.driving.rod_report import rod_lines
+from curveline.driving.run_result import RunResult
 from curveline.driving.runs import Run, RunEnding
+from curveline.phrases import wrapped
+
+
+def describe(result: RunResult) -> Iterator[str]:
+    """How a run ended, as text."""
+    report = result.report
+    yield f"{report.outcome}: {report.steps_done} of {report.steps} steps in {report.seconds:.1f} s"
+    yield from node_table.table(report.nodes, result.plan.drive)
+    yield from (shape.line() for shape in result.shapes if shape.step < report.steps)
+    yield from rod_lines(result.playback, result.promise)
 
 
 def document(run: Run) -> dict[str, Any]:

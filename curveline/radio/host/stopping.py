@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from curveline.plan_file import DriveSettings
 from curveline.radio.host.peer import LinkTally, Peer
 from curveline.radio.interface import BATCH, Answer, Radio
-from curveline.radio.protocol.codes import ATTEMPT_MASK, FLAG_QUERY, NodeState
+from curveline.radio.protocol.codes import ATTEMPT_MASK, FLAG_QUERY, NodeState, plain_name
 from curveline.radio.protocol.frames import HelloFrame, ReportFrame, StopFrame, decode_report, encode_stop
 from curveline.radio.site.key_file import UNKNOWN_CHIP
 
@@ -35,6 +35,11 @@ class Stopped:
     link: LinkTally = field(default_factory=LinkTally)
 
     is_sure: bool = False
+
+    @property
+    def state_name(self) -> str | None:
+        """The state in words."""
+        return plain_name(self.state) if self.state is not None else None
 
 
 def stop_all(radio: Radio, drive: DriveSettings) -> list[Stopped]:

@@ -92,6 +92,11 @@ class MockRadio:
         self._saved = self._progress()
 
     @property
+    def modelled(self) -> MockRadio:
+        """This radio, as the display behind it, of which more is known than its nodes tell."""
+        return self
+
+    @property
     def nodes(self) -> list[NodeMachine]:
         """The nodes as they are now: one that restarts is another one."""
         return [station.node for station in self._stations]

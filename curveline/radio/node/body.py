@@ -6,7 +6,7 @@ Half of the executable specification of a node; what frames bring is the other h
 from __future__ import annotations
 
 from curveline.radio.node.plant import Plant, PlantFault
-from curveline.radio.node.state import LOST_POSITION, Identity, Memory, NodeTally, Session, with_reason
+from curveline.radio.node.state import LOST_POSITION, Identity, Memory, NodeSession, NodeTally, with_reason
 from curveline.radio.protocol.codes import NOT_HOMED, Counts, Fault, NodeState
 from curveline.radio.protocol.motion import Axes, NodeMove, plan_move, rest_ms
 
@@ -22,8 +22,8 @@ class NodeBody:
         self.move: NodeMove | None = None
         self.move_start_ms = 0
         self._axes = axes
-        self._session: Session | None = None
-        self._pending: Session | None = None
+        self._session: NodeSession | None = None
+        self._pending: NodeSession | None = None
         self._booted = False
         self._silent = memory.started > memory.finished
         self._stopped = False

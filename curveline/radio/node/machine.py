@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from curveline.radio.node.body import NodeBody
 from curveline.radio.node.plant import Plant
-from curveline.radio.node.state import LIFT, LOST_POSITION, Identity, Memory, Session
+from curveline.radio.node.state import LIFT, LOST_POSITION, Identity, Memory, NodeSession
 from curveline.radio.protocol.codes import (
     CLOCK_SHIFT,
     COUNTER_END,
@@ -89,7 +89,7 @@ class NodeMachine(NodeBody):
             self._obey(now_ms, session, frame)
         self._reload(now_ms)
 
-    def _obey(self, now_ms: int, session: Session, frame: DriveFrame) -> None:
+    def _obey(self, now_ms: int, session: NodeSession, frame: DriveFrame) -> None:
         if session.hold_gen & 1:
             self._halt(now_ms)
         elif session.hold_gen > self._lift_above:
@@ -99,7 +99,7 @@ class NodeMachine(NodeBody):
         self._start(session)
         self._go_on(now_ms)
 
-    def _session_of(self, payload: bytes) -> Session | None:
+    def _session_of(self, payload: bytes) -> NodeSession | None:
         """The live or offered session that a frame names; the tag decides whether it is telling the truth."""
         number = payload[2] | payload[3] << 8
         for session in (self._session, self._pending):
@@ -107,7 +107,7 @@ class NodeMachine(NodeBody):
                 return session
         return None
 
-    def _accept(self, now_ms: int, session: Session, frame: DriveFrame | HomeFrame) -> bool:
+    def _accept(self, now_ms: int, session: NodeSession, frame: DriveFrame | HomeFrame) -> bool:
         """Whether a frame with a good tag counts; if it does, the dead-man is fed.
 
         Its host must have heard of the node lately when it sent it, else somebody may have kept it back.
@@ -122,19 +122,19 @@ class NodeMachine(NodeBody):
         session.heard_ms = max(session.heard_ms, said_ms)
         return True
 
-    def _doubt(self, now_ms: int, session: Session, reject: Reject) -> None:
+    def _doubt(self, now_ms: int, session: NodeSession, reject: Reject) -> None:
         """A frame is not under the key of the session that it names, or so old that its clock is taken for another."""
         self.tally.refuse(now_ms, reject)
         self._tell_time(now_ms, session)
 
-    def _tell_time(self, now_ms: int, session: Session) -> None:
+    def _tell_time(self, now_ms: int, session: NodeSession) -> None:
         """Load the answer that the session's host looks for, with the time as it is now, and do no more."""
         if session is self._pending:
             self._identify(now_ms, session.hello)
         else:
             self._reload(now_ms)
 
-    def _admit(self, now_ms: int, session: Session, counter: int) -> bool:
+    def _admit(self, now_ms: int, session: NodeSession, counter: int) -> bool:
         """Whether a frame is newer than all before; if it is, a pending session takes over."""
         if counter <= session.counter or counter >= COUNTER_END:
             self.tally.old_frames += 1
@@ -150,7 +150,7 @@ class NodeMachine(NodeBody):
         owner = self._session
         return owner is None or owner.closed or now_ms >= owner.expires_ms
 
-    def _take_over(self, now_ms: int, session: Session) -> None:
+    def _take_over(self, now_ms: int, session: NodeSession) -> None:
         """The offered session becomes the live one. What was done stays known until the new host stages a step."""
         flags = session.hello.flags
         session.owns_run = bool(flags & FLAG_RESUME) and session.hello.run_tag == self.memory.run_tag
@@ -163,13 +163,13 @@ class NodeMachine(NodeBody):
         if flags & FLAG_CLEAR and self.memory.fault not in LOST_POSITION:
             self.memory.forget_fault()
 
-    def _begin_run(self, session: Session) -> None:
+    def _begin_run(self, session: NodeSession) -> None:
         """The first step that a host stages is of a run of its own: the one before cannot go on any more."""
         self.memory.forget_run()
         self.memory.run_tag = session.hello.run_tag
         session.owns_run = True
 
-    def _stage(self, now_ms: int, session: Session, frame: DriveFrame) -> None:
+    def _stage(self, now_ms: int, session: NodeSession, frame: DriveFrame) -> None:
         memory = self.memory
         if frame.load_step == 0:
             return
@@ -189,14 +189,14 @@ class NodeMachine(NodeBody):
             memory.staged = frame.load_step
             memory.next_target, memory.next_ms = frame.target, frame.move_ms
 
-    def _start(self, session: Session) -> None:
+    def _start(self, session: NodeSession) -> None:
         memory = self.memory
         idle = memory.finished == memory.started and self.move is None
         if idle and memory.staged == memory.started + 1 and session.release >= memory.staged and self._may_move():
             memory.started = memory.staged
             memory.target, memory.move_ms = memory.next_target, memory.next_ms
 
-    def _close(self, now_ms: int, session: Session) -> None:
+    def _close(self, now_ms: int, session: NodeSession) -> None:
         """The host gives the node back; its last answer stays loaded."""
         session.closed = True
         self._silent = self.memory.started > self.memory.finished
@@ -215,7 +215,7 @@ class NodeMachine(NodeBody):
                 self.start_homing(now_ms, frame.axes)
             self._reload(now_ms)
 
-    def _may_home(self, session: Session) -> bool:
+    def _may_home(self, session: NodeSession) -> bool:
         """Whether a host may order it: never in a run of its own, nor while the node is to hold or does anything."""
         memory = self.memory
         held = self._silent or self._stopped or session.hold_gen & 1
@@ -264,7 +264,7 @@ class NodeMachine(NodeBody):
                 return
             memory.offers += 1
             fresh = session_key(self.identity.node_key, hello.handshake, memory.nonce, hello.run_tag)
-            self._pending = Session(memory.nonce.session, fresh, hello)
+            self._pending = NodeSession(memory.nonce.session, fresh, hello)
         self._identify(now_ms, hello)
 
     def _identify(self, now_ms: int, hello: HelloFrame) -> None:
@@ -305,7 +305,7 @@ class NodeMachine(NodeBody):
         if session is not None:
             self.ack = encode_status(self._status(now_ms, session), session.key)
 
-    def _status(self, now_ms: int, session: Session) -> StatusFrame:
+    def _status(self, now_ms: int, session: NodeSession) -> StatusFrame:
         """What the owner is told; of a run that is not its own it learns nothing here."""
         memory = self.memory
         steps = (memory.finished, memory.started, memory.staged) if session.owns_run else (0, 0, session.order)

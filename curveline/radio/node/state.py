@@ -103,7 +103,7 @@ class Memory:
 
 
 @dataclass
-class Session:
+class NodeSession:
     """One host's claim on the node, offered or live.
 
     `owns_run` says that the run which the node remembers is this host's: it was resumed, or has staged a step here.

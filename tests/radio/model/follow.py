@@ -11,7 +11,7 @@ from random import Random
 from curveline.radio.host.actions import Action, Phase, Policy, Poll, Write
 from curveline.radio.host.stop_causes import Cause
 from curveline.radio.mock.air import Heard, Weather
-from curveline.radio.node.state import Session
+from curveline.radio.node.state import NodeSession
 from curveline.radio.protocol.codes import CLOCK_SHIFT, FLAG_QUERY, FLAG_RESUME, FrameKind, clock_of
 from curveline.radio.protocol.envelope import kind_of
 from curveline.radio.protocol.frames import (
@@ -67,7 +67,7 @@ class Followed(Bench):
         self.models = [Node(restarts=UNLIMITED) for _ in self.nodes]
         self.host = self._begun(Host(1, tuple(Peer() for _ in self.nodes)))
         self._offers: list[dict[tuple[int, int], int]] = [{} for _ in self.nodes]
-        self._keys: list[dict[int, Session]] = [{} for _ in self.nodes]
+        self._keys: list[dict[int, NodeSession]] = [{} for _ in self.nodes]
         self._handshakes = {self.conductor.peers[0].nonce >> 8: self.host.code}
         for antenna in self.antennas:
             antenna.node = _Watch(self, self.antennas.index(antenna))
@@ -130,7 +130,7 @@ class Followed(Bench):
         assert bool(hello.flags & FLAG_RESUME) == bool(code & 1)
         return code
 
-    def _code(self, index: int, session: Session | None) -> int:
+    def _code(self, index: int, session: NodeSession | None) -> int:
         """The model's number of a session: boot, how many offers of its handshake there were, and the handshake."""
         if session is None:
             return 0

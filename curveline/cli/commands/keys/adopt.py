@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from curveline.cli import consent
-from curveline.cli.printing import node_table, screen
-from curveline.cli.printing.node_table import DisplayOption, RadioOption, RunsOption
+from curveline.cli.options import DisplayOption, RadioOption, RunsOption, require_radio, runs_folder
+from curveline.cli.printing import screen
 from curveline.errors import EXIT_NO, InvalidInput, LinkError
 
 if TYPE_CHECKING:
@@ -34,12 +34,12 @@ def adopt(
     from curveline.radio.site import key_file
     from curveline.shapes.files import read_display
 
-    spec = node_table.require_radio(radio)
+    spec = require_radio(radio)
     drive = drive_settings(read_display(display))
     site = key_file.read_site(key_file.default_path())
     if not yes:
         consent.require_terminal("", "add --yes to record whoever answers")
-    with key_file.lenient(), closing(open_radio(spec, drive, node_table.runs_folder(runs))) as opened:
+    with key_file.lenient(), closing(open_radio(spec, drive, runs_folder(runs))) as opened:
         if opened.site.master != site.master:
             raise InvalidInput(
                 "the nodes of this radio hold no key of a site", hint="for a trial, use --radio mock:keys"

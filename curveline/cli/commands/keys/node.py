@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
+from curveline.cli.options import DisplayOption
 from curveline.cli.printing import screen
-from curveline.cli.printing.node_table import DisplayOption
 from curveline.errors import InvalidInput
 
 

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from curveline.cli.one_node import NumberArgument, one_node, show_report
-from curveline.cli.printing.node_table import DisplayOption, RadioOption, RunsOption
+from curveline.cli.commands.node.common import NumberArgument, session_of, show_report
+from curveline.cli.options import DisplayOption, RadioOption, RunsOption
 from curveline.errors import EXIT_DONE, EXIT_LINK
 
 
@@ -23,8 +23,6 @@ def clear(
     A run that was broken off by a stall or a driver fault can go on then; after any other fault send the shape again.
     A fault that cost the position ends with homing only: `curveline node home`.
     """
-    from curveline.radio.host.service import clear_fault
-
-    with one_node(number, radio, display, runs) as node:
-        report = clear_fault(node.radio, node.drive, number)
-        raise typer.Exit(EXIT_DONE if show_report(node, report, as_json=json).can_move else EXIT_LINK)
+    with session_of(radio, display, runs) as session:
+        node = session.node(number)
+        raise typer.Exit(EXIT_DONE if show_report(node, node.clear(), as_json=json).can_move else EXIT_LINK)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
 from enum import Enum
 from typing import TYPE_CHECKING, Annotated
@@ -9,12 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from curveline.cli import consent
-from curveline.cli.one_node import NumberArgument, OneNode, one_node, show_report
+from curveline.cli.commands.node.common import NumberArgument, session_of, show_report
+from curveline.cli.options import DisplayOption, RadioOption, RunsOption
 from curveline.cli.printing import screen
-from curveline.cli.printing.node_table import DisplayOption, RadioOption, RunsOption
 from curveline.errors import EXIT_DONE, EXIT_LINK, EXIT_NO, LinkError
 
 if TYPE_CHECKING:
+    from curveline.driving.one_node import OneNode
     from curveline.radio.protocol.frames import ReportFrame, StatusFrame
 
 
@@ -48,9 +50,9 @@ def home(
     wanted = {each.value for each in axis or AxisOption}
     if not yes:
         _ask(number, [name for name in AXES if name in wanted])
-    with one_node(number, radio, display, runs) as node:
-        report = _home(node, sum(1 << AXES.index(name) for name in wanted))
-        status = show_report(node, report, as_json=json)
+    with session_of(radio, display, runs) as session:
+        node = session.node(number)
+        status = show_report(node, _home(node, wanted), as_json=json)
     is_hurt = status.fault or any(name in wanted for name in status.unhomed)
     raise typer.Exit(EXIT_LINK if is_hurt else EXIT_DONE)
 
@@ -63,9 +65,9 @@ def _ask(number: int, axes: list[str]) -> None:
         raise typer.Exit(EXIT_NO)
 
 
-def _home(node: OneNode, axes: int) -> ReportFrame:
+def _home(node: OneNode, axes: Iterable[str]) -> ReportFrame:
     """Home, with a line once the node has begun, and another one about how it stands if that is cut short."""
-    from curveline.radio.host.service import home_axes, report_of
+    from curveline.cli.printing.one_node_text import describe
     from curveline.radio.protocol.codes import NodeState
 
     told: list[NodeState] = []
@@ -76,9 +78,9 @@ def _home(node: OneNode, axes: int) -> ReportFrame:
             screen.note(f"node {node.number} is homing; Ctrl-C stops it")
 
     try:
-        return home_axes(node.radio, node.drive, node.number, axes, watch)
+        return node.home(axes, watch)
     except KeyboardInterrupt:
         screen.note("stopped")
         with suppress(LinkError):
-            screen.note("\n".join(node.lines(report_of(node.radio, node.drive, node.number))))
+            screen.note("\n".join(describe(node, node.report())))
         raise

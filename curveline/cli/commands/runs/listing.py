@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from curveline.cli.printing import node_table, screen
-from curveline.cli.printing.node_table import RunsOption
+from curveline.cli.options import RunsOption, runs_folder
+from curveline.cli.printing import screen
 from curveline.errors import InvalidInput
 
 SHOWN = 20
@@ -38,7 +38,7 @@ def listing(
     from curveline.shapes.files import read_display
 
     name = read_display(display).name if display is not None else ""
-    folder = node_table.runs_folder(runs)
+    folder = runs_folder(runs)
     found = list(islice(read_runs(folder, name), None if everything else SHOWN + 1))
     is_more = not everything and len(found) > SHOWN
     found = found if everything else found[:SHOWN]

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curveline.cli.printing import node_table, screen
-from curveline.cli.printing.node_table import RunsOption
+from curveline.cli.options import RunsOption, runs_folder
+from curveline.cli.printing import screen
 from curveline.errors import EXIT_USAGE, InvalidInput
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def show(
     from curveline.driving.runs import RunEnding, read_run
     from curveline.radio.host.journal import FILE_NAME, read_journal
 
-    found = read_run(_folder(run, node_table.runs_folder(runs)))
+    found = read_run(_folder(run, runs_folder(runs)))
     is_damaged = found.ending is RunEnding.DAMAGED
     try:
         records = read_journal(found.folder / FILE_NAME)
@@ -55,8 +55,8 @@ def _folder(name: str, runs: Path) -> Path:
 
 
 def _lines(entry: Entry) -> list[str]:
-    from curveline.cli.printing.phrases import wrapped
     from curveline.cli.printing.run_text import local_time
+    from curveline.phrases import wrapped
 
     step = f"step {entry.step}" if entry.step else ""
     hint = wrapped(f"hint: {entry.hint}", 4) if entry.hint else []

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 
-from curveline.cli.printing.node_table import mock_of
-from curveline.cli.printing.phrases import in_words
-from curveline.cli.printing.plan_text import granted
 from curveline.driving.interrupted import PLAN_NAME
+from curveline.driving.modelled import known_rod
+from curveline.driving.tours import granted
 from curveline.errors import Infeasible, InvalidInput
+from curveline.phrases import in_words
 from curveline.plan_file import MAX_BYTES, DriveSettings, NodeTarget, Plan, from_json
 from curveline.radio.host.node_status import NodeStatus
 from curveline.radio.host.preflight import START_TOLERANCE, run_tag
@@ -48,8 +48,7 @@ class Shown:
 
 def shown_states(radio: Radio, drive: DriveSettings, nodes: Sequence[NodeStatus], runs: Path) -> Shown:
     """What the display shows where its nodes stand now; LinkError if the radio fails."""
-    mock = mock_of(radio)
-    remembered = remembered_states(mock.known_rod) if mock is not None else Shown()
+    remembered = remembered_states(known_rod(radio) or ())
     return remembered if remembered.states else _last_run(radio, drive, nodes, runs)
 
 

@@ -1,0 +1,92 @@
+"""A dry run: the real encoder and decoder, and nothing that moves, locks or remembers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from curveline import __version__
+from curveline.driving.interrupted import InterruptedRun
+from curveline.driving.known_states import Shown, remembered_states
+from curveline.driving.tours import Tour, Whereabouts, plan_tour
+from curveline.driving.wishes import Wish
+from curveline.listening import SILENT, Listener
+from curveline.plan_file import Plan, drive_settings
+from curveline.radio.host.frame_listing import FrameRecord, describe_plan_frames
+from curveline.radio.host.preflight import check_targets
+from curveline.radio.mock.spec import parse_spec
+from curveline.radio.mock.store import Store
+
+
+@dataclass(frozen=True)
+class DryRun:
+    """A plan and the frames that would stage its steps, as the nodes would decode them."""
+
+    plan: Plan
+    frames: Sequence[FrameRecord]
+
+    def document(self) -> dict[str, Any]:
+        """The same as plain data."""
+        plan = self.plan
+        return {
+            "curveline": __version__,
+            "plan": plan.name,
+            "display": plan.drive.display,
+            "shows": plan.shows,
+            "seconds": plan.seconds,
+            "frames": [_frame_document(each) for each in self.frames],
+        }
+
+
+def _frame_document(frame: FrameRecord) -> dict[str, Any]:
+    return {
+        "step": frame.step,
+        "action": frame.action,
+        "node": frame.node,
+        "address": frame.address,
+        "release": frame.release,
+        "target_counts": list(frame.target),
+        "move_ms": frame.move_ms,
+        "payload": frame.payload.hex(),
+    }
+
+
+@dataclass(frozen=True)
+class DrySite:
+    """Where a send would go: the radio as it is named, None if it is not, the folder of runs, who hears of it.
+
+    `touched` takes for granted that somebody touched the rod.
+    """
+
+    spec: str | None
+    runs: Path
+    touched: bool = False
+    listener: Listener = SILENT
+
+
+def dry_run_of(wish: Wish, site: DrySite) -> DryRun:
+    """What sending would stage; InvalidInput if no node would take it, and as planning."""
+    begin = 0
+    if isinstance(wish, Tour):
+        plan = _planned(wish, site)
+    elif isinstance(wish, InterruptedRun):
+        plan, begin = wish.plan, wish.point.barrier
+        site.listener.note(wish.summary())
+    else:
+        plan = wish
+    check_targets(plan)
+    return DryRun(plan, [frame for frame in describe_plan_frames(plan) if frame.step > begin])
+
+
+def _planned(tour: Tour, site: DrySite) -> Plan:
+    """A plan from where the mock display stands, read without opening it; from home for any radio, left alone here."""
+    name, _, settings = (site.spec or "").partition(":")
+    if name != "mock" or parse_spec(settings).fresh:
+        site.listener.note("planned from home")
+        return plan_tour(tour, Whereabouts(), site.listener)
+    state = Store(site.runs, drive_settings(tour.display)).load()
+    shown = Shown() if site.touched else remembered_states(state.known_rod)
+    site.listener.note(f"planned from where the mock display stands; {shown.line()}")
+    return plan_tour(tour, Whereabouts(tuple(node.counts for node in state.nodes), shown.states), site.listener)

@@ -1,0 +1,42 @@
+"""What a radio with a modelled display behind it knows beyond what its nodes tell: where they are, and the rod."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from curveline.radio.host.journal import Disk
+from curveline.radio.interface import Radio
+from curveline.radio.protocol.codes import Counts
+
+
+class ModelledDisplay(Protocol):
+    """A display that is modelled; `rod` names the states that its segments were last seen in, `disk` may be full."""
+
+    rod: list[str]
+    disk: Disk
+
+    @property
+    def known_rod(self) -> tuple[str, ...]:
+        """As `rod`, but nothing if a node has moved since then."""
+        ...
+
+    def positions(self) -> tuple[Counts, ...]:
+        """Counts of every node now."""
+        ...
+
+    def motion(self) -> list[tuple[float, tuple[Counts, ...]]]:
+        """Seconds since the radio was opened and counts of every node, while anything moved, in order of time."""
+        ...
+
+
+def modelled(radio: Radio) -> ModelledDisplay | None:
+    """The display behind a radio, if it is a model."""
+    display: ModelledDisplay | None = getattr(radio, "modelled", None)
+    return display
+
+
+def known_rod(radio: Radio) -> Sequence[str] | None:
+    """The states of the rod where somebody knows them; None behind a real radio."""
+    display = modelled(radio)
+    return None if display is None else display.known_rod

@@ -1,0 +1,79 @@
+"""What the rod of a modelled display did in a run, played from what its nodes did, and in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from curveline.driving.modelled import ModelledDisplay
+from curveline.driving.promises import Promise
+from curveline.errors import InvalidInput
+from curveline.listening import Listener
+from curveline.phrases import alike, spans
+from curveline.plan_file import Plan
+from curveline.radio.protocol.codes import Counts
+
+if TYPE_CHECKING:
+    from curveline.replay.playback import Playback, Snap
+    from curveline.replay.tour_checks import ShapeCheck
+
+    PlayedBack = tuple[Playback | None, tuple[ShapeCheck, ...]]
+
+BEFORE = -1.0
+"""When [s] anything happened that a process did which was killed: before this one began."""
+
+
+@dataclass(frozen=True)
+class PlayedPlan:
+    """A plan that is played back from its step `first` (from 1) on.
+
+    `way` is how the nodes came to where that began, if no one has told of it yet.
+    """
+
+    plan: Plan
+    first: int = 1
+    way: Sequence[tuple[Counts, ...]] = ()
+
+
+def play_back_run(played: PlayedPlan, display: ModelledDisplay | None, begin: float, listener: Listener) -> PlayedBack:
+    """What the motion of a model's nodes since `begin` [s] did to its rod, which it then remembers.
+
+    None behind a real radio, and if the display file is gone.
+    """
+    if display is None:
+        return None, ()
+    from curveline.displays.of_plan import display_of
+
+    try:
+        described = display_of(played.plan, listener)
+    except InvalidInput as error:
+        listener.note(f"which curve the rod took is not known: {error.message}")
+        display.rod = []
+        return None, ()
+    from curveline.replay.tour_checks import CarriedOut, play_back
+
+    listener.computing()
+    motion = [(seconds - begin, counts) for seconds, counts in display.motion()]
+    before = [(BEFORE, counts) for counts in played.way]
+    playback, checks = play_back(CarriedOut(played.plan, described, played.first), [*before, *motion], display.rod)
+    display.rod = list(playback.states)
+    return playback, checks
+
+
+def rod_lines(playback: Playback | None, promised: Promise) -> Iterator[str]:
+    """What the rod did, as text, where it is known."""
+    if playback is None:
+        return
+    from curveline.replay.tour_checks import posture
+
+    said = [(state, promised.verdict(segment, state)) for segment, state in enumerate(playback.states)]
+    yield from map(_snap_line, playback.snaps)
+    for segments, (state, verdict) in alike(said):
+        which = f"segment{'s' if len(segments) > 1 else ''} {spans(segments)}"
+        yield f"{which}: the rod is {posture(state)}{verdict}"
+
+
+def _snap_line(snap: Snap) -> str:
+    when = "before this went on" if snap.seconds < 0.0 else f"{snap.seconds:.1f} s"
+    return f"{when}: segment {snap.segment} snapped from {snap.before} to {snap.after}"
