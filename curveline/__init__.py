@@ -10,12 +10,46 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from curveline.api import load as load
+    from curveline.api import load_map as load_map
+    from curveline.api import monte_carlo as monte_carlo
+    from curveline.api import plan as plan
+    from curveline.api import runs as runs
+    from curveline.api import simulate as simulate
+    from curveline.api import status as status
+    from curveline.api import stop as stop
+    from curveline.api import sweep as sweep
+    from curveline.api import write as write
+    from curveline.driving.run_listener import RunListener as RunListener
+    from curveline.driving.session import connect as connect
+    from curveline.errors import CurvelineError as CurvelineError
+    from curveline.loading.pushes import Push as Push
+    from curveline.notebook_listener import NotebookListener as NotebookListener
+    from curveline.plan_file import read_plan as read_plan
+    from curveline.replay.monte_carlo import Errors as Errors
+    from curveline.replay.trials import TrialsRequest as TrialsRequest
+    from curveline.shapes.files import read_display as read_display
     from curveline.shapes.files import read_shape as read_shape
-    from curveline.simulation.simulate import simulate as simulate
+    from curveline.simulation.results import Settings as Settings
 
-_HOMES = {"read_shape": "curveline.shapes.files", "simulate": "curveline.simulation.simulate"}
+_HOMES = {
+    **dict.fromkeys(("load", "load_map", "monte_carlo", "plan", "runs", "simulate", "status", "stop", "sweep"), "api"),
+    "write": "api",
+    "connect": "driving.session",
+    "read_display": "shapes.files",
+    "read_plan": "plan_file",
+    "read_shape": "shapes.files",
+    "CurvelineError": "errors",
+    "Errors": "replay.monte_carlo",
+    "NotebookListener": "notebook_listener",
+    "Push": "loading.pushes",
+    "RunListener": "driving.run_listener",
+    "Settings": "simulation.results",
+    "TrialsRequest": "replay.trials",
+}
+"""Public name -> the module in which it lives."""
 
-__all__ = ["__version__", "read_shape", "simulate"]
+__all__ = ["__version__", *_HOMES]
 
 
 def __getattr__(name: str) -> Any:
@@ -23,4 +57,8 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'curveline' has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(_HOMES[name]), name)
+    return getattr(import_module(f"curveline.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

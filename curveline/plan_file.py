@@ -15,11 +15,21 @@ from dataclasses import dataclass, field, replace
 from hashlib import blake2s
 from typing import Any, NoReturn
 
+from curveline.drive_settings import (
+    ADDRESS,
+    AXES,
+    DATA_RATES,
+    LEAST_RATE,
+    MAX_CHANNEL,
+    MAX_NODES,
+    AxisDrive,
+    DriveSettings,
+)
 from curveline.errors import Diagnostic, InvalidInput
-from curveline.scene import Axis, Display
+from curveline.notebook import html_of, svg_of
 from curveline.system.files import AnyPath, decode_text, excerpt, read_file, write_file
 from curveline.system.json_records import Decoder
-from curveline.units import beyond, to_deg, to_mm, told_apart
+from curveline.units import beyond, told_apart
 
 FORMAT = 3
 UNSEALED = (1, 2)
@@ -32,64 +42,9 @@ MAX_COUNT = (1 << 23) - 1
 """Motor targets travel as signed 24-bit numbers."""
 MAX_STEP_SECONDS = 65.535
 """A step's duration travels as milliseconds in 16 bits."""
-LEAST_RATE = 1e-15
-"""Counts per unit, speeds and accelerations below this are none: nothing may overflow that is divided by them."""
 MAX_CORNERS = 10**12
-DATA_RATES = ("250kbps", "1Mbps", "2Mbps")
-ADDRESS = r"^[0-9A-Fa-f]{10}$"
-MAX_CHANNEL = 125
-MAX_NODES = 128
 STATE = r"[a-z]{1,20}(-[0-9]{1,9})?"
 """What a single state is called: `peak`, `middle-1`."""
-DEFAULT_DISPLAY = "single"
-"""The built-in display that commands take if none is named."""
-AXES = ("extrude", "bias", "translate")
-"""The order of a node's axes wherever they stand in a row: counts, frames, tables."""
-UNITS = ("mm", "deg", "mm")
-"""Of `AXES`, as people read them."""
-
-
-@dataclass(frozen=True)
-class AxisDrive:
-    """How an axis moves: counts per mm or degree, and its speed and acceleration limits in those units."""
-
-    counts_per_unit: float
-    speed: float
-    acceleration: float
-    low: float
-    high: float
-
-    def counts(self, value: float) -> int:
-        """Nearest encoder count to a position in mm or degrees."""
-        return round(value * self.counts_per_unit)
-
-    def value(self, counts: int) -> float:
-        """Position in mm or degrees of an encoder count."""
-        return counts / self.counts_per_unit
-
-    def seconds(self, distance: float) -> float:
-        """Shortest time for a move over `distance`, from rest to rest, at limited speed and acceleration."""
-        way = abs(distance)
-        if way * self.acceleration > self.speed**2:
-            return way / self.speed + self.speed / self.acceleration
-        return 2.0 * math.sqrt(way / self.acceleration)
-
-
-@dataclass(frozen=True)
-class DriveSettings:
-    """Everything the sender must know of a display: axes in the order of `AXES`, radio settings, addresses."""
-
-    display: str
-    digest: str
-    axes: tuple[AxisDrive, AxisDrive, AxisDrive]
-    channel: int
-    data_rate: str
-    addresses: tuple[str, ...]
-
-    @property
-    def node_count(self) -> int:
-        """Number of nodes of the display."""
-        return len(self.addresses)
 
 
 @dataclass(frozen=True)
@@ -155,28 +110,16 @@ class Plan:
         """`shows` with a name for every segment, all of them empty if no state matters."""
         return self.shows or ("",) * len(self.wanted)
 
+    def _repr_svg_(self) -> str | None:
+        return svg_of("curveline.figures.plans:draw", self)
 
-def drive_settings(display: Display) -> DriveSettings:
-    """What the sender must know of `display`, in mm and degrees."""
-    drive, limits, rod = display.drive, display.limits, display.rod
-    feed = to_mm(rod.total_length)
-    return DriveSettings(
-        display=display.name,
-        digest=display.digest,
-        axes=(
-            _axis_drive(drive.extrude, to_mm(1.0), -feed, feed),
-            _axis_drive(drive.bias, to_deg(1.0), to_deg(limits.angle.low), to_deg(limits.angle.high)),
-            _axis_drive(drive.translate, to_mm(1.0), to_mm(limits.height.low), to_mm(limits.height.high)),
-        ),
-        channel=display.radio.channel,
-        data_rate=display.radio.data_rate,
-        addresses=display.radio.addresses,
-    )
-
-
-def _axis_drive(axis: Axis, unit: float, low: float, high: float) -> AxisDrive:
-    """`axis` in a unit of which one SI unit holds `unit`."""
-    return AxisDrive(axis.counts_per_unit / unit, axis.speed * unit, axis.acceleration * unit, low, high)
+    def _repr_html_(self) -> str:
+        steps = [
+            (step.number, step.action, step.seconds, ", ".join(step.states), step.margin, step.margin_of)
+            for step in self.steps
+        ]
+        head = ("step", "action", "time s", "states after", "margin", "of")
+        return html_of(f"{self.name}, {self.seconds:.1f} s", [head, *steps], self._repr_svg_())
 
 
 def sealed(plan: Plan) -> Plan:

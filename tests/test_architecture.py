@@ -15,10 +15,10 @@ ROOT = Path(curveline.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
 
 LEFT_TO_RIGHT = """
-errors units phrases listening sections scene system plan_file shapes
+errors units phrases listening notebook sections scene system drive_settings plan_file shapes
 rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
-simulation loading planning replay displays figures outputs driving bench/methods bench
+simulation loading planning replay displays figures outputs driving notebook_listener api bench/methods bench
 cli/printing cli cli/commands cli/app
 """
 ROOMS = LEFT_TO_RIGHT.split()

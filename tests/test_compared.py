@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 
 from curveline.displays.capability import Ability, Held, buckling_force
 from curveline.displays.lint import suspicions
+from curveline.drive_settings import AxisDrive, drive_settings
 from curveline.errors import InvalidInput
-from curveline.plan_file import AxisDrive, Plan, drive_settings
+from curveline.plan_file import Plan
 from curveline.planning.actuator_loads import ClampLoads, overload
 from curveline.radio.host.preflight import check_place
 from curveline.scene import Display

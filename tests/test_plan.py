@@ -15,16 +15,15 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from curveline.drive_settings import DriveSettings, drive_settings
 from curveline.errors import Diagnostic, InvalidInput
 from curveline.plan_file import (
     MAX_BYTES,
     MAX_COUNT,
     MAX_DIAGNOSTICS,
-    DriveSettings,
     NodeTarget,
     Plan,
     Step,
-    drive_settings,
     from_json,
     read_plan,
     seal_of,

@@ -12,8 +12,9 @@ from typing import Any
 import pytest
 
 from curveline.cli.printing.plan_text import describe
+from curveline.drive_settings import drive_settings
 from curveline.errors import InvalidInput
-from curveline.plan_file import MARKER, NodeTarget, Plan, Step, drive_settings, from_json, seal_of, sealed, to_json
+from curveline.plan_file import MARKER, NodeTarget, Plan, Step, from_json, seal_of, sealed, to_json
 from curveline.radio.host.conductor import Conductor
 from curveline.radio.host.frame_listing import describe_plan_frames
 from curveline.radio.host.preflight import check_targets, journal_bytes, run_tag

@@ -14,9 +14,10 @@ from matplotlib.image import imread
 from PIL import Image
 
 import curveline
+from curveline.drive_settings import drive_settings
 from curveline.figures import film, planfilms, plans
 from curveline.figures.common import COLOURS, PIXELS_PER_INCH
-from curveline.plan_file import NodeTarget, Plan, drive_settings
+from curveline.plan_file import NodeTarget, Plan
 from curveline.planning.tours import make_plan
 from curveline.replay.plan_animation import Course, moment_count, play, stills
 from curveline.replay.playback import Snap

@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 
+from curveline.drive_settings import AXES
 from curveline.errors import EXIT_NO, EXIT_USAGE, Infeasible, InvalidInput
-from curveline.plan_file import AXES, NodeTarget, Plan, from_json, to_json
+from curveline.plan_file import NodeTarget, Plan, from_json, to_json
 from curveline.planning.tours import make_plan
 from curveline.rod.states.planar_states import find_states
 from curveline.scene import Display, Load, Node, Scene, Segment

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from curveline.plan_file import drive_settings
+from curveline.drive_settings import drive_settings
 from curveline.simulation.simulate import simulate
 from curveline.units import mm
 from rows import PATTERN, row

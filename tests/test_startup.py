@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import pytest
 
-from curveline.plan_file import NodeTarget, Plan, Step, drive_settings, sealed, write_plan
+from curveline.drive_settings import drive_settings
+from curveline.plan_file import NodeTarget, Plan, Step, sealed, write_plan
 from curveline.shapes.files import read_display
 
 HEAVY = {"numpy", "numba", "scipy", "matplotlib", "cv2", "serial", "pyrf24"}

@@ -9,8 +9,9 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
+from curveline.drive_settings import AXES, drive_settings
 from curveline.errors import InvalidInput
-from curveline.plan_file import AXES, NodeTarget, Plan, Step, drive_settings
+from curveline.plan_file import NodeTarget, Plan, Step
 from curveline.replay.monte_carlo import (
     LOST,
     PIECES,

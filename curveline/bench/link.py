@@ -13,7 +13,8 @@ from itertools import pairwise
 from random import Random
 
 from curveline.bench.measurement import Measurement
-from curveline.plan_file import AxisDrive, DriveSettings, NodeTarget, Plan, Step
+from curveline.drive_settings import AxisDrive, DriveSettings
+from curveline.plan_file import NodeTarget, Plan, Step
 from curveline.radio.host.actions import Finished, Phase, Policy, Poll, Sleep, Write
 from curveline.radio.host.conductor import Conductor
 from curveline.radio.mock.air import HOST_US, Air, Antenna, Heard, Weather

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from curveline.cli import consent
 from curveline.cli.printing import plan_text, run_text, screen
 from curveline.cli.terminal import TERMINAL
+from curveline.drive_settings import DEFAULT_DISPLAY
 from curveline.driving.dry_run import DrySite, dry_run_of
 from curveline.driving.runs import LAST
 from curveline.driving.sending import PreparedRun, advise_resuming
@@ -16,7 +17,7 @@ from curveline.driving.session import connect
 from curveline.driving.tours import Tour
 from curveline.driving.wishes import Wish, run_to_resume, wish_of
 from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, InvalidInput, LinkError
-from curveline.plan_file import DEFAULT_DISPLAY, Plan
+from curveline.plan_file import Plan
 from curveline.radio.host.actions import Policy
 from curveline.radio.host.link import Control, OperatorRequest
 

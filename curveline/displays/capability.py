@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
+from curveline.drive_settings import AXES, UNITS, AxisDrive, drive_settings
 from curveline.errors import InvalidInput
-from curveline.plan_file import AXES, MAX_COUNT, UNITS, AxisDrive, drive_settings
+from curveline.plan_file import MAX_COUNT
 from curveline.planning.actuator_loads import clamp_loads_of_state, load_of
 from curveline.planning.reachability import Door, doors_of, has_home
 from curveline.planning.remedies import remedy

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from curveline import __version__
+from curveline.drive_settings import drive_settings
 from curveline.driving.interrupted import InterruptedRun
 from curveline.driving.known_states import Shown, remembered_states
 from curveline.driving.tours import Tour, Whereabouts, plan_tour
 from curveline.driving.wishes import Wish
 from curveline.listening import SILENT, Listener
-from curveline.plan_file import Plan, drive_settings
+from curveline.plan_file import Plan
 from curveline.radio.host.frame_listing import FrameRecord, describe_plan_frames
 from curveline.radio.host.preflight import check_targets
 from curveline.radio.mock.spec import parse_spec

@@ -14,9 +14,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from curveline.drive_settings import DriveSettings
 from curveline.driving.live import LAST_NAME, LIVE_NAME, STOP_PREFIX, Live, Sender, read_live, sender_of
 from curveline.errors import LinkError
-from curveline.plan_file import DriveSettings
 from curveline.radio.host.actions import Phase
 from curveline.radio.host.journal import is_open
 from curveline.radio.host.stopping import Stopped, stop_all

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 
+from curveline.drive_settings import DriveSettings
 from curveline.driving.interrupted import PLAN_NAME
 from curveline.driving.modelled import known_rod
 from curveline.driving.tours import granted
 from curveline.errors import Infeasible, InvalidInput
 from curveline.phrases import in_words
-from curveline.plan_file import MAX_BYTES, DriveSettings, NodeTarget, Plan, from_json
+from curveline.plan_file import MAX_BYTES, NodeTarget, Plan, from_json
 from curveline.radio.host.node_status import NodeStatus
 from curveline.radio.host.preflight import START_TOLERANCE, run_tag
 from curveline.radio.host.queries import was_last_run

@@ -19,8 +19,9 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from curveline.drive_settings import AXES, DriveSettings
 from curveline.errors import InvalidInput
-from curveline.plan_file import AXES, DriveSettings, Plan
+from curveline.plan_file import Plan
 from curveline.radio.host.actions import Phase
 from curveline.radio.host.journal import is_open
 from curveline.radio.host.link import Control, OperatorRequest, Progress, RunReport

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from curveline.drive_settings import DEFAULT_DISPLAY
 from curveline.driving.runs import advice_of, cause_of, moment, text
-from curveline.plan_file import DEFAULT_DISPLAY
 
 DEEPEST = 20
 """Lists within lists that a record has at most; ours have three."""

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from curveline import __version__
+from curveline.drive_settings import AXES, DriveSettings
 from curveline.driving.live import sender_of
 from curveline.driving.status import node_document
 from curveline.errors import InvalidInput
-from curveline.plan_file import AXES, DriveSettings
 from curveline.radio.host.link import Halted
 from curveline.radio.host.node_status import NodeStatus, status_of_report
 from curveline.radio.host.service import clear_fault, home_axes, report_of

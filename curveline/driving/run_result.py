@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from curveline import __version__
 from curveline.driving.promises import Promise
-from curveline.driving.status import node_document
+from curveline.driving.status import node_document, node_rows
+from curveline.notebook import html_of
+from curveline.phrases import in_words
 from curveline.plan_file import Plan
 from curveline.radio.host.link import OperatorRequest, RunReport
 
@@ -43,6 +45,12 @@ class RunResult:
         """True if all steps were done and, where that is known, the rod is and was in the wanted curves."""
         arrived = self.playback is None or self.playback.states == self.plan.wanted
         return self.report.outcome == "done" and arrived and all(each.states == each.wanted for each in self.shapes)
+
+    def _repr_html_(self) -> str:
+        report = self.report
+        done = f"{report.outcome}: {report.steps_done} of {report.steps} steps in {report.seconds:.1f} s"
+        rod = "" if self.playback is None else f"; the rod shows {in_words(self.playback.states)}"
+        return html_of(f"{self.plan.name} {done}{rod}", node_rows(report.nodes, self.plan.drive))
 
     def document(self) -> dict[str, Any]:
         """The result as plain data."""

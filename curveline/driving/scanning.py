@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from curveline import __version__
-from curveline.plan_file import DriveSettings
+from curveline.drive_settings import DriveSettings
 from curveline.radio.host.scan import ScannedNode, problems, radio_test, scan
 from curveline.radio.interface import Radio, open_radio
 from curveline.radio.protocol.codes import plain_name

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from curveline.drive_settings import DriveSettings, drive_settings
 from curveline.driving.halting import Halting, stop_display
 from curveline.driving.interrupted import InterruptedRun
 from curveline.driving.known_states import Shown, check_granted, shown_states
@@ -22,7 +23,7 @@ from curveline.driving.status import DisplayStatus
 from curveline.driving.tours import Tour, Whereabouts, plan_tour, summary
 from curveline.driving.wishes import run_to_resume, wish_of
 from curveline.errors import LinkError
-from curveline.plan_file import DriveSettings, Plan, drive_settings
+from curveline.plan_file import Plan
 from curveline.radio.host.journal import runs_folder
 from curveline.radio.host.link import Control, read_status
 from curveline.radio.host.node_status import NodeStatus

@@ -7,8 +7,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from curveline import __version__
+from curveline.drive_settings import DriveSettings
 from curveline.driving.live import Sender
-from curveline.plan_file import DriveSettings
+from curveline.notebook import html_of
 from curveline.radio.host.node_status import NodeStatus
 
 Document = dict[str, Any]
@@ -33,6 +34,10 @@ class DisplayStatus:
         """True if every node answered and can move."""
         return all(each.can_move for each in self.nodes)
 
+    def _repr_html_(self) -> str:
+        title = f"display {self.drive.display} over {self.spec}"
+        return html_of(title, node_rows(self.nodes, self.drive))
+
     def document(self) -> Document:
         """The status as plain data."""
         return {
@@ -43,6 +48,16 @@ class DisplayStatus:
             "rod": None if self.rod is None else list(self.rod),
             "sender": None if self.sender is None else _sender_document(self.sender),
         }
+
+
+def node_rows(nodes: Sequence[NodeStatus], drive: DriveSettings) -> list[tuple[object, ...]]:
+    """A table of nodes: a head, and a row each."""
+    silent = ("-",) * len(POSITION_KEYS)
+    rows = [
+        (each.node, each.state, each.finished, *(position(each, drive).values() or silent), each.fault or "")
+        for each in nodes
+    ]
+    return [("node", "state", "step", "feed mm", "angle deg", "height mm", "fault"), *rows]
 
 
 def _sender_document(sender: Sender) -> Document:

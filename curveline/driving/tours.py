@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from curveline.errors import InvalidInput
@@ -26,6 +26,10 @@ class Tour:
     display: Display
     scenes: tuple[Scene, ...] = ()
     ends_home: bool = False
+
+    def without_last(self) -> Tour:
+        """The same, but for its last shape."""
+        return replace(self, scenes=self.scenes[:-1])
 
 
 def tour_of(scenes: Sequence[Scene], *, ends_home: bool = False) -> Tour:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from curveline.displays.of_plan import display_of
 from curveline.figures.common import (
     COLOURS,
     DARK,
@@ -85,6 +86,11 @@ class Panel:
 def parts_of(plan: Plan) -> int:
     """How many parts `draw_plan` reports at most: every panel is filled, and drawn to be measured and for good."""
     return 3 * len(_chosen(plan))
+
+
+def draw(plan: Plan, kind: str) -> bytes:
+    """As `draw_plan`, on the display as its file says now; InvalidInput if that says nothing of use."""
+    return draw_plan(plan, display_of(plan), kind=kind)
 
 
 def draw_plan(plan: Plan, display: Display, heard: Callable[[int], None] = lambda _: None, *, kind: str) -> bytes:

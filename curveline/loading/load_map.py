@@ -13,7 +13,9 @@ import numpy as np
 from curveline.errors import InvalidInput
 from curveline.loading.pushes import Push, Stand, most_on, stand_of
 from curveline.loading.snap_through import before, leaves_plane, limit_of
+from curveline.notebook import html_of, svg_of
 from curveline.scene import Scene
+from curveline.units import to_mm
 
 SEARCHING = 1.0
 """Force [N] of a finger that searches for a target: most people use less (paper, section VI, its reference [40])."""
@@ -71,6 +73,13 @@ class LoadMap:
     weakest: MapPoint | None
     verdicts: tuple[Verdict, ...]
     seconds: float
+
+    def _repr_svg_(self) -> str | None:
+        return svg_of("curveline.figures.loads:draw", self)
+
+    def _repr_html_(self) -> str:
+        rows = [(each.at, to_mm(each.x), to_mm(each.y), each.force or "-", each.kind) for each in self.points]
+        return html_of(self.scene.name, [("at", "x mm", "y mm", "snaps at N", "how"), *rows], self._repr_svg_())
 
 
 class _Mapping:
@@ -150,7 +159,7 @@ def _strength(point: MapPoint) -> float:
     return np.inf if point.force is None else point.force
 
 
-def load_map(scene: Scene, push: Push, count: int, progress: Callable[[int], None] = lambda _: None) -> LoadMap:
+def load_map(scene: Scene, push: Push, count: int, progress: Callable[[int], object] = lambda _: None) -> LoadMap:
     """Push `count` points of a curve one after another, equally spaced over the free rod, to snap-through or the most.
 
     `push.at` plays no part. InvalidInput and Infeasible as `load`, and for a most that a finger exceeds.

@@ -15,6 +15,7 @@ import numpy as np
 
 from curveline.errors import InvalidInput
 from curveline.loading.pushes import MOST_ROWS, ROUGH, TOLERANCE, Push, Stand, most_on, stand_of, step_to
+from curveline.notebook import html_of, svg_of
 from curveline.rod.branches.arclength import TraceReach, trace
 from curveline.rod.branches.continuation import start_along
 from curveline.rod.branches.control_path import ControlPath
@@ -26,7 +27,7 @@ from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, r
 from curveline.rod.states.identity import called
 from curveline.rod.states.planar_states import find_states
 from curveline.scene import Scene
-from curveline.units import rounded_up
+from curveline.units import rounded_up, to_mm
 
 JUST = 1e-4
 """How long before the snap-through, as a part of its load, the last stable state is shown."""
@@ -121,8 +122,15 @@ class Loading:
     branch: tuple[BranchPoint, ...]
     seconds: float
 
+    def _repr_svg_(self) -> str | None:
+        return svg_of("curveline.figures.loads:draw", self)
 
-def load(scene: Scene, push: Push, progress: Callable[[int], None] = lambda _: None) -> Loading:
+    def _repr_html_(self) -> str:
+        rows = [("load N", "deflection mm"), *((force, to_mm(deflection)) for force, deflection in self.rows)]
+        return html_of(self.scene.name, rows, self._repr_svg_())
+
+
+def load(scene: Scene, push: Push, progress: Callable[[int], object] = lambda _: None) -> Loading:
     """Push a shape until it snaps through, or to the most; `progress` is told the percentage of the load reached.
 
     InvalidInput for a push that makes no sense; Infeasible if there is no such state, or not under the file's loads.

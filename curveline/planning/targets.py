@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from curveline.plan_file import DriveSettings, NodeTarget
+from curveline.drive_settings import DriveSettings
+from curveline.plan_file import NodeTarget
 from curveline.planning.layout import Layout
 from curveline.scene import Node
 from curveline.units import deg, mm, to_deg, to_mm

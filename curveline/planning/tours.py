@@ -18,8 +18,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from curveline.drive_settings import drive_settings
 from curveline.errors import Infeasible, InvalidInput
-from curveline.plan_file import Plan, drive_settings
+from curveline.plan_file import Plan
 from curveline.planning.advice import nearest
 from curveline.planning.feasibility import check_goal, check_home, laden
 from curveline.planning.layout import home, layout_of, pose_of

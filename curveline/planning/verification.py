@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 
+from curveline.drive_settings import drive_settings
 from curveline.errors import Infeasible
-from curveline.plan_file import drive_settings
 from curveline.planning.actuator_loads import ClampLoads, clamp_loads_of, clamp_loads_of_state
 from curveline.planning.layout import Box, describe
 from curveline.rod.branches.continuation import FOLLOW_EDGES, STIFFEST, coarse_start, follow, stiffness_of, travel

@@ -12,8 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Protocol, cast
 
+from curveline.drive_settings import ADDRESS, DriveSettings
 from curveline.errors import InvalidInput, LinkError
-from curveline.plan_file import ADDRESS, DriveSettings
 from curveline.radio.protocol.codes import FRAME_BYTES
 from curveline.radio.protocol.keys import Site
 

@@ -19,8 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curveline.drive_settings import drive_settings
 from curveline.errors import InvalidInput
-from curveline.plan_file import NodeTarget, Plan, drive_settings
+from curveline.plan_file import NodeTarget, Plan
 from curveline.replay.playback import known_state, name_of
 from curveline.rod import _jit
 from curveline.rod.branches.quasi_static import FELL, ride

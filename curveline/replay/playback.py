@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curveline.plan_file import DriveSettings, drive_settings
+from curveline.drive_settings import DriveSettings, drive_settings
 from curveline.rod.branches.out_of_plane import Aside
 from curveline.rod.branches.quasi_static import FELL, LEFT, PULLED, RETURNED, Event, State, ride
 from curveline.rod.branches.tracking import identify, tracked

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from curveline.listening import SILENT, Listener
+from curveline.notebook import html_of
 from curveline.replay.monte_carlo import CONFIDENCE, Errors, MonteCarloOutcome, Setup, Share, run_trials, summarise
 from curveline.simulation.batch import jobs_for
 from curveline.units import to_deg, to_mm
@@ -38,6 +39,16 @@ class Trials:
     def share(self) -> Share:
         """How many runs ended as wanted in all segments, and its interval."""
         return self.outcome.total
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (number, name, share.count, share.runs, share.value, *share.interval)
+            for number, (name, share) in enumerate(
+                zip(self.setup.plan.wanted, self.outcome.segments, strict=True), start=1
+            )
+        ]
+        head = ("segment", "wanted", "ended so", "runs", "share", "95 % from", "to")
+        return html_of(f"{self.setup.plan.name}: {self.request.runs} runs with errors", [head, *rows])
 
     def document(self) -> dict[str, Any]:
         """The same as plain data: equal for equal seeds, however many processes there were."""

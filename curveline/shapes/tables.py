@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, TypeAdapter
 from pydantic_core import PydanticCustomError
 
-from curveline.plan_file import ADDRESS, MAX_CHANNEL, MAX_NODES
+from curveline.drive_settings import ADDRESS, MAX_CHANNEL, MAX_NODES
 
 MAX_LOADS = 1000
 PAIR = 2

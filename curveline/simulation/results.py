@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 import curveline
+from curveline.notebook import html_of, svg_of
 from curveline.rod.geometry.space_curve import SpaceCurve
 from curveline.rod.states.equilibrium import Equilibrium, Outcome
 from curveline.scene import Scene
@@ -25,6 +26,7 @@ from curveline.simulation.simulate import AUTO, DEFAULT_TOLERANCE, SegmentStates
 from curveline.units import millimetres, to_mj, to_mm, to_nmm
 
 DEFAULT_POINTS = 201
+TABLE_HEAD = ("segment", "state", "stable", "energy mJ", "mean height mm", "error mm")
 Array = npt.NDArray[np.float64]
 Document = dict[str, Any]
 
@@ -59,6 +61,26 @@ class ShapeReport:
     def remarks(self) -> tuple[str, ...]:
         """One sentence for every model that was asked for and leaves out more than the tolerance."""
         return tuple(self._remarks())
+
+    def __iter__(self) -> Iterator[SegmentStates]:
+        return iter(self.segments)
+
+    def __len__(self) -> int:
+        return len(self.segments)
+
+    def __getitem__(self, index: int) -> SegmentStates:
+        return self.segments[index]
+
+    def _repr_svg_(self) -> str | None:
+        return svg_of("curveline.figures.shapes:draw", [self])
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (number, state.name, state.stable, to_mj(state.energy), to_mm(state.mean_height), to_mm(state.error))
+            for number, segment in enumerate(self.segments, start=1)
+            for state in segment.states
+        ]
+        return html_of(self.scene.name, [TABLE_HEAD, *rows], self._repr_svg_())
 
     def _remarks(self) -> Iterator[str]:
         for number, segment in enumerate(self.segments if self.settings.model != AUTO else (), start=1):

@@ -73,7 +73,7 @@ class Sweep:
             swept = tuple((axis.key, value) for axis, value in zip(self.axes, values, strict=True))
             yield Task(self.file.scene.path, self._scene(values), number, swept)
 
-    def check(self, observe: Callable[[int], None]) -> None:
+    def check(self, observe: Callable[[int], object]) -> None:
         """Hold every point against the rules for shape files; InvalidInput names the key and the first bad point.
 
         `observe` is told now and then how many points have been looked at.

@@ -13,7 +13,8 @@ import pytest
 
 from curveline.cli.app import main
 from curveline.cli.printing import screen
-from curveline.plan_file import NodeTarget, Plan, Step, drive_settings, sealed, write_plan
+from curveline.drive_settings import drive_settings
+from curveline.plan_file import NodeTarget, Plan, Step, sealed, write_plan
 from curveline.rod import _jit
 from curveline.shapes.files import read_display
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from curveline.plan_file import drive_settings, write_plan
+from curveline.drive_settings import drive_settings
+from curveline.plan_file import write_plan
 from curveline.shapes.files import read_display
 from radio.dongle_host import DongleHost, Room, dongle_host, write_keys
 

@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from curveline.drive_settings import drive_settings
 from curveline.driving import known_states
 from curveline.driving.known_states import Shown, check_granted
 from curveline.errors import Infeasible
-from curveline.plan_file import Plan, drive_settings, sealed, write_plan
+from curveline.plan_file import Plan, sealed, write_plan
 from curveline.radio.host.link import read_status
 from curveline.radio.interface import open_radio
 from curveline.shapes.files import read_display

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from curveline.plan_file import drive_settings
+from curveline.drive_settings import drive_settings
 from curveline.radio.site.key_file import SiteFile, adopt, read_site, settings_record
 from curveline.shapes.files import read_display
 from hexfile import bytes_of

@@ -10,10 +10,11 @@ import pytest
 
 from curveline.cli.printing import run_progress
 from curveline.cli.printing.plan_text import describe
+from curveline.drive_settings import drive_settings
 from curveline.driving.promises import promise
 from curveline.driving.rod_report import rod_lines
 from curveline.phrases import alike, in_words, spans
-from curveline.plan_file import NodeTarget, Plan, Step, drive_settings, sealed, write_plan
+from curveline.plan_file import NodeTarget, Plan, Step, sealed, write_plan
 from curveline.radio.host.link import Control, Phase, Progress
 from curveline.radio.host.node_status import NodeStatus
 from curveline.radio.host.peer import LinkTally

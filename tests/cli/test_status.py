@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from curveline.cli.commands import status as command
+from curveline.drive_settings import DriveSettings, drive_settings
 from curveline.driving.live import published
-from curveline.plan_file import DriveSettings, drive_settings
 from curveline.radio.host.journal import Journal, new_run
 from curveline.radio.host.link import Control
 from curveline.radio.interface import InUse, Radio

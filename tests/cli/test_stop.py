@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from curveline.drive_settings import drive_settings
 from curveline.driving import halting
-from curveline.plan_file import drive_settings
 from curveline.radio.interface import open_radio
 from curveline.radio.mock import store
 from curveline.shapes.files import read_display

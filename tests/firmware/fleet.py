@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from curveline.plan_file import AxisDrive, DriveSettings
+from curveline.drive_settings import AxisDrive, DriveSettings
 from curveline.radio.interface import Answer
 from curveline.radio.protocol.keys import Site
 from curveline.radio.site.key_file import settings_record

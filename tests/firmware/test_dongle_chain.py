@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from curveline.plan_file import DriveSettings
+from curveline.drive_settings import DriveSettings
 from curveline.radio.host.journal import Journal, new_run
 from curveline.radio.host.link import read_status, send_plan
 from curveline.radio.mock.air import Weather

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from curveline.plan_file import AXES as NAMES
+from curveline.drive_settings import AXES as NAMES
 from curveline.radio.host.service import clear_fault, home_axes
 from curveline.radio.protocol.codes import Fault, NodeState
 from curveline.radio.protocol.frames import StatusFrame

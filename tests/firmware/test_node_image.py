@@ -9,8 +9,8 @@ from zlib import crc32
 
 import pytest
 
+from curveline.drive_settings import AXES
 from curveline.errors import LinkError
-from curveline.plan_file import AXES
 from curveline.radio.host.link import Control, OperatorRequest, Progress, read_status
 from curveline.radio.protocol.codes import BOOT_END
 from curveline.radio.site.intel_hex import with_settings

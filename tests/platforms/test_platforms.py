@@ -15,7 +15,8 @@ from typing import NamedTuple
 import pytest
 
 from cli.conftest import SHAPES, small_plan
-from curveline.plan_file import drive_settings, read_plan, write_plan
+from curveline.drive_settings import drive_settings
+from curveline.plan_file import read_plan, write_plan
 from curveline.radio.host.journal import read_journal
 from curveline.radio.site.key_file import read_site
 from curveline.shapes.files import read_display

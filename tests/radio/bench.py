@@ -6,7 +6,8 @@ import json
 from collections.abc import Callable, Sequence
 from random import Random
 
-from curveline.plan_file import AxisDrive, DriveSettings, NodeTarget, Plan, Step
+from curveline.drive_settings import AxisDrive, DriveSettings
+from curveline.plan_file import NodeTarget, Plan, Step
 from curveline.radio.host.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
 from curveline.radio.host.conductor import Conductor
 from curveline.radio.host.resume import resume_point

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from curveline.plan_file import DriveSettings
+from curveline.drive_settings import DriveSettings
 from curveline.radio.mock.air import Air, Antenna, Weather
 from curveline.radio.mock.display import mock_site
 from curveline.radio.node.machine import NodeMachine

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from curveline.drive_settings import DriveSettings
 from curveline.errors import LinkError
-from curveline.plan_file import DriveSettings
 from curveline.radio.host.link import read_status
 from curveline.radio.interface import BATCH, Answer, Radio, RadioGone, open_radio
 from curveline.radio.mock.air import Weather

@@ -10,7 +10,7 @@ import os
 from pathlib import Path
 from random import Random
 
-from curveline.plan_file import DriveSettings
+from curveline.drive_settings import DriveSettings
 from curveline.radio.mock.air import Weather
 from curveline.radio.node.machine import NodeMachine
 from curveline.radio.node.plant import MotorPlant

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from curveline.drive_settings import AxisDrive
 from curveline.errors import InvalidInput
-from curveline.plan_file import AxisDrive
 from curveline.radio.protocol.codes import POSITION_LIMIT
 from curveline.radio.protocol.motion import (
     LEAST_RATE,

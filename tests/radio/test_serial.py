@@ -14,8 +14,8 @@ import pytest
 import serial
 from serial.tools import list_ports
 
+from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError
-from curveline.plan_file import DriveSettings
 from curveline.radio.host.link import read_status
 from curveline.radio.interface import BATCH, Answer, RadioGone, open_radio
 from curveline.radio.ports import serial as serial_radio

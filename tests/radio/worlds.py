@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from curveline.plan_file import DriveSettings
+from curveline.drive_settings import DriveSettings
 from curveline.radio.interface import Radio, open_radio
 from curveline.radio.mock.air import Weather
 from curveline.radio.mock.display import MockRadio

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from curveline.cli.printing import screen
+from curveline.drive_settings import DriveSettings
 from curveline.driving.status import position
 from curveline.phrases import wrapped
-from curveline.plan_file import DriveSettings
 from curveline.radio.host.node_status import NodeStatus
 
 HEAD = ("node", "state", "step", "extrude mm", "bias deg", "height mm", "boot", "polls", "lost", "retries")

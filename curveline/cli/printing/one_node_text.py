@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from curveline.cli.printing import screen
+from curveline.drive_settings import AXES, UNITS
 from curveline.driving.one_node import OneNode
 from curveline.phrases import wrapped
-from curveline.plan_file import AXES, UNITS
 from curveline.radio.protocol.frames import ReportFrame
 
 CAUSES = {

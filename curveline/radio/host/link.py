@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import partial
 
+from curveline.drive_settings import AXES, DriveSettings
 from curveline.errors import LinkError
-from curveline.plan_file import AXES, DriveSettings, Plan
+from curveline.plan_file import Plan
 from curveline.radio.host.actions import Finished, Phase, Policy, Poll, Record, Sleep, Write
 from curveline.radio.host.conductor import Conductor
 from curveline.radio.host.journal import Journal, ReopenedJournal

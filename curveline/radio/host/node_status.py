@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from curveline.plan_file import AXES
+from curveline.drive_settings import AXES
 from curveline.radio.host.peer import LinkTally, Peer
 from curveline.radio.host.preflight import check_fit
 from curveline.radio.host.stop_causes import Cause, Halt

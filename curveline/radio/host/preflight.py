@@ -6,8 +6,9 @@ import json
 from collections.abc import Sequence
 from hashlib import blake2s
 
+from curveline.drive_settings import AXES
 from curveline.errors import InvalidInput
-from curveline.plan_file import AXES, Plan
+from curveline.plan_file import Plan
 from curveline.radio.host.actions import Record
 from curveline.radio.host.peer import STRANGE, Peer
 from curveline.radio.host.stop_causes import Cause, Halt, fault_halt

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
-from curveline.plan_file import DriveSettings
+from curveline.drive_settings import DriveSettings
 from curveline.radio.host.peer import Peer
 from curveline.radio.interface import Radio
 from curveline.radio.protocol.codes import ATTEMPT_MASK, Reject

@@ -11,8 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from curveline.drive_settings import AXES
 from curveline.errors import InvalidInput
-from curveline.plan_file import AXES, Plan
+from curveline.plan_file import Plan
 from curveline.radio.host.actions import Record
 from curveline.radio.host.peer import Peer
 from curveline.radio.host.preflight import START_TOLERANCE, check_fit, node_facts, run_tag

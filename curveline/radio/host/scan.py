@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
-from curveline.plan_file import DriveSettings
+from curveline.drive_settings import DriveSettings
 from curveline.radio.host.peer import LinkTally, Peer
 from curveline.radio.host.stop_causes import Cause, Halt
 from curveline.radio.interface import BATCH, Answer, Radio, RadioGone

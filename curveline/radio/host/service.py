@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput
-from curveline.plan_file import DriveSettings
 from curveline.radio.host.actions import Policy
 from curveline.radio.host.link import Halted, ignore
 from curveline.radio.host.pacing import BUSY_MS, Pace

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from shlex import quote
 
-from curveline.plan_file import AXES, DEFAULT_DISPLAY, Plan
+from curveline.drive_settings import AXES, DEFAULT_DISPLAY
+from curveline.plan_file import Plan
 from curveline.radio.protocol.codes import Fault, plain_name
 
 

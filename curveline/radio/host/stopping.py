@@ -8,7 +8,7 @@ from __future__ import annotations
 import secrets
 from dataclasses import dataclass, field
 
-from curveline.plan_file import DriveSettings
+from curveline.drive_settings import DriveSettings
 from curveline.radio.host.peer import LinkTally, Peer
 from curveline.radio.interface import BATCH, Answer, Radio
 from curveline.radio.protocol.codes import ATTEMPT_MASK, FLAG_QUERY, NodeState, plain_name

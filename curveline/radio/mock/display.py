@@ -14,8 +14,8 @@ from hashlib import blake2s
 from pathlib import Path
 from random import Random
 
+from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError
-from curveline.plan_file import DriveSettings
 from curveline.radio.clock import steady_us
 from curveline.radio.interface import Answer, check_frames
 from curveline.radio.mock.air import Air

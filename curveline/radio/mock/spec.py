@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from curveline.drive_settings import AXES
 from curveline.errors import InvalidInput
-from curveline.plan_file import AXES
 from curveline.radio.mock.air import Weather
 from curveline.radio.mock.fault_injection import MISHAPS, Form, Mishap
 

@@ -12,8 +12,8 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from curveline.drive_settings import DriveSettings
 from curveline.errors import LinkError
-from curveline.plan_file import DriveSettings
 from curveline.radio.interface import InUse
 from curveline.radio.node.state import Memory, Reasons
 from curveline.radio.protocol.codes import AXIS_COUNT, REASONS, TARGET_LIMIT, BootCause, Counts, Fault

@@ -14,8 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError, MissingExtra
-from curveline.plan_file import DriveSettings
 from curveline.radio.clock import steady_us
 from curveline.radio.interface import Answer, InUse, RadioGone, check_frames
 from curveline.radio.protocol.air_time import RATES_KBPS, RETRIES

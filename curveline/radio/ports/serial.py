@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError
-from curveline.plan_file import DriveSettings
 from curveline.radio.clock import steady_us
 from curveline.radio.interface import Answer, InUse, RadioGone, check_frames
 from curveline.radio.ports.dongle import HELLOS, Dongle, DongleIdent, Line, LineLost

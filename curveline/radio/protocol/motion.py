@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from hashlib import blake2s
 from math import isqrt
 
+from curveline.drive_settings import AXES, AxisDrive, DriveSettings
 from curveline.errors import InvalidInput
-from curveline.plan_file import AXES, AxisDrive, DriveSettings
 from curveline.radio.protocol.codes import POSITION_LIMIT, Counts
 
 LEAST_RATE = 100

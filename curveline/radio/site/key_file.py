@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
+from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput
-from curveline.plan_file import DriveSettings
 from curveline.radio.protocol.air_time import RATES_KBPS
 from curveline.radio.protocol.codes import EVERY_NODE
 from curveline.radio.protocol.keys import KEY_BYTES, ZERO_MASTER, Site, derive

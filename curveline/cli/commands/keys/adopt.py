@@ -13,7 +13,7 @@ from curveline.cli.printing import screen
 from curveline.errors import EXIT_NO, InvalidInput, LinkError
 
 if TYPE_CHECKING:
-    from curveline.plan_file import DriveSettings
+    from curveline.drive_settings import DriveSettings
     from curveline.radio.host.scan import ScannedNode
     from curveline.radio.site.key_file import SiteFile
 
@@ -28,7 +28,7 @@ def adopt(
 
     From then on only these devices are obeyed and believed. Do it once, with nobody else's display switched on.
     """
-    from curveline.plan_file import drive_settings
+    from curveline.drive_settings import drive_settings
     from curveline.radio.host.scan import scan
     from curveline.radio.interface import open_radio
     from curveline.radio.site import key_file

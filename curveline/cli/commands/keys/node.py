@@ -22,7 +22,7 @@ def node(
 
     The file holds the site's key: only you may read it. Delete it once the node is flashed.
     """
-    from curveline.plan_file import drive_settings
+    from curveline.drive_settings import drive_settings
     from curveline.radio.site.intel_hex import with_settings
     from curveline.radio.site.key_file import default_path, read_site, settings_record, write_private
     from curveline.shapes.files import read_display

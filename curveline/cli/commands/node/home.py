@@ -45,7 +45,7 @@ def home(
     Take the rod out of the node's clamp first. An axis whose motor does not answer, or that meets an obstacle, says so,
     and the others are homed. What the node had done of its run is void then.
     """
-    from curveline.plan_file import AXES
+    from curveline.drive_settings import AXES
 
     wanted = {each.value for each in axis or AxisOption}
     if not yes:

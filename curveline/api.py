@@ -1,0 +1,196 @@
+"""What the commands do, from Python: functions that take shapes and plans, or their files, and return data.
+
+Shapes are files, the names of shapes that come with curveline, or scenes. Lengths are in m, angles in rad, forces in N
+unless a name says otherwise. A `listener` hears how long work goes: see `curveline.listening`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from curveline.errors import InvalidInput
+from curveline.listening import SILENT, Listener
+
+if TYPE_CHECKING:
+    from curveline.driving.halting import Halting
+    from curveline.driving.runs import Run
+    from curveline.driving.status import DisplayStatus
+    from curveline.loading.load_map import LoadMap
+    from curveline.loading.pushes import Push
+    from curveline.loading.snap_through import Loading
+    from curveline.plan_file import Plan
+    from curveline.replay.trials import Trials, TrialsRequest
+    from curveline.scene import Scene
+    from curveline.simulation.results import Settings, ShapeReport
+    from curveline.simulation.sweep_report import SweepReport
+
+
+def _scene(shape: str | os.PathLike[str] | Scene) -> Scene:
+    """A scene, read if it is in a file."""
+    if not isinstance(shape, str | os.PathLike):
+        return shape
+    from curveline.shapes.files import read_shape
+
+    return read_shape(shape)
+
+
+def simulate(
+    shape: str | os.PathLike[str] | Scene,
+    tolerance: float = 1e-4,
+    windings: tuple[int, ...] = (0,),
+    model: str = "auto",
+) -> ShapeReport:
+    """Every stable state of every segment of a shape, each curve to `tolerance` [m].
+
+    The report is a sequence of segments, whose `states` have `name`, `stable`, `energy` [J], `error` [m] and
+    `curve(n)`, an array (n, 2) [m] from pivot to pivot. `windings` names further full turns to look at.
+    Raises InvalidInput for a file or a model that cannot be used.
+    """
+    from curveline.simulation.batch import report_on
+    from curveline.simulation.results import Settings
+
+    return report_on(_scene(shape), Settings(tolerance, windings=windings, model=model))
+
+
+def sweep(
+    shape: str | os.PathLike[str],
+    ranges: Mapping[str, tuple[float, float, int]],
+    settings: Settings | None = None,
+    jobs: int | None = None,
+    listener: Listener = SILENT,
+) -> SweepReport:
+    """A shape file simulated at every combination of some ranges of its numbers.
+
+    `ranges` are {key: (start, stop, count)}, such as {"nodes.1.angle_deg": (0, 40, 41)}, in the unit of the key; the
+    last one runs fastest. `rows` of the report are plain values, ready for `pandas.DataFrame`. `jobs` processes share
+    the work, as many as are fastest for None. Raises InvalidInput before anything is computed.
+    """
+    from curveline.simulation.results import Settings
+    from curveline.simulation.sweep import Sweep
+    from curveline.simulation.sweep_report import run_sweep
+
+    axes = [f"{key}={start!r}:{stop!r}:{count}" for key, (start, stop, count) in ranges.items()]
+    return run_sweep(Sweep(shape, axes), settings or Settings(), jobs, listener)
+
+
+def plan(
+    *shapes: str | os.PathLike[str] | Scene,
+    begin: str | os.PathLike[str] | Scene | None = None,
+    home: bool = False,
+    listener: Listener = SILENT,
+) -> Plan:
+    """The steps through some shapes of one display, each proven: from home, or from where it shows `begin`.
+
+    With `home` it goes home at the end; without any shape, from `begin` home. Raises Infeasible with the reason, and
+    the nearest number that would do, where no safe plan exists; InvalidInput for shapes that no motors can make.
+    """
+    from curveline.driving.tours import Whereabouts, plan_tour, tour_of
+    from curveline.planning.tours import start_at
+
+    if not shapes and (begin is None or not home):
+        raise InvalidInput("no shape to plan", "name shapes, or the one that is shown and home")
+    scenes = [_scene(shape) for shape in shapes]
+    if begin is None:
+        return plan_tour(tour_of(scenes, ends_home=home), Whereabouts(), listener)
+    first = _scene(begin)
+    tour = tour_of([*scenes, first], ends_home=home)
+    return plan_tour(tour.without_last(), Whereabouts(*start_at(first)), listener)
+
+
+def load(shape: str | os.PathLike[str] | Scene, push: Push | None = None, listener: Listener = SILENT) -> Loading:
+    """Push at a point of a shape, harder and harder, until it snaps through.
+
+    `push` says where, which way, in which steps and how far; the middle of the first segment, down, if it is None.
+    `rows` of what comes back are (load [N], deflection [m]), `snap` is where it snaps and into what, None if it does
+    not. Raises InvalidInput for a push that makes no sense, Infeasible if there is no such state.
+    """
+    from curveline.loading.pushes import Push
+    from curveline.loading.snap_through import load
+
+    listener.computing()
+    with listener.progress("pushing", 100) as heard:
+        return load(_scene(shape), push or Push(), heard)
+
+
+def load_map(
+    shape: str | os.PathLike[str] | Scene, push: Push | None = None, points: int = 41, listener: Listener = SILENT
+) -> LoadMap:
+    """What every point of a shape bears: as `load`, at `points` points of a segment's curve, one after another."""
+    from curveline.loading.load_map import load_map
+    from curveline.loading.pushes import Push
+
+    listener.computing()
+    with listener.progress("pushing", points) as heard:
+        return load_map(_scene(shape), push or Push(), points, heard)
+
+
+def monte_carlo(
+    plan: str | os.PathLike[str] | Plan, request: TrialsRequest | None = None, listener: Listener = SILENT
+) -> Trials:
+    """A plan played many times with errors of the nodes: how often it ends in the wanted states.
+
+    `request` says how often, from which seed on, with which errors; 1000 runs with the usual ones if it is None. The
+    `share` of what comes back has its 95 % interval. Raises InvalidInput if the plan's display is of no use.
+    """
+    from curveline.displays.of_plan import display_of
+    from curveline.plan_file import read_plan
+    from curveline.replay.monte_carlo import Setup
+    from curveline.replay.trials import TrialsRequest, play_trials
+
+    made = read_plan(plan) if isinstance(plan, str | os.PathLike) else plan
+    asked = request or TrialsRequest()
+    return play_trials(Setup(display_of(made, listener), made, asked.errors), asked, listener)
+
+
+def status(radio: str, display: str = "single", *, runs: Path | str | None = None) -> DisplayStatus:
+    """What every node of a display says now, or what the process knows that is sending to them. It disturbs no run."""
+    from curveline.driving.session import connect
+
+    with connect(radio, display, runs=runs) as session:
+        return session.status()
+
+
+def stop(radio: str, display: str = "single", *, runs: Path | str | None = None) -> Halting:
+    """Bring every node of a display to a hold, whoever drives it."""
+    from curveline.driving.session import connect
+
+    with connect(radio, display, runs=runs) as session:
+        return session.stop()
+
+
+def runs(folder: Path | str | None = None, display: str = "") -> Iterator[Run]:
+    """The runs on record, the newest first: how each ended, and whether it can go on; of one display, or of all."""
+    from curveline.driving.runs import read_runs
+    from curveline.radio.host.journal import runs_folder
+
+    return read_runs(runs_folder() if folder is None else Path(folder), display)
+
+
+def write(result: object, path: str | os.PathLike[str], *, force: bool = False) -> None:
+    """Keep a result, or a sequence of reports of shapes, in a file whose suffix says how: data, a figure or a film.
+
+    Raises InvalidInput for a suffix that does not suit it, or a file that exists, unless `force` is given; MissingExtra
+    for a figure without matplotlib.
+    """
+    from curveline.displays.of_plan import display_of
+    from curveline.loading.load_map import LoadMap
+    from curveline.loading.snap_through import Loading
+    from curveline.outputs import LOADING, PLAN, PLAN_FILE, SIMULATION, write_output
+    from curveline.plan_file import Plan
+    from curveline.simulation.results import ShapeReport
+
+    if isinstance(result, Plan):
+        is_plan = PLAN.suffix_of(path) == PLAN_FILE
+        drawn = () if is_plan else (display_of(result), lambda done: None)
+        write_output(PLAN, path, (result, *drawn), force=force)
+    elif isinstance(result, Loading | LoadMap):
+        write_output(LOADING, path, (result,), force=force)
+    elif isinstance(result, ShapeReport):
+        write_output(SIMULATION, path, ([result],), force=force)
+    elif isinstance(result, Sequence) and result and all(isinstance(each, ShapeReport) for each in result):
+        write_output(SIMULATION, path, (result,), force=force)
+    else:
+        raise InvalidInput(f"a {type(result).__name__} is kept in no file", "write its `document()` as JSON yourself")
