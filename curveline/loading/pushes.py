@@ -214,7 +214,7 @@ def direction_of(text: str, tangent: float) -> tuple[float, float]:
 def tangents(state: Equilibrium, at: Array) -> Array:
     """Angles (m,) [rad] of a curve's tangent at fractions `at (m,)` of its arc length, pivot to pivot."""
     ends = np.concatenate([[0.0], np.cumsum(state.edges)]) + 0.5 * state.rod.clamp
-    return np.interp(at * state.rod.length, ends, state.vertices_table[:, 2])
+    return np.interp(at * state.rod.length, ends, state.angles)
 
 
 def turned(one: Equilibrium, other: Equilibrium) -> float:

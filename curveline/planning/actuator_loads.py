@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curveline.rod.branches.continuation import Branch
 from curveline.rod.problem import Array
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Display
@@ -39,11 +40,12 @@ class ClampLoads:
         )
 
 
-def clamp_loads_of(samples: Array) -> ClampLoads:
-    """Bounds over the `samples (m, 9)` of a followed branch."""
-    if samples.shape[0] == 0:
+def clamp_loads_of(branch: Branch) -> ClampLoads:
+    """Bounds over all poses of a followed branch."""
+    if branch.fractions.size == 0:
         return ClampLoads()
-    return ClampLoads(samples[:, 3:].min(axis=0), samples[:, 3:].max(axis=0), float(samples[:, 2].max()))
+    wrenches = branch.wrenches
+    return ClampLoads(wrenches.min(axis=0), wrenches.max(axis=0), float(branch.sharpest.max()))
 
 
 def clamp_loads_of_state(state: Equilibrium) -> ClampLoads:

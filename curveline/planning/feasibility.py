@@ -143,4 +143,4 @@ def _loaded(prover: Verifier, scene: Scene, number: int, state: Equilibrium) -> 
     lowest = min((inside, STABILITY), (outside, OUT_OF_PLANE))
     if reason := too_near(inside, outside):
         raise Refused(f"segment {number}: under its loads the {state.name} comes within {reason}", number)
-    return _Loaded(lowest, clamp_loads_of(branch.samples))
+    return _Loaded(lowest, clamp_loads_of(branch))

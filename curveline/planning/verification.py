@@ -281,7 +281,7 @@ class Verifier:
                 raise Refused(f"the state {what} at {where}", is_hopeless=is_hopeless)
             inside, outside = stiffness_of(way, self.bearing, branch)
             end = TrackedState(branch.phi, branch.multipliers)
-            self._ways[key] = Followed(end, inside, outside, clamp_loads_of(branch.samples))
+            self._ways[key] = Followed(end, inside, outside, clamp_loads_of(branch))
         found = self._ways[key]
         if reason := too_near(found.inside, found.outside):
             raise Refused(f"the state comes within {reason}", is_hopeless=is_hopeless)
@@ -295,9 +295,7 @@ class Verifier:
         for state in self.showable(before).planar:
             reached, angles, forces, _ = travel(way, bearing, *coarse_start(state))
             if reached == 1.0:
-                demand = demand.joined(
-                    clamp_loads_of(follow(straight_path(after, after), bearing, angles, forces).samples)
-                )
+                demand = demand.joined(clamp_loads_of(follow(straight_path(after, after), bearing, angles, forces)))
         return demand
 
     def weigh(self, pose: Pose) -> ClampLoads:

@@ -13,6 +13,7 @@ import pytest
 from curveline.planning.actuator_loads import ClampLoads, clamp_loads_of, load_of, node_needs, overload
 from curveline.planning.layout import Box, Layout, layout_of, pose_of
 from curveline.planning.verification import Verifier
+from curveline.rod.branches.continuation import Branch, Weakest
 from curveline.rod.branches.tracking import tracked
 from curveline.rod.problem import mesh
 from curveline.rod.states.equilibrium import refine
@@ -131,12 +132,22 @@ def test_opposite_needs_of_two_segments_are_borne_together_and_bounds_are_not_mi
     assert overload(DISPLAY, (ClampLoads(), FINE, ClampLoads())) == ""
 
 
-def test_a_followed_branch_is_bounded_by_its_samples() -> None:
-    samples = np.random.default_rng(1).normal(size=(20, 9))
-    demand = clamp_loads_of(samples)
-    assert np.all(samples[:, 3:] >= demand.low)
-    assert np.all(samples[:, 3:] <= demand.high)
-    assert demand.curvature == samples[:, 2].max()
+def branch_of(sharpest: np.ndarray, wrenches: np.ndarray) -> Branch:
+    """A branch of which only this matters."""
+    weakest = Weakest(0.0, 1.0, np.zeros(2), np.zeros(2))
+    fractions = np.linspace(0.0, 1.0, len(sharpest))
+    return Branch(
+        fractions, np.ones_like(sharpest), sharpest, wrenches, 1.0, np.zeros(2), np.zeros(2), weakest, weakest, False
+    )
+
+
+def test_a_followed_branch_is_bounded_by_its_poses() -> None:
+    source = np.random.default_rng(1)
+    sharpest, wrenches = source.normal(size=20), source.normal(size=(20, 6))
+    demand = clamp_loads_of(branch_of(sharpest, wrenches))
+    assert np.all(wrenches >= demand.low)
+    assert np.all(wrenches <= demand.high)
+    assert demand.curvature == sharpest.max()
     both = demand.joined(FINE)
     np.testing.assert_array_equal(both.low, np.minimum(demand.low, -0.01))
-    assert clamp_loads_of(np.zeros((0, 9))).joined(FINE).curvature == 1.0
+    assert clamp_loads_of(branch_of(np.zeros(0), np.zeros((0, 6)))).joined(FINE).curvature == 1.0

@@ -115,7 +115,7 @@ NARROWED = Pose(0.5, 0.114292079, -0.039023107, -0.716716723, 0.581545982)
 def lowest_on(before: Pose, after: Pose, state: Equilibrium) -> float:
     branch = follow(straight_path(before, after), prover().bearing, *coarse_start(state))
     assert branch.reached == 1.0
-    return float(branch.samples[:, 1].min()) / STIFFEST
+    return float(branch.lowest.min()) / STIFFEST
 
 
 def test_a_box_whose_corners_all_pass_can_be_too_narrow_between_them() -> None:

@@ -109,7 +109,7 @@ def test_where_no_fold_lies_on_the_way_tracing_is_following(name: str) -> None:
     assert branch.reached == 1.0
     assert track.fractions[-2] <= 1.0 < track.fractions[-1]
     assert not track.unstable.any()
-    lowest = np.interp(track.fractions[:-1], branch.samples[:, 0], branch.samples[:, 1])
+    lowest = np.interp(track.fractions[:-1], branch.fractions, branch.lowest)
     np.testing.assert_allclose(track.lowest[:-1], lowest, rtol=0.02)
     level = solve_level(end, FOLLOW_EDGES, track.phi[-1], track.multipliers[-1])
     np.testing.assert_allclose(level.phi, branch.phi, atol=1e-9)

@@ -28,6 +28,7 @@ from curveline.rod.branches.control_path import (
     rod_at,
     straight_path,
 )
+from curveline.rod.planar.richardson import LOAD_POTENTIAL, STRAIN_ENERGY
 from curveline.rod.problem import Array, make_problem, mesh, released
 from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
 from curveline.rod.states.planar_states import find_states
@@ -74,10 +75,10 @@ def test_forward_and_backward_meet(name: str, loads: tuple[tuple[float, float, f
 def test_the_state_followed_is_the_one_found_there(name: str) -> None:
     branch = followed(ROD, AWAY, coarse_start(state_of(ROD, name)))
     np.testing.assert_allclose(branch.phi, coarse_start(state_of(AWAY, name))[0], atol=5e-3)
-    assert list(branch.samples[:, 0]) == sorted(branch.samples[:, 0])
-    assert branch.samples[0, 0] == 0.0
-    assert branch.samples[-1, 0] == 1.0
-    assert np.all(branch.samples[:, 1] > 0.0)
+    assert list(branch.fractions) == sorted(branch.fractions)
+    assert branch.fractions[0] == 0.0
+    assert branch.fractions[-1] == 1.0
+    assert np.all(branch.lowest > 0.0)
 
 
 @pytest.mark.parametrize("name", ["peak", "valley"])
@@ -99,7 +100,7 @@ def test_edges_meet_at_the_loads_while_the_length_changes(name: str) -> None:
 
 def test_too_few_edges_for_the_loads_are_not_followed() -> None:
     way = way_of(replace(ROD, loads=PUSH), replace(AWAY, loads=PUSH))
-    assert follow(way, ROD.bearing, np.zeros(5), np.zeros(2)).samples.shape == (0, 9)
+    assert follow(way, ROD.bearing, np.zeros(5), np.zeros(2)).wrenches.shape == (0, 6)
     assert travel(way, ROD.bearing, np.zeros(5), np.zeros(2))[0] == 0.0
     assert not land(way, 0.0, ROD.bearing, np.zeros(5), np.zeros(2), np.zeros(5))[0]
 
@@ -113,7 +114,7 @@ def test_a_fold_is_found_at_the_same_place_whatever_the_path_beyond(change: dict
     beyond = between(ROD.pose, end.pose, 1.0 + 0.3 * math.pi)
     far = follow(straight_path(ROD.pose, beyond), ROD.bearing, *start)
     assert far.reached * (1.0 + 0.3 * math.pi) == pytest.approx(short.reached, abs=1e-6)
-    lowest = short.samples[:, 1]
+    lowest = short.lowest
     assert 0.0 < lowest[-1] < 0.1 < lowest[0]
 
 
@@ -166,7 +167,7 @@ def test_a_dip_of_the_eigenvalue_is_not_stepped_over() -> None:
 def test_an_unstable_or_absent_start_is_not_followed() -> None:
     phi = np.full(FOLLOW_EDGES, 2.0)
     branch = follow(straight_path(ROD.pose, AWAY.pose), ROD.bearing, phi, np.zeros(2))
-    assert branch.samples.shape[0] == 0
+    assert branch.fractions.size == 0
     assert branch.reached == 0.0
 
 
@@ -190,7 +191,7 @@ def test_what_the_nodes_hold_is_what_the_equilibrium_says(number: int, natural: 
         level = solve_level(rod, 400, *coarse_start(state, 400))
         free = released(make_problem(rod.scaled(), mesh(np.empty(0), 400)))
         here = straight_path(rod.pose, rod.pose)
-        bent, *held = node_loads(here, 0.0, rod.bearing, free, level.phi, level.multipliers)
+        bent, held = node_loads(here, 0.0, rod.bearing, free, level.phi, level.multipliers)
         assert bent == pytest.approx(state.max_curvature, rel=1e-2)
         for side, (angle, sign) in enumerate(((rod.start, 1.0), (rod.end, -1.0))):
             along, up, moment = held[3 * side : 3 * side + 3]
@@ -206,7 +207,7 @@ def test_what_the_nodes_hold_is_what_the_equilibrium_says(number: int, natural: 
 def energy_of(rod: ClampedRod, start: Equilibrium) -> float:
     """Energy [J] of the state near another one, with heights counted from the left pivot."""
     level = solve_level(rod, 400, *coarse_start(start, 400))
-    stored = (level.scalars[4] + level.scalars[5]) * rod.stiffness / rod.free_length
+    stored = (level.scalars[STRAIN_ENERGY] + level.scalars[LOAD_POTENTIAL]) * rod.stiffness / rod.free_length
     natural = rod.natural_curvature
     stored += rod.stiffness * natural * (0.5 * natural * rod.free_length - (rod.end - rod.start))
     below = rod.free_start
@@ -234,7 +235,7 @@ def test_what_the_nodes_do_is_the_slope_of_the_energy(number: int, natural: floa
     level = solve_level(rod, 400, *coarse_start(state, 400))
     way = way_of(rod, rod)
     free = problem_at(way, rod.bearing, 0.0, counts_along(way, rod.bearing, 400))
-    held = node_loads(way, 0.0, rod.bearing, free, level.phi, level.multipliers)[1:]
+    held = node_loads(way, 0.0, rod.bearing, free, level.phi, level.multipliers)[1]
     tangents = level.table[200 : 200 + len(rod.loads), 2]
     slopes = {
         what: (energy_of(change(rod, 1e-5), state) - energy_of(change(rod, -1e-5), state)) / 2e-5

@@ -11,6 +11,7 @@ import pytest
 
 from curveline.rod.branches.continuation import coarse_start
 from curveline.rod.planar.elastica import clamped_arch, rectangular
+from curveline.rod.planar.richardson import LOAD_POTENTIAL, STRAIN_ENERGY
 from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
 from curveline.rod.states.planar_states import find_states
 
@@ -65,7 +66,7 @@ CASES = {
 
 def errors(exact: Exact, table: np.ndarray, scalars: np.ndarray) -> list[float]:
     """Of shape, end force, end moments and energy."""
-    ours = np.array([*scalars[:4], scalars[4] + scalars[5]])
+    ours = np.array([*scalars[:4], scalars[STRAIN_ENERGY] + scalars[LOAD_POTENTIAL]])
     off = abs(ours - exact.scalars)
     n = len(table) - 1
     shape = np.max(np.linalg.norm(table[:, :2] - exact.positions(n), axis=1))

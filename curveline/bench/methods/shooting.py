@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from curveline.rod.planar.richardson import CURVATURE
 from curveline.rod.problem import Array
 from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
 
@@ -57,7 +58,7 @@ def exact(state: Equilibrium, stretching: float) -> Exact | None:
     length, unit = rod.free_length, rod.stiffness / rod.free_length**2
     shot = _Shot(rod, stretching)
     force = -np.asarray(state.clamp_force[0], dtype=float)
-    start = np.array([state.vertices_table[0, 3] * length, *(force / unit)])
+    start = np.array([state.vertices_table[0, CURVATURE] * length, *(force / unit)])
 
     def miss(unknowns: Array) -> Array:
         end = shot.fly(unknowns[0] / length, unknowns[1:] * unit)

@@ -31,7 +31,7 @@ from curveline.rod.branches.control_path import (
 from curveline.rod.planar.lateral import lateral_eigenvalue_below, lateral_modes_below, lateral_variation
 from curveline.rod.planar.modes import lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, descend, newton
-from curveline.rod.planar.richardson import vertex_table
+from curveline.rod.planar.richardson import CURVATURE, vertex_table
 from curveline.rod.problem import Array, cut, largest_change, mesh, refine_angles, sharpest_turn
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import SEARCH_EDGES
@@ -61,7 +61,8 @@ TRAVEL_MOVE = 0.05
 """The most that an edge turns [rad] in a step of `travel`, which takes the whole way at once where it can."""
 TRAVEL_STEP = 1e-6
 
-COLUMNS = 9
+MOST_POSES = 4000
+"""Of a branch that is followed."""
 NUDGE = 0.01
 
 TRACK = Effort(turn=0.2, close=1e-7, iterations=12)
@@ -80,14 +81,17 @@ class Weakest(NamedTuple):
 class Branch(NamedTuple):
     """A followed state, the fraction of the way it `reached`, and its angles and multipliers there.
 
-    `samples (m, 9)` hold per pose: fraction of the way, lowest eigenvalue, largest curvature away from the natural one
-    [1/m], then what the left node must do to the rod, with its sign: along the tangent, towards the right node [N],
-    upwards [N], moment about its pivot, counter-clockwise [N m]; then the same three for the right node. `inside` is
-    where the lowest eigenvalue in the plane is lowest, `outside` the one out of it, sought where it could be the lower
-    one. A branch that ends early `leaves_plane` or loses its stability in it.
+    Per pose: its `fractions (m,)` of the way, the `lowest (m,)` eigenvalue [EI/L^2], the `sharpest (m,)` curvature
+    away from the natural one [1/m], and `wrenches (m, 6)`, what the left node must do to the rod, with its sign: along
+    the tangent, towards the right node [N], upwards [N], moment about its pivot, counter-clockwise [N m]; then the same
+    three for the right node. `inside` is where the lowest eigenvalue in the plane is lowest, `outside` the one out of
+    it, sought where it could be the lower one. A branch that ends early `leaves_plane` or loses its stability in it.
     """
 
-    samples: Array
+    fractions: Array
+    lowest: Array
+    sharpest: Array
+    wrenches: Array
     reached: float
     phi: Array
     multipliers: Array
@@ -115,20 +119,21 @@ def node_loads(way, fraction, bearing, free, phi, multipliers):
     for i in range(loads.shape[0]):
         start_x -= loads[i, 1]
         start_y -= loads[i, 2]
-    out = np.zeros(7)
+    out = np.empty(6)
+    sharpest = 0.0
     for i in range(phi.size + 1):
-        out[0] = max(out[0], abs(table[i, 3] / length - bearing.natural))
+        sharpest = max(sharpest, abs(table[i, CURVATURE] / length - bearing.natural))
     for side in range(2):
         x, y = (start_x, start_y) if side == 0 else (end_x, end_y)
         angle = pose.start if side == 0 else pose.end
         # Seen from the node, the rod leaves the left one along its tangent and the right one against it.
         sign = 1.0 if side == 0 else -1.0
-        bend = table[0 if side == 0 else phi.size, 3] / length
-        out[1 + 3 * side] = x * np.cos(angle) + y * np.sin(angle) - sign * 0.5 * bearing.stiffness * bend**2
-        out[2 + 3 * side] = y
+        bend = table[0 if side == 0 else phi.size, CURVATURE] / length
+        out[3 * side] = x * np.cos(angle) + y * np.sin(angle) - sign * 0.5 * bearing.stiffness * bend**2
+        out[1 + 3 * side] = y
         across = y * np.cos(angle) - x * np.sin(angle)
-        out[3 + 3 * side] = sign * (half * across - bearing.stiffness * (bend - bearing.natural))
-    return out
+        out[2 + 3 * side] = sign * (half * across - bearing.stiffness * (bend - bearing.natural))
+    return sharpest, out
 
 
 @njit
@@ -182,7 +187,8 @@ def follow(way, bearing, phi, multipliers):
     They are halved, too, where the lowest eigenvalue falls fast, so that a dip is not stepped over.
     """
     counts = counts_along(way, bearing, phi.size)
-    samples = np.empty((4000, COLUMNS))
+    fractions, eigenvalues, sharpest = np.empty(MOST_POSES), np.empty(MOST_POSES), np.empty(MOST_POSES)
+    wrenches = np.empty((MOST_POSES, 6))
     count = 0
     reached = 0.0
     step = 0.0
@@ -190,7 +196,7 @@ def follow(way, bearing, phi, multipliers):
     least = np.inf
     inside = Weakest(0.0, np.inf, phi, multipliers)
     outside = Weakest(0.0, np.inf, phi, multipliers)
-    while count < samples.shape[0] and counts.sum() == phi.size:
+    while count < MOST_POSES and counts.sum() == phi.size:
         fraction = min(1.0, reached + step)
         free = problem_at(way, bearing, fraction, counts)
         found, trial, force = try_step(free, phi, multipliers, LARGEST_MOVE)
@@ -199,15 +205,15 @@ def follow(way, bearing, phi, multipliers):
         aside = stiffness_outside(way, bearing, fraction, (free, trial, force), least) if found else 0.0
         leaves = found and aside <= 0.0
         if found and count > 0 and step > CLOSEST_LOOK:
-            found = not _is_shallow(lowest, samples[count - 1, 1])
+            found = not _is_shallow(lowest, eigenvalues[count - 1])
             found = found and not (aside < least and _is_shallow(aside, least))
         if found and not leaves:
             phi = trial
             multipliers = force
             reached = fraction
-            samples[count, 0] = fraction
-            samples[count, 1] = lowest
-            samples[count, 2:] = node_loads(way, fraction, bearing, free, phi, multipliers)
+            fractions[count] = fraction
+            eigenvalues[count] = lowest
+            sharpest[count], wrenches[count] = node_loads(way, fraction, bearing, free, phi, multipliers)
             count += 1
             if lowest < inside.eigenvalue:
                 inside = Weakest(fraction, lowest, phi, multipliers)
@@ -222,7 +228,8 @@ def follow(way, bearing, phi, multipliers):
             step *= 0.5
             if step < SMALLEST_STEP:
                 break
-    return Branch(samples[:count], reached, phi, multipliers, inside, outside, leaves)
+    found = (fractions[:count], eigenvalues[:count], sharpest[:count], wrenches[:count])
+    return Branch(*found, reached, phi, multipliers, inside, outside, leaves)
 
 
 @njit

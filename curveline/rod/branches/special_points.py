@@ -233,12 +233,12 @@ def critical(
     far = part_of(way, 0.0, BEYOND)
     branch = follow(far, bearing, phi, multipliers)
     for _ in range(FINER_STARTS):
-        if branch.samples.shape[0] > 0:
+        if branch.fractions.size > 0:
             break
         # A state close to a fold may exist on finer edges alone.
         phi = refine_angles(problem_at(way, bearing, 0.0, counts_along(way, bearing, phi.size)), phi, 2)
         branch = follow(far, bearing, phi, multipliers)
-    if branch.samples.shape[0] == 0:
+    if branch.fractions.size == 0:
         return _without(way, bearing, SpecialKind.LOST, phi, multipliers)
     if branch.reached == 1.0:
         return _without(way, bearing, SpecialKind.NONE, phi, multipliers)

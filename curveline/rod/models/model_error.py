@@ -169,7 +169,7 @@ def contact_bound(state: Equilibrium, section: Section) -> Bound:
     thickness = section.thickness
     if state.crosses_itself:
         return Bound(farthest(state.rod), "the curve crosses itself, which a real rod cannot")
-    spread = float(np.ptp(state.vertices_table[:, 2]))
+    spread = float(np.ptp(state.angles))
     if state.space is None and spread < STRAIGHT:
         why = f"its directions differ by {to_deg(spread):.0f} deg at most, too little to come back to itself"
         return Bound(0.0, why)

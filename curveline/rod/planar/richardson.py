@@ -17,10 +17,12 @@ from curveline.rod.problem import halved, largest_change, make_problem, refine_a
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
 
-SCALARS = 7
-"""Per level: both multipliers, both end curvatures, strain energy, load potential, lowest eigenvalue."""
+ACROSS, UP, FIRST_CURVATURE, LAST_CURVATURE, STRAIN_ENERGY, LOAD_POTENTIAL, EIGENVALUE = range(7)
+"""The numbers of a level: both multipliers, the curvatures at both ends, two energies, the lowest eigenvalue."""
 
-EIGENVALUE = 6
+SCALARS = 7
+X, Y, ANGLE, CURVATURE, STRAIN, STRAIN_SLOPE = range(6)
+"""The columns of a table of vertices."""
 COLUMNS = 6
 HONESTY = 0.15
 DOUBT = 1.0
@@ -68,10 +70,10 @@ def level_scalars(problem, phi, multipliers, table):
     """The numbers of a level that are extrapolated beside its vertices: see `SCALARS`."""
     out = np.empty(SCALARS)
     n = phi.size
-    out[0] = multipliers[0]
-    out[1] = multipliers[1]
-    out[2] = table[0, 3]
-    out[3] = table[n, 3]
+    out[ACROSS] = multipliers[0]
+    out[UP] = multipliers[1]
+    out[FIRST_CURVATURE] = table[0, CURVATURE]
+    out[LAST_CURVATURE] = table[n, CURVATURE]
     strained = 0.0
     potential = 0.0
     before = problem.ends[0]
@@ -83,8 +85,8 @@ def level_scalars(problem, phi, multipliers, table):
         before = phi[j]
         if problem.compliance[j] > 0.0:
             strained += 0.5 * problem.compliance[j] * thrust_on(problem, phi, multipliers, j) ** 2
-    out[4] = strained + 0.5 * (problem.ends[1] - before) ** 2 * problem.stiffness[n]
-    out[5] = potential
+    out[STRAIN_ENERGY] = strained + 0.5 * (problem.ends[1] - before) ** 2 * problem.stiffness[n]
+    out[LOAD_POTENTIAL] = potential
     out[EIGENVALUE] = 0.0
     return out
 

@@ -169,7 +169,7 @@ def lift(segment: SpatialSegment, state: Equilibrium, n: int = LIFT_EDGES) -> tu
     edges = segment.edges(n)
     middles = np.cumsum(edges) - 0.5 * edges
     places = np.concatenate([[0.0], np.cumsum(state.edges)]) / state.rod.free_length
-    angles = np.interp(middles, places, state.vertices_table[:, 2])
+    angles = np.interp(middles, places, state.angles)
     roll = segment.roll[0] + (segment.roll[1] - segment.roll[0]) * middles
     frames = frames_of(angles, np.zeros(angles.size), roll)
     return segment.spatial_rod(edges), Shape(_strains(segment, state, middles, angles), frames)

@@ -14,7 +14,18 @@ from curveline.rod._jit import njit
 from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
 from curveline.rod.geometry.hermite import integral
 from curveline.rod.geometry.space_curve import SpaceCurve
-from curveline.rod.planar.richardson import EIGENVALUE, climb_levels, interpolate
+from curveline.rod.planar.richardson import (
+    ACROSS,
+    ANGLE,
+    EIGENVALUE,
+    FIRST_CURVATURE,
+    LAST_CURVATURE,
+    LOAD_POTENTIAL,
+    STRAIN_ENERGY,
+    UP,
+    climb_levels,
+    interpolate,
+)
 from curveline.rod.problem import Array, Bearing, Pose, ScaledRod, scale_rod
 
 MOST_EDGES = 50_000
@@ -155,6 +166,12 @@ class Equilibrium:
         return other
 
     @property
+    def angles(self) -> Array:
+        """Tangent angles (m+1,) [rad] at the vertices."""
+        column: Array = self.vertices_table[:, ANGLE]
+        return column
+
+    @property
     def simple(self) -> bool:
         """True if a planar display can show this state."""
         return self.is_untangled and not self.leaves_plane
@@ -169,7 +186,7 @@ class Equilibrium:
         places = np.concatenate([[0.0], np.cumsum(self.edges)])
         middles = (np.cumsum(edges) - 0.5 * edges) * places[-1]
         unit = self.rod.free_length**2 / self.rod.stiffness
-        return np.interp(middles, places, self.vertices_table[:, 2]), -self.clamp_force[1] * unit
+        return np.interp(middles, places, self.angles), -self.clamp_force[1] * unit
 
     def curve(self, points: int) -> Array:
         """`points` positions (points, 2) [m] in the plane, equally spaced in arc length from pivot to pivot."""
@@ -252,9 +269,10 @@ def _clamp_wrench(rod: ClampedRod, scalars: list[float]) -> tuple[Array, Array]:
     """Forces (2, 2) [N] and moments (2,) [N m] of the clamps on the rod; the multipliers are the end's, reversed."""
     length, natural = rod.free_length, rod.natural_curvature
     unit = rod.stiffness / length**2
-    across, up = -scalars[0] * unit, -scalars[1] * unit
+    across, up = -scalars[ACROSS] * unit, -scalars[UP] * unit
     push, lift = math.fsum(load[1] for load in rod.loads), math.fsum(load[2] for load in rod.loads)
-    moments = [-rod.stiffness * (scalars[2] / length - natural), rod.stiffness * (scalars[3] / length - natural)]
+    first, last = (scalars[place] / length - natural for place in (FIRST_CURVATURE, LAST_CURVATURE))
+    moments = [-rod.stiffness * first, rod.stiffness * last]
     return np.array([[-push - across, rod.weight * length - lift - up], [across, up]]), np.array(moments)
 
 
@@ -262,7 +280,7 @@ def _energy(rod: ClampedRod, scalars: list[float]) -> float:
     """Bending energy about the natural curvature plus the potential of weight and loads [J]."""
     length = rod.free_length
     natural = rod.natural_curvature
-    energy = (scalars[4] + scalars[5]) * rod.stiffness / length
+    energy = (scalars[STRAIN_ENERGY] + scalars[LOAD_POTENTIAL]) * rod.stiffness / length
     energy += rod.stiffness * natural * (0.5 * natural * length - rod.turn)
     return energy
 
