@@ -183,14 +183,14 @@ def test_a_plan_on_such_a_display_points_to_the_check_of_it() -> None:
 @pytest.mark.parametrize("name", ["single", "quad"])
 def test_what_is_said_to_be_possible_from_home_is_planned(name: str) -> None:
     display = read_display(name)
-    doors = departures_of(display).doors
-    assert [door.kind for door in doors] == (
+    entries = departures_of(display).entries
+    assert [entry.kind for entry in entries] == (
         ["peak", "valley"] if name == "single" else ["row of peaks", "row of valleys", "row of valleys and peaks"]
     )
-    for door in doors:
-        assert door.is_open
-        shape = nearest_shape(Verifier(display, lambda: None), door.wanted)
-        assert make_plan(shape).wanted == door.wanted
+    for entry in entries:
+        assert entry.is_open
+        shape = nearest_shape(Verifier(display, lambda: None), entry.wanted)
+        assert make_plan(shape).wanted == entry.wanted
 
 
 def a_scene(chance: random.Random, extra_mm: tuple[float, float]) -> Scene:

@@ -274,7 +274,7 @@ def test_only_a_rod_with_somewhere_to_fall_is_lost(monkeypatch: pytest.MonkeyPat
     ) -> tuple[State | None, list[Event]]:
         return buckle(Pose(*poses[-1]), segment.bearing), [Event(FELL, PIECES, None)]
 
-    monkeypatch.setattr("curveline.replay.monte_carlo.ride", falling)
+    monkeypatch.setattr("curveline.replay.monte_carlo.move_through", falling)
     slack = ((fed, 0.0, 0.0), (-fed, 0.0, 0.0))
     setup = Setup(DISPLAY, by_hand(DISPLAY, slack, slack, wanted=("valley",)), NONE)
     assert play_run(setup, 1).endings == (ending,)

@@ -10,8 +10,8 @@ from itertools import pairwise
 from curveline.drive_settings import AXES, UNITS, AxisDrive, drive_settings
 from curveline.errors import InvalidInput
 from curveline.plan_file import MAX_COUNT
-from curveline.planning.actuator_loads import clamp_loads_of_state, load_of
-from curveline.planning.reachability import Door, doors_of, has_home
+from curveline.planning.actuator_loads import actuator_load_of, clamp_loads_of_state
+from curveline.planning.reachability import Access, entries_of, has_home
 from curveline.planning.remedies import remedy
 from curveline.planning.verification import Verifier
 from curveline.radio.protocol.motion import axes_of
@@ -106,13 +106,13 @@ class Leaving:
 
 @dataclass(frozen=True)
 class Departures:
-    """Where plans can lead from home: a door for every kind of shape, none if there is no home.
+    """Where plans can lead from home: an entry for every kind of shape, none if there is no home.
 
     `remedies` says of the kinds to which none leads with which numbers of the file one would, as far as any were found.
     """
 
-    doors: tuple[Door, ...] = ()
-    remedies: tuple[tuple[tuple[Door, ...], str], ...] = ()
+    entries: tuple[Access, ...] = ()
+    remedies: tuple[tuple[tuple[Access, ...], str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -142,12 +142,12 @@ def departures_of(display: Display) -> Departures:
     """Try to plan from home."""
     if undrivable(display) or not has_home(display):
         return Departures()
-    prover = Verifier(display, lambda: None)
-    doors = doors_of(prover)
-    shut = tuple(door for door in doors if not door.is_open)
-    if not shut or (joint := remedy(prover, tuple(door.wanted for door in shut))) or len(shut) == 1:
-        return Departures(doors, ((shut, joint),) if shut else ())
-    return Departures(doors, tuple(((door,), remedy(prover, (door.wanted,))) for door in shut))
+    verifier = Verifier(display, lambda: None)
+    entries = entries_of(verifier)
+    shut = tuple(entry for entry in entries if not entry.is_open)
+    if not shut or (joint := remedy(verifier, tuple(entry.wanted for entry in shut))) or len(shut) == 1:
+        return Departures(entries, ((shut, joint),) if shut else ())
+    return Departures(entries, tuple(((entry,), remedy(verifier, (entry.wanted,))) for entry in shut))
 
 
 def buckling_force(display: Display) -> float:
@@ -259,7 +259,7 @@ def _level_states(display: Display, length: float) -> Showable:
 def too_much(display: Display, length: float) -> str:
     """Why rod or motors do not stand every state of `length` [m] of rod between level, upright nodes; empty if so."""
     for state in _level_states(display, length).planar:
-        load = load_of((clamp_loads_of_state(state),))
+        load = actuator_load_of((clamp_loads_of_state(state),))
         if load.curvature > display.rod.max_curvature:
             return TOO_TIGHT
         if load.force > display.drive.max_force:

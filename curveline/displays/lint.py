@@ -92,7 +92,7 @@ def _home(display: Display) -> Iterator[Suspicion]:
 def _departures(departures: Departures) -> Iterator[Suspicion]:
     """Kinds of shapes to which no plan leads from home."""
     for shut, remedy in departures.remedies:
-        kinds = "shape" if len(shut) == len(departures.doors) else " and no ".join(door.kind for door in shut)
+        kinds = "shape" if len(shut) == len(departures.entries) else " and no ".join(entry.kind for entry in shut)
         message = f"from home no {kinds} can be planned; {NO_FUNNEL}: {shut[0].reason}"
         hint = f"with {remedy} a plan leads there"
         otherwise = "no number of motors and limits alone is at fault: take another rod, or other motors"

@@ -92,11 +92,11 @@ class Stand:
         pushed = (self.at, force * self.toward[0], force * self.toward[1])
         return replace(self.rod, loads=tuple(sorted((*self.rod.loads, pushed), key=lambda load: load[0])))
 
-    def way(self, before: float, after: float) -> ControlPath:
-        """The way from one push to another [N]."""
+    def path(self, before: float, after: float) -> ControlPath:
+        """The path from one push to another [N]."""
         begin, end = (np.array(self.loaded(force).loads) for force in (before, after))
-        way: ControlPath = loading(self.rod.pose, begin[:, 0].copy(), begin[:, 1:].copy(), end[:, 1:].copy())
-        return way
+        path: ControlPath = loading(self.rod.pose, begin[:, 0].copy(), begin[:, 1:].copy(), end[:, 1:].copy())
+        return path
 
     def place(self, state: Equilibrium) -> tuple[float, float]:
         """Where the point that is pushed is in a state, seen from the left pivot [m]."""
@@ -186,7 +186,7 @@ def most_on(rod: ClampedRod) -> float:
 
 
 def step_to(end: float, rod: ClampedRod) -> float:
-    """A step of the push [N] that suits the rod: half a newton on the built-in one, less if that is most of the way."""
+    """A step of the push [N] that suits the rod: half a newton on the built-in one, less if that is most of it."""
     step = most_on(rod) / STEPS
     while LEAST_STEPS * step > end:
         step /= DECADE

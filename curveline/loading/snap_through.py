@@ -33,7 +33,7 @@ JUST = 1e-4
 """How long before the snap-through, as a part of its load, the last stable state is shown."""
 TRACE_EDGES = 96
 SHORT_STEP = 0.03
-"""Of the traced branch, for a figure: the root mean square of the edges' turn [rad] and the fraction of the way."""
+"""Of the traced branch, for a figure: the root mean square of the edges' turn [rad] and the fraction of the path."""
 NEAR = 1e-6
 NEAREST = 1e-9
 """Relative error of a snap-through load, and that which fine enough edges for the deflection there come with."""
@@ -70,7 +70,7 @@ class Limit(NamedTuple):
     """Where a pushed state ceases to be stable: load and its error [N], the kind of that special point, and the point.
 
     "lost" is the kind of one that could be followed so far, but neither further nor to a special point. The point is
-    one of the way to a push of `far` [N].
+    one of the path to a push of `far` [N].
     """
 
     force: float
@@ -165,10 +165,10 @@ def load(scene: Scene, push: Push, progress: Callable[[int], object] = lambda _:
 
 def limit_of(stand: Stand, most: float, tolerance: float = NEAR) -> Limit | None:
     """Where the state that is pushed ends, to a relative `tolerance`; None if it is still stable under `most` [N]."""
-    # Up to what suits the rod first: on a way that is a million times as long a special point is hard to place.
+    # Up to what suits the rod first: on a path that is a million times as long a special point is hard to place.
     for far in sorted({min(most, most_on(stand.rod)), most}):
-        way = stand.way(0.0, far)
-        point = critical(way, stand.rod.bearing, *start_along(way, stand.state), tolerance)
+        path = stand.path(0.0, far)
+        point = critical(path, stand.rod.bearing, *start_along(path, stand.state), tolerance)
         if point.kind is SpecialKind.LOST:
             return Limit(point.reached * far, math.inf, point.kind.value, point, far)
         if point.kind is not SpecialKind.NONE:
@@ -222,8 +222,8 @@ def _deflection_at(stand: Stand, limit: Limit) -> float:
 
 def _branch(stand: Stand, most: float) -> Iterator[BranchPoint]:
     """The branch of the state that is pushed up to `most` [N], past special points, until it is stable once more."""
-    way = stand.way(0.0, most)
-    track = trace(way, stand.rod.bearing, *start_along(way, stand.state, TRACE_EDGES), TraceReach(step=SHORT_STEP))
+    path = stand.path(0.0, most)
+    track = trace(path, stand.rod.bearing, *start_along(path, stand.state, TRACE_EDGES), TraceReach(step=SHORT_STEP))
     was_unstable = False
     for number, unstable in enumerate(track.unstable):
         if was_unstable and not unstable:
@@ -282,7 +282,7 @@ def _landings(stand: Stand, limit: Limit) -> Iterator[Landing]:
     if limit.kind == LOST:
         return
     known: list[tuple[str, str]] = []
-    for fall in _falls(stand, stand.way(0.0, limit.far), limit.point):
+    for fall in _falls(stand, stand.path(0.0, limit.far), limit.point):
         force = fall.at * limit.far
         state = _landed(stand, force, fall)
         there = _released(stand, force, state)
@@ -292,9 +292,9 @@ def _landings(stand: Stand, limit: Limit) -> Iterator[Landing]:
             yield landing
 
 
-def _falls(stand: Stand, way: ControlPath, point: SpecialPoint) -> tuple[FallOutcome, ...]:
+def _falls(stand: Stand, path: ControlPath, point: SpecialPoint) -> tuple[FallOutcome, ...]:
     """Both ways off a bifurcation; off a fold there is but the one on which the branch led."""
-    found = falls(way, stand.rod.bearing, point)
+    found = falls(path, stand.rod.bearing, point)
     return found[:1] if point.kind is SpecialKind.FOLD else found
 
 
@@ -312,13 +312,13 @@ def _released(stand: Stand, force: float, state: Equilibrium | None) -> Equilibr
     for _ in range(MOST_FALLS):
         if state is None:
             return None
-        way = stand.way(force, 0.0)
-        point = critical(way, stand.rod.bearing, *start_along(way, state))
+        path = stand.path(force, 0.0)
+        point = critical(path, stand.rod.bearing, *start_along(path, state))
         if point.kind is SpecialKind.NONE:
             return stand.reach(0.0, (force, state))[1]
         if point.kind is SpecialKind.LOST:
             return None
-        fall = _falls(stand, way, point)[0]
+        fall = _falls(stand, path, point)[0]
         force *= 1.0 - fall.at
         state = _landed(stand, force, fall)
     return None

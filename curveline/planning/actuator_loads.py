@@ -87,41 +87,41 @@ class ActuatorLoad:
         return max(self.curvature / rod.max_curvature, self.force / drive.max_force, self.moment / drive.max_moment)
 
 
-def load_of(demands: Iterable[ClampLoads]) -> ActuatorLoad:
+def actuator_load_of(segment_loads: Iterable[ClampLoads]) -> ActuatorLoad:
     """What the segments of a display, left to right, ask together."""
-    demands = tuple(demands)
-    needs = node_needs(demands)
+    segment_loads = tuple(segment_loads)
+    needs = node_needs(segment_loads)
     return ActuatorLoad(
-        float(np.max(needs[:, :MOMENT])), float(np.max(needs[:, MOMENT])), max(each.curvature for each in demands)
+        float(np.max(needs[:, :MOMENT])), float(np.max(needs[:, MOMENT])), max(each.curvature for each in segment_loads)
     )
 
 
-def node_needs(demands: tuple[ClampLoads, ...]) -> Array:
+def node_needs(segment_loads: tuple[ClampLoads, ...]) -> Array:
     """The most that every node must give, (nodes, 3): along the rod, upwards [N], about its pivot [N m].
 
     A node bears the ends of both its segments. They are bounded each for itself, since in uneven progress any of one
     may meet any of the other.
     """
-    needs = np.zeros((len(demands) + 1, 3))
+    needs = np.zeros((len(segment_loads) + 1, 3))
     low, high = np.zeros_like(needs), np.zeros_like(needs)
-    for segment, demand in enumerate(demands):
-        if np.all(np.isfinite(demand.low)):
-            low[segment] += demand.low[LEFT]
-            high[segment] += demand.high[LEFT]
-            low[segment + 1] += demand.low[RIGHT]
-            high[segment + 1] += demand.high[RIGHT]
+    for segment, clamp_loads in enumerate(segment_loads):
+        if np.all(np.isfinite(clamp_loads.low)):
+            low[segment] += clamp_loads.low[LEFT]
+            high[segment] += clamp_loads.high[LEFT]
+            low[segment + 1] += clamp_loads.low[RIGHT]
+            high[segment + 1] += clamp_loads.high[RIGHT]
     return np.asarray(np.maximum(np.abs(low), np.abs(high)))
 
 
-def overload(display: Display, demands: tuple[ClampLoads, ...]) -> str:
+def overload(display: Display, segment_loads: tuple[ClampLoads, ...]) -> str:
     """What a step asks beyond what rod and motors can give; empty if nothing."""
     rod, drive = display.rod, display.drive
-    for segment, demand in enumerate(demands, start=1):
-        if demand.curvature > rod.max_curvature:
-            bent, allowed = told_apart(to_mm(1.0 / demand.curvature), to_mm(1.0 / rod.max_curvature), 0, "f")
+    for segment, clamp_loads in enumerate(segment_loads, start=1):
+        if clamp_loads.curvature > rod.max_curvature:
+            bent, allowed = told_apart(to_mm(1.0 / clamp_loads.curvature), to_mm(1.0 / rod.max_curvature), 0, "f")
             return f"in segment {segment} the rod would bend to a radius of {bent} mm, its strain allows {allowed} mm"
     gives = (drive.max_force, drive.max_force, drive.max_moment)
-    for node, needs in enumerate(node_needs(demands), start=1):
+    for node, needs in enumerate(node_needs(segment_loads), start=1):
         for axis, (need, have) in enumerate(zip(needs, gives, strict=True)):
             if need > have:
                 return f"at node {node} {TASKS[axis]} {_beyond(axis, need, have)}"
@@ -144,12 +144,12 @@ class Culprit(NamedTuple):
     node: int = 0
 
 
-def culprit(display: Display, demands: tuple[ClampLoads, ...]) -> Culprit:
+def culprit(display: Display, segment_loads: tuple[ClampLoads, ...]) -> Culprit:
     """The first segment or node of which a step asks too much."""
     drive = display.drive
-    for segment, demand in enumerate(demands, start=1):
-        if demand.curvature > display.rod.max_curvature:
+    for segment, clamp_loads in enumerate(segment_loads, start=1):
+        if clamp_loads.curvature > display.rod.max_curvature:
             return Culprit(segment=segment)
     gives = np.array([drive.max_force, drive.max_force, drive.max_moment])
-    overloaded = np.flatnonzero(np.any(node_needs(demands) > gives, axis=1))
+    overloaded = np.flatnonzero(np.any(node_needs(segment_loads) > gives, axis=1))
     return Culprit(node=int(overloaded[0]) + 1) if overloaded.size else Culprit()

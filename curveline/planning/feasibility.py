@@ -12,10 +12,10 @@ from curveline.errors import Infeasible, InvalidInput
 from curveline.planning.actuator_loads import (
     ActuatorLoad,
     ClampLoads,
+    actuator_load_of,
     clamp_loads_of,
     clamp_loads_of_state,
     culprit,
-    load_of,
     overload,
 )
 from curveline.planning.layout import describe, layout_of, pose_of
@@ -60,21 +60,21 @@ class Burden:
     load: ActuatorLoad
 
 
-def check_goal(prover: Verifier, scene: Scene) -> Burden | None:
+def check_goal(verifier: Verifier, scene: Scene) -> Burden | None:
     """Raise Refused unless every wanted state exists, is stable with a margin and asks no more than there is.
 
     With its loads and without them; returns what they come to, None if there are none.
     """
-    states = [_wanted(prover, scene, number) for number in range(1, len(scene.segments) + 1)]
-    demands = tuple(map(clamp_loads_of_state, states))
-    _check_demands(scene.display, demands, "the shape itself")
-    return _burden(prover, scene, states) if scene.loads else None
+    states = [_wanted(verifier, scene, number) for number in range(1, len(scene.segments) + 1)]
+    segment_loads = tuple(map(clamp_loads_of_state, states))
+    _check_loads(scene.display, segment_loads, "the shape itself")
+    return _burden(verifier, scene, states) if scene.loads else None
 
 
-def _check_demands(display: Display, demands: tuple[ClampLoads, ...], what: str) -> None:
+def _check_loads(display: Display, segment_loads: tuple[ClampLoads, ...], what: str) -> None:
     """Refused, saying of what, where rod or motors do not give what the segments of a row ask."""
-    if reason := overload(display, demands):
-        raise Refused(f"{what}: {reason}", **culprit(display, demands)._asdict())
+    if reason := overload(display, segment_loads):
+        raise Refused(f"{what}: {reason}", **culprit(display, segment_loads)._asdict())
 
 
 def laden(travel: Travel, burden: Burden | None) -> Travel:
@@ -88,10 +88,10 @@ def laden(travel: Travel, burden: Burden | None) -> Travel:
     return replace(travel, moves=(*travel.moves[:-1], moved))
 
 
-def _wanted(prover: Verifier, scene: Scene, number: int) -> Equilibrium:
+def _wanted(verifier: Verifier, scene: Scene, number: int) -> Equilibrium:
     """The wanted state of a segment, counted from 1; Refused if the display cannot show it."""
     pose = pose_of(scene.display, layout_of(scene), number - 1)
-    wanted, found = scene.segments[number - 1].state, prover.showable(pose)
+    wanted, found = scene.segments[number - 1].state, verifier.showable(pose)
     for state, outside in zip(found.states, found.outside, strict=True):
         if state.name == wanted:
             if reason := too_near(state.lowest_eigenvalue, outside):
@@ -104,23 +104,25 @@ def _wanted(prover: Verifier, scene: Scene, number: int) -> Equilibrium:
     raise Refused(f"segment {number} has no stable {wanted} at {describe(pose)}; it has: {others}", number)
 
 
-def _burden(prover: Verifier, scene: Scene, states: Sequence[Equilibrium]) -> Burden:
+def _burden(verifier: Verifier, scene: Scene, states: Sequence[Equilibrium]) -> Burden:
     """What the loads of a shape come to; Refused where a state or a motor does not withstand them with a reserve."""
-    loaded = [_loaded(prover, scene, number, state) for number, state in enumerate(states, start=1)]
-    demands = tuple(clamp_loads_of_state(state).joined(each.demand) for state, each in zip(states, loaded, strict=True))
-    _check_demands(scene.display, demands, "under its loads")
+    loaded = [_loaded(verifier, scene, number, state) for number, state in enumerate(states, start=1)]
+    segment_loads = tuple(
+        clamp_loads_of_state(state).joined(each.clamp_loads) for state, each in zip(states, loaded, strict=True)
+    )
+    _check_loads(scene.display, segment_loads, "under its loads")
     lowest, margin_of = min(each.lowest for each in loaded)
-    return Burden(lowest, lowest / STIFFEST, f"{margin_of} under the loads", load_of(demands))
+    return Burden(lowest, lowest / STIFFEST, f"{margin_of} under the loads", actuator_load_of(segment_loads))
 
 
 class _Loaded(NamedTuple):
     """A state that its loads are put on: its lowest eigenvalue and of what that is the margin, and what it asks."""
 
     lowest: tuple[float, str]
-    demand: ClampLoads
+    clamp_loads: ClampLoads
 
 
-def _loaded(prover: Verifier, scene: Scene, number: int, state: Equilibrium) -> _Loaded:
+def _loaded(verifier: Verifier, scene: Scene, number: int, state: Equilibrium) -> _Loaded:
     """A state of a segment, counted from 1, while its loads are put on; Refused if they are too much for it."""
     loads = sorted((load.at, *load.force) for load in scene.loads if load.segment == number - 1)
     if not loads:
@@ -133,13 +135,13 @@ def _loaded(prover: Verifier, scene: Scene, number: int, state: Equilibrium) -> 
         share = 100.0 * RESERVE * (snap.fraction if snap.kind is not SpecialKind.LOST else snap.reached)
         text = f"segment {number}: the {state.name} snaps at {share:.0f} % of its loads; it must withstand"
         raise Refused(f"{text} {100.0 * RESERVE:.0f} %", number)
-    branch = follow(way, prover.bearing, *start_along(way, state, LOADED_EDGES))
+    branch = follow(way, verifier.bearing, *start_along(way, state, LOADED_EDGES))
     if branch.reached < 1.0:
         text = (
             f"segment {number}: the {state.name} would leave the plane at {100.0 * branch.reached:.0f} % of its loads"
         )
         raise Refused(text, number)
-    inside, outside = stiffness_of(way, prover.bearing, branch)
+    inside, outside = stiffness_of(way, verifier.bearing, branch)
     lowest = min((inside, STABILITY), (outside, OUT_OF_PLANE))
     if reason := too_near(inside, outside):
         raise Refused(f"segment {number}: under its loads the {state.name} comes within {reason}", number)

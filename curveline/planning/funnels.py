@@ -13,7 +13,7 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from curveline.planning.actuator_loads import load_of
+from curveline.planning.actuator_loads import actuator_load_of
 from curveline.planning.verification import LEAST_PAST_FOLD, Refused, Verifier
 from curveline.rod.branches.control_path import between
 from curveline.rod.problem import Pose
@@ -54,31 +54,31 @@ def rounds_of(count: int) -> tuple[range, ...]:
     return tuple(members for members in (range(0, count, 2), range(1, count, 2)) if members)
 
 
-def gates_for(prover: Verifier, wanted: tuple[str, ...], refusals: list[Refused]) -> list[Funnel]:
+def funnels_for(verifier: Verifier, wanted: tuple[str, ...], refusals: list[Refused]) -> list[Funnel]:
     """Funnels into all `wanted` states, the best first; why others do not do goes to `refusals`.
 
     The best has most headroom. In a row, where neighbours feel the bias, too, and wait with the more rod the larger it
     is, it is the smallest bias that has nearly as much.
     """
     shares = LONE if len(wanted) == 1 else IN_A_ROW
-    gates = []
-    for biases, length in _candidates(prover, shares):
+    funnels = []
+    for biases, length in _candidates(verifier, shares):
         try:
-            headroom = min(_headroom(prover, state, biases, length) for state in set(wanted))
+            headroom = min(_headroom(verifier, state, biases, length) for state in set(wanted))
         except Refused as refusal:
             refusals.append(Refused(f"step 2 (bias): {refusal.message}", step=2))
         else:
-            gates.append(Funnel(biases, length, headroom))
-    gates.sort(key=lambda gate: -gate.headroom)
+            funnels.append(Funnel(biases, length, headroom))
+    funnels.sort(key=lambda funnel: -funnel.headroom)
     if len(wanted) > 1:
-        enough = NEARLY * gates[0].headroom if gates else 0.0
-        gates.sort(key=lambda gate: (gate.headroom < enough, abs(gate.biases[1]), -gate.headroom))
-    return gates
+        enough = NEARLY * funnels[0].headroom if funnels else 0.0
+        funnels.sort(key=lambda funnel: (funnel.headroom < enough, abs(funnel.biases[1]), -funnel.headroom))
+    return funnels
 
 
-def _candidates(prover: Verifier, shares: tuple[float, float]) -> Iterator[tuple[tuple[float, float], float]]:
+def _candidates(verifier: Verifier, shares: tuple[float, float]) -> Iterator[tuple[tuple[float, float], float]]:
     """Biases and lengths within the display's limits."""
-    limits, span = prover.display.limits, prover.display.span
+    limits, span = verifier.display.limits, verifier.display.span
     for angle, ratio in itertools.product(ANGLES, RATIOS):
         length = span * (1.0 + (angle / ratio) ** 2)
         if limits.angle.contains(angle) and limits.angle.contains(-angle) and limits.length.contains(length):
@@ -90,18 +90,18 @@ def _tilted(biases: tuple[float, float], wanted: str) -> tuple[float, float]:
     return sign * biases[0], sign * biases[1]
 
 
-def _headroom(prover: Verifier, wanted: str, biases: tuple[float, float], length: float) -> float:
+def _headroom(verifier: Verifier, wanted: str, biases: tuple[float, float], length: float) -> float:
     """The smaller of what motors and rod have left and what the bias goes past the fold; Refused if not enough."""
-    level = Pose(prover.display.span, 0.0, 0.0, 0.0, length)
+    level = Pose(verifier.display.span, 0.0, 0.0, 0.0, length)
     start, end = _tilted(biases, wanted)
     biased = level._replace(start=start, end=end)
-    margin = prover.past_fold(biased, wanted)
+    margin = verifier.past_fold(biased, wanted)
     if margin < LEAST_PAST_FOLD:
         raise Refused(f"the other state ceases to exist only {100 * margin:.0f} % before the end of the bias")
     # The most is asked for where the other state is about to go.
-    demand = prover.weigh(level).joined(prover.weigh(biased))
+    clamp_loads = verifier.weigh(level).joined(verifier.weigh(biased))
     just_before = between(level, biased, JUST_BEFORE / (1.0 + margin))
-    demand = demand.joined(prover.weigh_on_the_way(level, just_before))
+    clamp_loads = clamp_loads.joined(verifier.weigh_on_the_way(level, just_before))
     # In a row the node between two segments bears both.
-    demands = (demand, demand) if 0.0 in biases else (demand,)
-    return min(1.0 - load_of(demands).share(prover.display), margin)
+    segment_loads = (clamp_loads, clamp_loads) if 0.0 in biases else (clamp_loads,)
+    return min(1.0 - actuator_load_of(segment_loads).share(verifier.display), margin)

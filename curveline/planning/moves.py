@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from curveline.plan_file import MAX_STEP_SECONDS
-from curveline.planning.actuator_loads import ActuatorLoad, culprit, load_of, overload
+from curveline.planning.actuator_loads import ActuatorLoad, actuator_load_of, culprit, overload
 from curveline.planning.layout import Layout, between, box_of, pose_of, tails_of
 from curveline.planning.targets import seconds_between, targets_of
 from curveline.planning.verification import Passed, Refused, Verifier
@@ -66,40 +66,40 @@ class Leg:
     halvings: int = HALVINGS
 
 
-def advance(prover: Verifier, travel: Travel, leg: Leg) -> Travel:
+def advance(verifier: Verifier, travel: Travel, leg: Leg) -> Travel:
     """Go on to a goal in one step, or in as many as make it safe; Refused, with the step's number, if none do."""
     try:
-        return _advance(prover, travel, leg)
+        return _advance(verifier, travel, leg)
     except Refused as refusal:
         step = len(travel.moves) + 1
         text = f"step {step} ({leg.action}): {refusal.message}"
         raise Refused(text, refusal.segment, node=refusal.node, step=step) from None
 
 
-def _advance(prover: Verifier, travel: Travel, leg: Leg) -> Travel:
+def _advance(verifier: Verifier, travel: Travel, leg: Leg) -> Travel:
     try:
-        return _step(prover, travel, leg)
+        return _step(verifier, travel, leg)
     except Refused as refusal:
-        if refusal.is_hopeless or leg.halvings == 0:
+        if refusal.is_final or leg.halvings == 0:
             raise
     middle = between(travel.stage.layout, leg.goal, 0.5)
-    half = _advance(prover, travel, Leg(leg.action, middle, halvings=leg.halvings - 1))
-    return _advance(prover, half, replace(leg, halvings=leg.halvings - 1))
+    half = _advance(verifier, travel, Leg(leg.action, middle, halvings=leg.halvings - 1))
+    return _advance(verifier, half, replace(leg, halvings=leg.halvings - 1))
 
 
-def _step(prover: Verifier, travel: Travel, leg: Leg) -> Travel:
+def _step(verifier: Verifier, travel: Travel, leg: Leg) -> Travel:
     """Prove a single step."""
-    prover.begin_step()
-    display, stage, goal = prover.display, travel.stage, leg.goal
+    verifier.begin_step()
+    display, stage, goal = verifier.display, travel.stage, leg.goal
     _check_limits(display, goal)
-    check_reach(prover, goal)
-    if seconds_between(prover.drive, stage.layout, goal) > MAX_STEP_SECONDS:
+    check_reach(verifier, goal)
+    if seconds_between(verifier.drive, stage.layout, goal) > MAX_STEP_SECONDS:
         raise Refused(f"the step would take longer than {MAX_STEP_SECONDS:.0f} s")
-    passed = [_pass(prover, stage, goal, (segment, leg.funnels.get(segment, ""))) for segment in goal.segments]
-    demands = tuple(each.demand for each in passed)
-    reason = overload(display, demands)
+    passed = [_pass(verifier, stage, goal, (segment, leg.funnels.get(segment, ""))) for segment in goal.segments]
+    segment_loads = tuple(each.clamp_loads for each in passed)
+    reason = overload(display, segment_loads)
     if reason:
-        raise Refused(reason, **culprit(display, demands)._asdict())
+        raise Refused(reason, **culprit(display, segment_loads)._asdict())
     worst = min(passed, key=lambda each: (each.hold is None, each.margin))
     move = PlannedMove(
         action=leg.action,
@@ -108,29 +108,29 @@ def _step(prover: Verifier, travel: Travel, leg: Leg) -> Travel:
         lowest_eigenvalue=min((each.lowest for each in passed if each.hold is not None), default=worst.lowest),
         margin=worst.margin,
         margin_of=worst.margin_of,
-        load=load_of(demands),
+        load=actuator_load_of(segment_loads),
         corners=sum(each.corners for each in passed),
     )
-    prover.tell()
+    verifier.tell()
     keeps = stage.keeps or bool(leg.funnels)
     return Travel((*travel.moves, move), DisplayState(goal, tuple(each.hold for each in passed), keeps))
 
 
-def _pass(prover: Verifier, stage: DisplayState, goal: Layout, which: tuple[int, str]) -> Passed:
+def _pass(verifier: Verifier, stage: DisplayState, goal: Layout, which: tuple[int, str]) -> Passed:
     """What comes of one segment; a Refused says which one."""
     segment, wanted = which
-    display, hold = prover.display, stage.holds[segment]
+    display, hold = verifier.display, stage.holds[segment]
     before, after = pose_of(display, stage.layout, segment), pose_of(display, goal, segment)
     box = box_of(display, stage.layout, goal, segment)
     try:
         if wanted:
-            return prover.funnel(before, after, box, wanted)
-        if hold is not None and (stage.keeps or prover.can_keep(before, after, box, hold)):
-            return prover.keep(before, after, box, hold)
-        return prover.allow(before, after, box)
+            return verifier.funnel(before, after, box, wanted)
+        if hold is not None and (stage.keeps or verifier.can_keep(before, after, box, hold)):
+            return verifier.keep(before, after, box, hold)
+        return verifier.allow(before, after, box)
     except Refused as refusal:
         text = f"segment {segment + 1}: {refusal.message}"
-        raise Refused(text, segment + 1, is_hopeless=refusal.is_hopeless) from None
+        raise Refused(text, segment + 1, is_final=refusal.is_final) from None
 
 
 def _check_limits(display: Display, layout: Layout) -> None:
@@ -138,21 +138,21 @@ def _check_limits(display: Display, layout: Layout) -> None:
     limits = display.limits
     for number, node in enumerate(layout.nodes, start=1):
         if not limits.angle.contains(node.angle, SLACK):
-            raise Refused(f"node {number}: {to_deg(node.angle):.1f} deg is beyond the limits", is_hopeless=True)
+            raise Refused(f"node {number}: {to_deg(node.angle):.1f} deg is beyond the limits", is_final=True)
         if not limits.height.contains(node.height, SLACK):
-            raise Refused(f"node {number}: {to_mm(node.height):.1f} mm is beyond the limits", is_hopeless=True)
+            raise Refused(f"node {number}: {to_mm(node.height):.1f} mm is beyond the limits", is_final=True)
     for side, tail in zip(("left", "right"), tails_of(display, layout), strict=True):
         if tail < -SLACK:
             text = f"the rod is too short: its {side} tail would be {to_mm(-tail):.0f} mm inside the last node"
-            raise Refused(text, is_hopeless=True)
+            raise Refused(text, is_final=True)
 
 
-def check_reach(prover: Verifier, layout: Layout) -> None:
+def check_reach(verifier: Verifier, layout: Layout) -> None:
     """Refused unless every node can tell how much rod it has fed: the radio's positions end somewhere."""
-    axes = axes_of(prover.drive)
-    for number, target in enumerate(targets_of(prover.drive, layout), start=1):
+    axes = axes_of(verifier.drive)
+    for number, target in enumerate(targets_of(verifier.drive, layout), start=1):
         if outside(axes, target.counts):
             raise Refused(
                 f"node {number} would have to feed {target.extrude_mm:.0f} mm, more than it can tell by radio",
-                is_hopeless=True,
+                is_final=True,
             )

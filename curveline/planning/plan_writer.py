@@ -31,22 +31,22 @@ class Trip:
         return ", ".join([*names, HOME] if STRAIGHT in self.wanted else names)
 
 
-def plan_of(prover: Verifier, begin: DisplayState, moves: Sequence[PlannedMove], trip: Trip) -> Plan:
+def plan_of(verifier: Verifier, begin: DisplayState, moves: Sequence[PlannedMove], trip: Trip) -> Plan:
     """Put proven moves from `begin` on in numbers for the motors, and seal them."""
-    display, before = prover.display, begin.layout
+    display, before = verifier.display, begin.layout
     shows = tuple(
-        "" if hold is None else prover.name_of(pose_of(display, begin.layout, segment), hold)
+        "" if hold is None else verifier.name_of(pose_of(display, begin.layout, segment), hold)
         for segment, hold in enumerate(begin.holds)
     )
     steps: list[Step] = []
     for number, move in enumerate(moves, start=1):
-        steps.append(_step(prover, number, before, move))
+        steps.append(_step(verifier, number, before, move))
         before = move.end
     return sealed(
         Plan(
             name=trip.name,
-            drive=prover.drive,
-            start=targets_of(prover.drive, begin.layout),
+            drive=verifier.drive,
+            start=targets_of(verifier.drive, begin.layout),
             steps=tuple(steps),
             wanted=trip.wanted,
             lengths_mm=tuple(map(to_mm, lengths_of(display, before))),
@@ -56,14 +56,14 @@ def plan_of(prover: Verifier, begin: DisplayState, moves: Sequence[PlannedMove],
     )
 
 
-def _step(prover: Verifier, number: int, before: Layout, move: PlannedMove) -> Step:
+def _step(verifier: Verifier, number: int, before: Layout, move: PlannedMove) -> Step:
     """One step in the units of the plan file."""
-    display, load = prover.display, move.load
+    display, load = verifier.display, move.load
     return Step(
         number=number,
         action=move.action,
-        seconds=seconds_between(prover.drive, before, move.end),
-        targets=targets_of(prover.drive, move.end),
+        seconds=seconds_between(verifier.drive, before, move.end),
+        targets=targets_of(verifier.drive, move.end),
         lengths_mm=tuple(map(to_mm, lengths_of(display, move.end))),
         states=move.states,
         lowest_eigenvalue=move.lowest_eigenvalue,

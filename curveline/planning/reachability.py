@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from curveline.errors import CurvelineError
 from curveline.planning.feasibility import check_goal, check_home
-from curveline.planning.funnels import Funnel, gates_for
+from curveline.planning.funnels import Funnel, funnels_for
 from curveline.planning.layout import Layout, centred, home, lengths_of
 from curveline.planning.moves import DisplayState, Travel
 from curveline.planning.sequence import PARKED, TRIES, Goal, goal_of, into_states, travel_to
@@ -26,7 +26,7 @@ BEST = 3
 
 
 @dataclass(frozen=True)
-class Door:
+class Access:
     """What is called `kind`, segments in the `wanted` states, seen from home; `reason` says why no plan leads there."""
 
     kind: str
@@ -39,36 +39,36 @@ class Door:
         return not self.reason
 
 
-def doors_of(prover: Verifier) -> tuple[Door, ...]:
+def entries_of(verifier: Verifier) -> tuple[Access, ...]:
     """All peaks, all valleys, and in a row both in turn."""
-    return tuple(Door(kind, wanted, _why_shut(prover, wanted)) for kind, wanted in _kinds(prover.display))
+    return tuple(Access(kind, wanted, _why_shut(verifier, wanted)) for kind, wanted in _kinds(verifier.display))
 
 
-def door_to(prover: Verifier, scene: Scene) -> Door:
-    """The door to all that has the states of `scene`; it is shut only if that to its own order of states is, too."""
+def entry_to(verifier: Verifier, scene: Scene) -> Access:
+    """The entry to all that has the states of `scene`; it is shut only if that to its own order of states is, too."""
     own = tuple(segment.state for segment in scene.segments)
-    kind, wanted = next(each for each in _kinds(prover.display) if set(each[1]) == set(own))
-    reason = _why_shut(prover, wanted)
-    return Door(kind, wanted, _why_shut(prover, own) if reason and own != wanted else reason)
+    kind, wanted = next(each for each in _kinds(verifier.display) if set(each[1]) == set(own))
+    reason = _why_shut(verifier, wanted)
+    return Access(kind, wanted, _why_shut(verifier, own) if reason and own != wanted else reason)
 
 
-def nearest_shape(prover: Verifier, wanted: tuple[str, ...], funnels: int = TRIES) -> Scene:
+def nearest_shape(verifier: Verifier, wanted: tuple[str, ...], funnels: int = TRIES) -> Scene:
     """A shape with the `wanted` states to which a plan leads from home by way of one of the best `funnels`.
 
     Refused, with the reason, if there is none.
     """
-    begin = Travel((), DisplayState(home(prover.display), (None,) * len(wanted)))
+    begin = Travel((), DisplayState(home(verifier.display), (None,) * len(wanted)))
     refusals: list[Refused] = []
-    for goal, gate in _funnels(prover, wanted, refusals, funnels):
+    for goal, funnel in _funnels(verifier, wanted, refusals, funnels):
         try:
-            inside = into_states(prover, begin, goal, gate)
+            inside = into_states(verifier, begin, goal, funnel)
         except Refused as refusal:
             refusals.append(refusal)
             continue
-        scene = _scene_of(prover.display, inside.stage.layout, wanted)
+        scene = _scene_of(verifier.display, inside.stage.layout, wanted)
         try:
-            check_goal(prover, scene)
-            travel_to(prover, begin, goal_of(scene))
+            check_goal(verifier, scene)
+            travel_to(verifier, begin, goal_of(scene))
         except Refused as refusal:
             refusals.append(refusal)
         else:
@@ -86,27 +86,27 @@ def _kinds(display: Display) -> Iterator[tuple[str, tuple[str, ...]]]:
         yield "row of valleys and peaks", tuple(itertools.islice(itertools.cycle((VALLEY, PEAK)), count))
 
 
-def _why_shut(prover: Verifier, wanted: tuple[str, ...]) -> str:
+def _why_shut(verifier: Verifier, wanted: tuple[str, ...]) -> str:
     """Why no plan leads from home into the `wanted` states; empty if one does."""
     try:
-        nearest_shape(prover, wanted)
+        nearest_shape(verifier, wanted)
     except Refused as refusal:
         return refusal.message
     return ""
 
 
 def _funnels(
-    prover: Verifier, wanted: tuple[str, ...], refusals: list[Refused], count: int
+    verifier: Verifier, wanted: tuple[str, ...], refusals: list[Refused], count: int
 ) -> Iterator[tuple[Goal, Funnel]]:
     """Goals, of which the lengths count, each with a funnel; why there are none goes to `refusals`."""
-    display = prover.display
+    display = verifier.display
     narrow: list[Refused] = []
-    gates = gates_for(prover, wanted, narrow)[:count]
-    refusals += narrow if not gates else []
+    funnels = funnels_for(verifier, wanted, narrow)[:count]
+    refusals += narrow if not funnels else []
     for excess in EXCESSES if len(wanted) > 1 else EXCESSES[:1]:
         length = min((1.0 + excess) * display.span, display.limits.length.high)
         goal = Goal("", centred(display, home(display).nodes, [length] * len(wanted)), wanted)
-        yield from ((goal, gate) for gate in (gates if excess == EXCESSES[0] else gates[:BEST]))
+        yield from ((goal, funnel) for funnel in (funnels if excess == EXCESSES[0] else funnels[:BEST]))
 
 
 def _scene_of(display: Display, layout: Layout, wanted: tuple[str, ...]) -> Scene:

@@ -1,6 +1,6 @@
 """With which number of its file a display would let plans leave home: the least one, tried as it is printed.
 
-remedy(prover, shut)        # drive.max_force_N = 4.9
+remedy(verifier, shut)        # drive.max_force_N = 4.9
 """
 
 from __future__ import annotations
@@ -142,15 +142,15 @@ WIDER = ((LENGTH,), (ANGLE,), (ANGLE, LENGTH), (TOTAL,))
 """What is raised together, by one factor; nobody needs to know the last of `STRONGER` where even that does not help."""
 
 
-def remedy(prover: Verifier, shut: tuple[tuple[str, ...], ...]) -> str:
+def remedy(verifier: Verifier, shut: tuple[tuple[str, ...], ...]) -> str:
     """The first numbers with which plans lead from home into each of some states, as a file has them; empty if none.
 
     They have been tried as they are printed.
     """
-    stronger = STRONGER if _DialSearch(prover, shut, STRONGER[-1]).bracket() else ()
-    size = _size("rod.thickness_mm" if isinstance(prover.display.rod.section, Rectangle) else "rod.diameter_mm")
+    stronger = STRONGER if _DialSearch(verifier, shut, STRONGER[-1]).bracket() else ()
+    size = _size("rod.thickness_mm" if isinstance(verifier.display.rod.section, Rectangle) else "rod.diameter_mm")
     for dials in (*stronger, *WIDER, (size,)):
-        search = _DialSearch(prover, shut, dials)
+        search = _DialSearch(verifier, shut, dials)
         if (bracket := search.bracket()) is not None:
             display = search.display(search.least(*bracket))
             return " and ".join(f"{dial.key} = {dial.written(display)}" for dial in dials)
@@ -160,20 +160,20 @@ def remedy(prover: Verifier, shut: tuple[tuple[str, ...], ...]) -> str:
 class _DialSearch:
     """The least factor by which some dials must be turned up."""
 
-    def __init__(self, prover: Verifier, shut: tuple[tuple[str, ...], ...], dials: tuple[Dial, ...]) -> None:
-        self._prover = prover
+    def __init__(self, verifier: Verifier, shut: tuple[tuple[str, ...], ...], dials: tuple[Dial, ...]) -> None:
+        self._prover = verifier
         self._shut = shut
         self._dials = dials
         self._known: dict[tuple[float, ...], bool] = {}
 
     def bracket(self) -> tuple[float, float] | None:
-        """A factor that does not open all doors and a larger one that does; None if none does that is tried."""
+        """A factor that does not open all entries and a larger one that does; None if none does that is tried."""
         most, probes = max(self._most()), max(dial.probes for dial in self._dials)
         factors = [most ** (number / probes) for number in range(probes + 1)]
         return next((pair for pair in itertools.pairwise(factors) if self._opens(pair[1])), None)
 
     def least(self, low: float, high: float) -> float:
-        """The least factor between two that opens all doors; rounding alone may, or what comes with a limit."""
+        """The least factor between two that opens all entries; rounding alone may, or what comes with a limit."""
         if self._opens(low):
             return low
         while high > CLOSE * low:
@@ -201,8 +201,8 @@ class _DialSearch:
     def _opens(self, factor: float) -> bool:
         values = self._values(factor)
         if values not in self._known:
-            prover = self._prover_of(self.display(factor))
-            self._known[values] = all(_is_open(prover, wanted) for wanted in self._shut)
+            verifier = self._prover_of(self.display(factor))
+            self._known[values] = all(_is_open(verifier, wanted) for wanted in self._shut)
         return self._known[values]
 
     def _prover_of(self, display: Display) -> Verifier:
@@ -210,9 +210,9 @@ class _DialSearch:
         return self._prover.like(display) if is_same_rod else Verifier(display, self._prover.tell)
 
 
-def _is_open(prover: Verifier, wanted: tuple[str, ...]) -> bool:
+def _is_open(verifier: Verifier, wanted: tuple[str, ...]) -> bool:
     try:
-        nearest_shape(prover, wanted, FUNNELS)
+        nearest_shape(verifier, wanted, FUNNELS)
     except Infeasible:
         return False
     return True

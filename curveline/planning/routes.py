@@ -35,34 +35,34 @@ Way = tuple[tuple[str, Layout], ...]
 """Actions, each with the layout whose share of it is reached."""
 
 
-def _extrude(prover: Verifier, travel: Travel, goal: Layout) -> Travel:
+def _extrude(verifier: Verifier, travel: Travel, goal: Layout) -> Travel:
     """Feed rod to where `goal` has it; one step even if nothing moves.
 
     In a row, in even waves if any do: where steps must be cut smaller, no segment meets a length twice, and each is
     proven anew. Refused before any of them is proven if a node would feed more than it can tell.
     """
-    check_reach(prover, goal)
+    check_reach(verifier, goal)
     for give in GIVES if len(travel.stage.holds) > 1 else ():
         try:
-            return _feed(prover, travel, goal, (give, 0))
+            return _feed(verifier, travel, goal, (give, 0))
         except Refused:
             continue
-    return _feed(prover, travel, goal, (GIVES[-1], HALVINGS))
+    return _feed(verifier, travel, goal, (GIVES[-1], HALVINGS))
 
 
-def _feed(prover: Verifier, travel: Travel, goal: Layout, care: tuple[float, int]) -> Travel:
+def _feed(verifier: Verifier, travel: Travel, goal: Layout, care: tuple[float, int]) -> Travel:
     """Feed rod with segments that may grow by a fraction of the span, in steps that may be halved so many times."""
     give, halvings = care
     layout = travel.stage.layout
-    room = _room(prover, layout, goal, give)
-    for feeds in list(schedule(prover.display.span, layout.feeds, goal.feeds, room)) or [goal.feeds]:
-        travel = advance(prover, travel, Leg("extrude", Layout(layout.nodes, feeds), halvings=halvings))
+    room = _room(verifier, layout, goal, give)
+    for feeds in list(schedule(verifier.display.span, layout.feeds, goal.feeds, room)) or [goal.feeds]:
+        travel = advance(verifier, travel, Leg("extrude", Layout(layout.nodes, feeds), halvings=halvings))
     return travel
 
 
-def _room(prover: Verifier, layout: Layout, goal: Layout, give: float) -> Room:
+def _room(verifier: Verifier, layout: Layout, goal: Layout, give: float) -> Room:
     """How short and how long segments may get on the way: not shorter than at its ends, but longer by `give`."""
-    display = prover.display
+    display = verifier.display
     longest = display.limits.length.high
     pairs = list(zip(lengths_of(display, layout), lengths_of(display, goal), strict=True))
     return Room(
@@ -81,30 +81,30 @@ LEGS: Mapping[str, Callable[[Layout, Layout], Layout]] = {
 """What a leg is called -> where it leads: `swing` biases and translates at once, `move` does everything at once."""
 
 
-def travel_along(prover: Verifier, travel: Travel, way: Way) -> Travel:
+def travel_along(verifier: Verifier, travel: Travel, way: Way) -> Travel:
     """Go on along `way`, leg by leg; Refused where a step is."""
     for action, goal in way:
         if action == "extrude":
-            travel = _extrude(prover, travel, goal)
+            travel = _extrude(verifier, travel, goal)
         else:
-            travel = advance(prover, travel, Leg(action, LEGS[action](travel.stage.layout, goal)))
+            travel = advance(verifier, travel, Leg(action, LEGS[action](travel.stage.layout, goal)))
     return travel
 
 
-def ways(prover: Verifier, layout: Layout, goal: Layout) -> Iterator[Way]:
+def ways(verifier: Verifier, layout: Layout, goal: Layout) -> Iterator[Way]:
     """Ways worth trying other than the recipe, the plainest first; legs that change nothing are left out."""
     for order in ORDERS:
         yield _needed(layout, tuple((action, goal) for action in order))
     for extra in EXTRA:
-        fed = overfed(prover, layout, goal, extra)
+        fed = overfed(verifier, layout, goal, extra)
         for order in OVERFED:
             legs = (("extrude", fed), *((action, goal) for action in order), ("extrude", goal))
             yield _needed(layout, legs)
 
 
-def overfed(prover: Verifier, layout: Layout, goal: Layout, extra: float) -> Layout:
+def overfed(verifier: Verifier, layout: Layout, goal: Layout, extra: float) -> Layout:
     """A layout with more rod in every segment than either of two others, by a fraction of the span."""
-    display = prover.display
+    display = verifier.display
     longer = [
         min(max(pair) + extra * display.span, display.limits.length.high)
         for pair in zip(lengths_of(display, layout), lengths_of(display, goal), strict=True)

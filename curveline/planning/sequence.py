@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from curveline.errors import Infeasible
-from curveline.planning.funnels import Funnel, gates_for, rounds_of
+from curveline.planning.funnels import Funnel, funnels_for, rounds_of
 from curveline.planning.layout import (
     Layout,
     angles_of,
@@ -54,27 +54,27 @@ def goal_of(scene: Scene) -> Goal:
     return Goal(scene.name, layout_of(scene), tuple(segment.state for segment in scene.segments))
 
 
-def travel_to(prover: Verifier, travel: Travel, goal: Goal) -> Travel:
+def travel_to(verifier: Verifier, travel: Travel, goal: Goal) -> Travel:
     """Go on to `goal`; Refused with the most telling reason where no way is safe."""
     if all(hold is not None for hold in travel.stage.holds):
-        for way in _direct_ways(prover, travel.stage.layout, goal.layout):
+        for way in _direct_ways(verifier, travel.stage.layout, goal.layout):
             try:
-                return _arrived(travel_along(prover, travel, way), goal)
+                return _arrived(travel_along(verifier, travel, way), goal)
             except Infeasible:
                 continue
-    return _through_funnel(prover, travel, goal)
+    return _through_funnel(verifier, travel, goal)
 
 
-def travel_home(prover: Verifier, travel: Travel) -> Travel:
+def travel_home(verifier: Verifier, travel: Travel) -> Travel:
     """Bring the display home, whatever its rod does on the way."""
-    return _named(travel_along(prover, _to_neutral(prover, travel), (("extrude", home(prover.display)),)), HOME)
+    return _named(travel_along(verifier, _to_neutral(verifier, travel), (("extrude", home(verifier.display)),)), HOME)
 
 
-def _direct_ways(prover: Verifier, here: Layout, there: Layout) -> Iterator[Way]:
+def _direct_ways(verifier: Verifier, here: Layout, there: Layout) -> Iterator[Way]:
     """The ways that do not lead through a funnel, all at once first."""
     yield (("move", there),)
     yield tuple((action, there) for action in RECIPE)
-    yield from ways(prover, here, there)
+    yield from ways(verifier, here, there)
 
 
 def _arrived(travel: Travel, goal: Goal) -> Travel:
@@ -91,19 +91,19 @@ def _named(travel: Travel, shape: str) -> Travel:
     return replace(travel, moves=(*travel.moves[:-1], replace(travel.moves[-1], shape=shape)))
 
 
-def _through_funnel(prover: Verifier, travel: Travel, goal: Goal) -> Travel:
+def _through_funnel(verifier: Verifier, travel: Travel, goal: Goal) -> Travel:
     """Steps that do not depend on what the rod does now: level, neutral, then the recipe with its funnel."""
-    travel = _to_neutral(prover, travel)
+    travel = _to_neutral(verifier, travel)
     refusals: list[Refused] = []
     failures = 0
-    for gate in gates_for(prover, goal.wanted, refusals)[:TRIES]:
+    for funnel in funnels_for(verifier, goal.wanted, refusals)[:TRIES]:
         try:
-            inside = into_states(prover, travel, goal, gate)
+            inside = into_states(verifier, travel, goal, funnel)
         except Refused as refusal:
             refusals.append(refusal)
             continue
         try:
-            return _out_to(prover, inside, goal)
+            return _out_to(verifier, inside, goal)
         except Refused as refusal:
             refusals.append(refusal)
             failures += 1
@@ -114,15 +114,15 @@ def _through_funnel(prover: Verifier, travel: Travel, goal: Goal) -> Travel:
     raise max(refusals, key=lambda refusal: refusal.step)
 
 
-def _to_neutral(prover: Verifier, travel: Travel) -> Travel:
+def _to_neutral(verifier: Verifier, travel: Travel) -> Travel:
     """Bring a display to level, untilted nodes; states that are known may be lost on the way."""
     stage = travel.stage
     free = Travel(travel.moves, replace(stage, keeps=False))
     refusals = []
-    for way in _ways_back(prover, stage.layout):
+    for way in _ways_back(verifier, stage.layout):
         try:
             for leg in way:
-                free = advance(prover, free, leg)
+                free = advance(verifier, free, leg)
         except Refused as refusal:
             refusals.append(refusal)
             free = Travel(travel.moves, replace(stage, keeps=False))
@@ -133,7 +133,7 @@ def _to_neutral(prover: Verifier, travel: Travel) -> Travel:
     )
 
 
-def _ways_back(prover: Verifier, here: Layout) -> Iterator[tuple[Leg, ...]]:
+def _ways_back(verifier: Verifier, here: Layout) -> Iterator[tuple[Leg, ...]]:
     """Orders in which nodes become level and untilted."""
     zeros = (0.0,) * len(here.nodes)
     is_tilted = max(map(abs, angles_of(here))) > LEVEL_SLACK
@@ -146,31 +146,31 @@ def _ways_back(prover: Verifier, here: Layout) -> Iterator[tuple[Leg, ...]]:
         yield (Leg("swing", posed(here, zeros, zeros)),)
 
 
-def into_states(prover: Verifier, travel: Travel, goal: Goal, gate: Funnel) -> Travel:
+def into_states(verifier: Verifier, travel: Travel, goal: Goal, funnel: Funnel) -> Travel:
     """From level, untilted nodes into all wanted states, round by round."""
-    display = prover.display
+    display = verifier.display
     final = lengths_of(display, goal.layout)
-    lengths = [gate.length] * len(final)
+    lengths = [funnel.length] * len(final)
     for members in rounds_of(len(final)):
         here = travel.stage.layout
-        travel = travel_along(prover, travel, (("extrude", centred(display, here.nodes, lengths)),))
-        angles = gate.angles(goal.wanted, members, angles_of(here))
+        travel = travel_along(verifier, travel, (("extrude", centred(display, here.nodes, lengths)),))
+        angles = funnel.angles(goal.wanted, members, angles_of(here))
         funnels = {segment: goal.wanted[segment] for segment in members}
         biased = posed(travel.stage.layout, angles, heights_of(here))
-        travel = advance(prover, travel, Leg("bias", biased, funnels))
+        travel = advance(verifier, travel, Leg("bias", biased, funnels))
         for segment in members:
             parked = min((1.0 + PARKED) * display.span, display.limits.length.high)
             lengths[segment] = max(parked, final[segment])
     return travel
 
 
-def _out_to(prover: Verifier, inside: Travel, goal: Goal) -> Travel:
+def _out_to(verifier: Verifier, inside: Travel, goal: Goal) -> Travel:
     """From the funnel to the goal: the recipe, or whatever else keeps the states."""
     recipe = tuple((action, goal.layout) for action in RECIPE)
     first: Refused | None = None
-    for way in (recipe, *ways(prover, inside.stage.layout, goal.layout)):
+    for way in (recipe, *ways(verifier, inside.stage.layout, goal.layout)):
         try:
-            return _arrived(travel_along(prover, inside, way), goal)
+            return _arrived(travel_along(verifier, inside, way), goal)
         except Refused as refusal:
             first = first or refusal
     assert first is not None

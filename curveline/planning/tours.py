@@ -1,17 +1,17 @@
 """From a scene, or several, to the steps that reach it: each proven before a motor turns.
 
-layout    where a whole display stands; what a segment meets while its nodes are anywhere between two layouts
-demand    what the rod asks of the motors of a node
-proof     one segment in one step: followed in every mixture of uneven progress
-moves     one step of all segments, cut smaller where it is not safe
-feeding   the order in which nodes feed rod through a row of segments
-gates     funnels: where only the wanted state exists
-routes    ways on which a state is kept
-journey   from where a display stands into a shape
-targets   layouts in the numbers of motors
-advice    the nearest boundary condition that would work
-doors     whether any shape can be planned from home
-remedies  with which number of the display one could
+layout          where a whole display stands; what a segment meets while its nodes are anywhere between two layouts
+actuator_loads  what the rod asks of the motors of a node
+verification    one segment in one step: followed in every mixture of uneven progress
+moves           one step of all segments, cut smaller where it is not safe
+feeding         the order in which nodes feed rod through a row of segments
+funnels         where only the wanted state exists
+routes          ways on which a state is kept
+sequence        from where a display stands into a shape
+targets         layouts in the numbers of motors
+advice          the nearest boundary condition that would work
+reachability    whether any shape can be planned from home
+remedies        with which number of the display one could
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from curveline.planning.feasibility import check_goal, check_home, laden
 from curveline.planning.layout import home, layout_of, pose_of
 from curveline.planning.moves import DisplayState, Travel
 from curveline.planning.plan_writer import Trip, plan_of
-from curveline.planning.reachability import door_to
+from curveline.planning.reachability import entry_to
 from curveline.planning.sequence import goal_of, travel_home, travel_to
 from curveline.planning.targets import Counts, layout_at, targets_of
 from curveline.planning.verification import Refused, Verifier
@@ -68,29 +68,29 @@ def make_tour(scenes: Sequence[Scene], start: Start = None, shows: Sequence[str]
 
     As `make_plan`, and InvalidInput if the shapes are not of one display.
     """
-    prover = Verifier(scenes[0].display, tell)
-    begin = _begin(prover, start, shows)
-    travel = _through(prover, begin, scenes)
+    verifier = Verifier(scenes[0].display, tell)
+    begin = _begin(verifier, start, shows)
+    travel = _through(verifier, begin, scenes)
     wanted = tuple(segment.state for segment in scenes[-1].segments)
-    return plan_of(prover, begin.stage, travel.moves, Trip(tuple(scenes), prover.display, wanted))
+    return plan_of(verifier, begin.stage, travel.moves, Trip(tuple(scenes), verifier.display, wanted))
 
 
 def make_round_trip(
     scenes: Sequence[Scene], start: Start = None, shows: Sequence[str] = (), tell: Tell = _nobody
 ) -> Plan:
     """As `make_tour`, and home after the last shape."""
-    prover = Verifier(scenes[0].display, tell)
-    begin = _begin(prover, start, shows)
-    travel = travel_home(prover, _through(prover, begin, scenes))
-    return plan_of(prover, begin.stage, travel.moves, _home(prover.display, tuple(scenes)))
+    verifier = Verifier(scenes[0].display, tell)
+    begin = _begin(verifier, start, shows)
+    travel = travel_home(verifier, _through(verifier, begin, scenes))
+    return plan_of(verifier, begin.stage, travel.moves, _home(verifier.display, tuple(scenes)))
 
 
 def make_home_plan(display: Display, start: Start, shows: Sequence[str] = (), tell: Tell = _nobody) -> Plan:
     """The steps that bring a display from `start` home: nodes level and upright, the rod straight."""
-    prover = Verifier(display, tell)
-    begin = _begin(prover, start, shows)
-    travel = travel_home(prover, begin)
-    return plan_of(prover, begin.stage, travel.moves, _home(display, ()))
+    verifier = Verifier(display, tell)
+    begin = _begin(verifier, start, shows)
+    travel = travel_home(verifier, begin)
+    return plan_of(verifier, begin.stage, travel.moves, _home(display, ()))
 
 
 def start_at(scene: Scene) -> tuple[tuple[Counts, ...], tuple[str, ...]]:
@@ -103,9 +103,9 @@ def _home(display: Display, scenes: tuple[Scene, ...]) -> Trip:
     return Trip(scenes, display, (STRAIGHT,) * (display.node_count - 1))
 
 
-def _through(prover: Verifier, travel: Travel, scenes: Sequence[Scene]) -> Travel:
+def _through(verifier: Verifier, travel: Travel, scenes: Sequence[Scene]) -> Travel:
     """Go on through several shapes."""
-    display = prover.display
+    display = verifier.display
     for scene in scenes:
         check_home(scene)
         if scene.display.digest != display.digest or scene.display.node_count != display.node_count:
@@ -113,36 +113,36 @@ def _through(prover: Verifier, travel: Travel, scenes: Sequence[Scene]) -> Trave
             raise InvalidInput(f"{scene.name} is for display {scene.display.name}, not {display.name}", hint)
     for scene in scenes:
         try:
-            travel = _into(prover, travel, scene)
+            travel = _into(verifier, travel, scene)
         except Refused as refusal:
-            raise _refusal(prover, travel, scene, refusal) from None
+            raise _refusal(verifier, travel, scene, refusal) from None
     return travel
 
 
-def _into(prover: Verifier, travel: Travel, scene: Scene) -> Travel:
+def _into(verifier: Verifier, travel: Travel, scene: Scene) -> Travel:
     """Go on to one shape; Refused where that is not possible."""
-    burden = check_goal(prover, scene)
-    return laden(travel_to(prover, travel, goal_of(scene)), burden)
+    burden = check_goal(verifier, scene)
+    return laden(travel_to(verifier, travel, goal_of(scene)), burden)
 
 
-def _begin(prover: Verifier, start: Start, shows: Sequence[str]) -> Travel:
+def _begin(verifier: Verifier, start: Start, shows: Sequence[str]) -> Travel:
     """Where the display stands, and the states of its segments as far as they are known."""
-    display = prover.display
-    layout = home(display) if start is None else layout_at(prover.drive, start)
+    display = verifier.display
+    layout = home(display) if start is None else layout_at(verifier.drive, start)
     holds = []
     for segment in layout.segments:
         known = shows[segment] if segment < len(shows) else ""
-        found = prover.showable(pose_of(display, layout, segment)).called(known) if known else None
+        found = verifier.showable(pose_of(display, layout, segment)).called(known) if known else None
         holds.append(tracked(found) if found is not None else None)
     return Travel((), DisplayState(layout, tuple(holds)))
 
 
-def _refusal(prover: Verifier, travel: Travel, scene: Scene, refusal: Refused) -> Infeasible:
+def _refusal(verifier: Verifier, travel: Travel, scene: Scene, refusal: Refused) -> Infeasible:
     """What a user reads when no way to a shape is safe: why, and the nearest shape to which there is one."""
 
     def works(other: Scene) -> str:
         try:
-            _into(prover.like(prover.display, ADVICE_STEPS), travel, other)
+            _into(verifier.like(verifier.display, ADVICE_STEPS), travel, other)
         except Infeasible as error:
             return error.message
         return ""
@@ -150,8 +150,8 @@ def _refusal(prover: Verifier, travel: Travel, scene: Scene, refusal: Refused) -
     wanted = ", ".join(dict.fromkeys(segment.state for segment in scene.segments))
     way = f"no safe plan reaches the {wanted}: " if refusal.step else ""
     message = f"{scene.name}: {way}{refusal.message}"
-    if not (door := door_to(prover, scene)).is_open:
-        return Infeasible(message, SHUT.format(kind=door.kind, display=prover.display.path or prover.display.name))
+    if not (entry := entry_to(verifier, scene)).is_open:
+        return Infeasible(message, SHUT.format(kind=entry.kind, display=verifier.display.path or verifier.display.name))
     advice = nearest(scene, _culprits(scene, refusal), works, _tries(scene, refusal))
     return Infeasible(message, OTHERWISE if advice is None else advice.sentence)
 

@@ -56,17 +56,15 @@ OUT_OF_PLANE = "stability out of the plane"
 class Refused(Infeasible):
     """A step, or a shape, is not safe: `segment` from 1, 0 if it concerns several; `step` is its number if known.
 
-    `node` is that whose motors cannot, from 1, 0 if it is not that; `is_hopeless` if smaller steps would not help.
+    `node` is that whose motors cannot, from 1, 0 if it is not that; `is_final` if smaller steps would not help.
     """
 
-    def __init__(
-        self, message: str, segment: int = 0, *, node: int = 0, step: int = 0, is_hopeless: bool = False
-    ) -> None:
+    def __init__(self, message: str, segment: int = 0, *, node: int = 0, step: int = 0, is_final: bool = False) -> None:
         super().__init__(message)
         self.segment = segment
         self.node = node
         self.step = step
-        self.is_hopeless = is_hopeless
+        self.is_final = is_final
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ class Passed:
     lowest: float
     margin: float
     margin_of: str
-    demand: ClampLoads
+    clamp_loads: ClampLoads
     corners: int
 
 
@@ -89,7 +87,7 @@ class Followed:
     end: TrackedState
     inside: float
     outside: float
-    demand: ClampLoads
+    clamp_loads: ClampLoads
 
 
 class Verifier:
@@ -112,7 +110,7 @@ class Verifier:
         self._funnels: dict[tuple[Pose, str], float] = {}
 
     def like(self, display: Display, steps: float = math.inf) -> Verifier:
-        """A prover for a `display` with the same rod between its nodes, but maybe other motors or limits.
+        """A verifier for a `display` with the same rod between its nodes, but maybe other motors or limits.
 
         What was worked out of the rod holds there, too. It refuses everything after so many `steps`.
         """
@@ -124,7 +122,7 @@ class Verifier:
         """To be called before a step of the whole display is looked at; Refused if it is one too many."""
         self._steps_left -= 1
         if self._steps_left < 0:
-            raise Refused("too many steps were tried", is_hopeless=True)
+            raise Refused("too many steps were tried", is_final=True)
 
     def rod(self, pose: Pose) -> ClampedRod:
         """The rod between two nodes."""
@@ -160,7 +158,7 @@ class Verifier:
             why = "that leaves the plane"
         else:
             why = why_not_shown(refined(rod, hold, DEFAULT_TOLERANCE)) or "that was not found"
-        raise Refused(f"the rod would end in a state {why} at {describe(pose)}", is_hopeless=True)
+        raise Refused(f"the rod would end in a state {why} at {describe(pose)}", is_final=True)
 
     def keep(self, before: Pose, after: Pose, box: Box, hold: TrackedState) -> Passed:
         """Follow a known state through a step; Refused where it would be lost or comes too near to it.
@@ -184,12 +182,12 @@ class Verifier:
     def _on_edges(self, pose: Pose, hold: TrackedState, n: int) -> TrackedState:
         held = on_edges(self.rod(pose), hold, n)
         if held is None:
-            raise Refused(f"the state is about to lose its stability at {describe(pose)}", is_hopeless=True)
+            raise Refused(f"the state is about to lose its stability at {describe(pose)}", is_final=True)
         return held
 
     def _keep(self, before: Pose, after: Pose, box: Box, hold: TrackedState) -> Passed:
         """Follow a known state through a step on the edges that it is held on."""
-        direct = self._follow(before, after, hold, is_hopeless=True)
+        direct = self._follow(before, after, hold, is_final=True)
         holds = {before: hold, after: direct.end}
         followed = [direct]
         for here, there in box.edges(before, after):
@@ -198,11 +196,11 @@ class Verifier:
                 raise Refused(f"uneven progress by way of {describe(here)} would end in another state")
             followed.append(way)
         corners = set(box.corners()) - {before, after}
-        demand = reduce(ClampLoads.joined, (way.demand for way in followed))
+        clamp_loads = reduce(ClampLoads.joined, (way.clamp_loads for way in followed))
         inside, outside = (min(getattr(way, side) for way in followed) for side in ("inside", "outside"))
         lowest, margin_of = (inside, STABILITY) if inside <= outside else (outside, OUT_OF_PLANE)
         name = self.name_of(after, direct.end)
-        return Passed(direct.end, name, lowest, lowest / STIFFEST, margin_of, demand, len(corners))
+        return Passed(direct.end, name, lowest, lowest / STIFFEST, margin_of, clamp_loads, len(corners))
 
     def can_keep(self, before: Pose, after: Pose, box: Box, hold: TrackedState) -> bool:
         """True if a known state would survive a step."""
@@ -219,15 +217,15 @@ class Verifier:
             shares = [look / LOOKS for look in range(LOOKS + 1)] if before != after else [1.0]
             looks = [between(before, after, share) for share in shares]
             corners = set(box.corners())
-            demand = reduce(ClampLoads.joined, (self.weigh(pose) for pose in (*looks, *corners)))
+            clamp_loads = reduce(ClampLoads.joined, (self.weigh(pose) for pose in (*looks, *corners)))
             leaves = [pose for pose in looks if self.showable(pose).leaving]
             aside = [state for pose in leaves for state in self.elsewhere(pose)]
-            demand = reduce(ClampLoads.joined, map(clamp_loads_of_state, aside), demand)
+            clamp_loads = reduce(ClampLoads.joined, map(clamp_loads_of_state, aside), clamp_loads)
             states = (*self.states(after), *(self.elsewhere(after) if leaves else ()))
             lowest = min((state.lowest_eigenvalue for state in states), default=STIFFEST)
             names = "|".join(state.name for state in states) or STRAIGHT
             margin_of = f"{STABILITY}; any state will do"
-            self._allowed[key] = Passed(None, names, lowest, lowest / STIFFEST, margin_of, demand, len(corners))
+            self._allowed[key] = Passed(None, names, lowest, lowest / STIFFEST, margin_of, clamp_loads, len(corners))
         return self._allowed[key]
 
     def funnel(self, before: Pose, after: Pose, box: Box, wanted: str) -> Passed:
@@ -236,16 +234,16 @@ class Verifier:
         if margin < LEAST_PAST_FOLD:
             raise Refused(
                 f"the other state ceases to exist only {100 * margin:.0f} % before the end of the bias",
-                is_hopeless=True,
+                is_final=True,
             )
         if self._may_be_aside(before, after) and (aside := self.elsewhere(after)):
             names = " and ".join(state.name for state in aside)
-            raise Refused(f"at {describe(after)} the rod may be out of the plane: {names}", is_hopeless=True)
+            raise Refused(f"at {describe(after)} the rod may be out of the plane: {names}", is_final=True)
         passed = self.allow(before, after, box)
         state = self.states(after)[0]
         lowest = state.lowest_eigenvalue
         margin_of = f"bias past the fold of the {VALLEY if wanted == PEAK else PEAK}"
-        return Passed(tracked(state), wanted, lowest, margin, margin_of, passed.demand, passed.corners)
+        return Passed(tracked(state), wanted, lowest, margin, margin_of, passed.clamp_loads, passed.corners)
 
     def _may_be_aside(self, before: Pose, after: Pose) -> bool:
         """True if the rod may leave the plane on a way, or may have done so while it was fed to where that begins."""
@@ -261,7 +259,7 @@ class Verifier:
         """
         if (pose, wanted) not in self._funnels:
             if [state.name for state in self.states(pose)] != [wanted]:
-                raise Refused(f"at {describe(pose)} not only the {wanted} exists", is_hopeless=True)
+                raise Refused(f"at {describe(pose)} not only the {wanted} exists", is_final=True)
             level = pose._replace(start=0.0, end=0.0)
             way = straight_path(level, pose)
             ends = [travel(way, self.bearing, *coarse_start(state))[0] for state in self.states(level)]
@@ -269,7 +267,7 @@ class Verifier:
             self._funnels[pose, wanted] = 1.0 / gone - 1.0 if gone > 0.0 else 1.0
         return self._funnels[pose, wanted]
 
-    def _follow(self, before: Pose, after: Pose, hold: TrackedState, *, is_hopeless: bool = False) -> Followed:
+    def _follow(self, before: Pose, after: Pose, hold: TrackedState, *, is_final: bool = False) -> Followed:
         """A state on a straight way; Refused where it would be lost or comes too near to it."""
         key = before, after, hold.key
         if key not in self._ways:
@@ -278,25 +276,27 @@ class Verifier:
             if branch.reached < 1.0:
                 where = describe(between(before, after, branch.reached))
                 what = "leaves the plane" if branch.leaves_plane else "loses its stability"
-                raise Refused(f"the state {what} at {where}", is_hopeless=is_hopeless)
+                raise Refused(f"the state {what} at {where}", is_final=is_final)
             inside, outside = stiffness_of(way, self.bearing, branch)
             end = TrackedState(branch.phi, branch.multipliers)
             self._ways[key] = Followed(end, inside, outside, clamp_loads_of(branch))
         found = self._ways[key]
         if reason := too_near(found.inside, found.outside):
-            raise Refused(f"the state comes within {reason}", is_hopeless=is_hopeless)
+            raise Refused(f"the state comes within {reason}", is_final=is_final)
         return found
 
     def weigh_on_the_way(self, before: Pose, after: Pose) -> ClampLoads:
         """What the states at `before` ask at `after`, as far as a straight way leads them there: near folds they are
         sooner followed than found."""
         way, bearing = straight_path(before, after), self.rod(before).bearing
-        demand = ClampLoads()
+        clamp_loads = ClampLoads()
         for state in self.showable(before).planar:
             reached, angles, forces, _ = travel(way, bearing, *coarse_start(state))
             if reached == 1.0:
-                demand = demand.joined(clamp_loads_of(follow(straight_path(after, after), bearing, angles, forces)))
-        return demand
+                clamp_loads = clamp_loads.joined(
+                    clamp_loads_of(follow(straight_path(after, after), bearing, angles, forces))
+                )
+        return clamp_loads
 
     def weigh(self, pose: Pose) -> ClampLoads:
         """What any of the states at `pose` asks; Refused if the rod is taut there."""
@@ -305,8 +305,8 @@ class Verifier:
             is_pulled = not is_slack(rod) and out_of_line(rod) > OUT_OF_LINE
             if is_pulled or missing(rod) > TAUT:
                 raise Refused(f"in uneven progress the rod would be pulled taut at {describe(pose)}")
-            demands = map(clamp_loads_of_state, self.showable(pose).planar)
-            self._weighed[pose] = reduce(ClampLoads.joined, demands, ClampLoads())
+            segment_loads = map(clamp_loads_of_state, self.showable(pose).planar)
+            self._weighed[pose] = reduce(ClampLoads.joined, segment_loads, ClampLoads())
         return self._weighed[pose]
 
 

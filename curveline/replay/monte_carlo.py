@@ -24,7 +24,7 @@ from curveline.errors import InvalidInput
 from curveline.plan_file import NodeTarget, Plan
 from curveline.replay.playback import known_state, name_of
 from curveline.rod import _jit
-from curveline.rod.branches.quasi_static import FELL, ride
+from curveline.rod.branches.quasi_static import FELL, move_through
 from curveline.rod.problem import Array, Bearing
 from curveline.rod.spatial.segment import SpatialSegment
 from curveline.rod.states.equilibrium import ClampedRod
@@ -261,7 +261,7 @@ def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
     first, last = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in (0, -1))
     if np.any(~has_spare(poses, first.bearing) & (_detour(poses, first.bearing) > DETOUR)):
         return TAUT
-    state, events = ride(poses, first, known_state(first, setup.plan.granted[segment]), bow)
+    state, events = move_through(poses, first, known_state(first, setup.plan.granted[segment]), bow)
     # A rod that is all but straight has nowhere to fall to: it buckles again with more rod to spare.
     gone = [event.place for event in events if event.kind == FELL and event.state is None]
     places = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in gone)

@@ -17,7 +17,7 @@ from curveline.plan_file import NodeTarget, Plan
 from curveline.radio.protocol.motion import axes_of, plan_move
 from curveline.replay.playback import SNAPS, Counts, Snap, known_state, name_of, segment_at
 from curveline.rod.branches.out_of_plane import Aside, seen
-from curveline.rod.branches.quasi_static import State, ride
+from curveline.rod.branches.quasi_static import State, move_through
 from curveline.rod.branches.tracking import refined
 from curveline.rod.models.showable import showable_states
 from curveline.rod.problem import Array
@@ -127,7 +127,7 @@ class _PlayedRod:
     def go(self, instant: _Instant, segment: SpatialSegment) -> None:
         """Come to where the nodes are at an instant."""
         self._segments = [*self._segments[-1:], segment]
-        self._state, events = ride(np.array([each.rod.pose for each in self._segments]), segment, self._state)
+        self._state, events = move_through(np.array([each.rod.pose for each in self._segments]), segment, self._state)
         before = self.name
         if events or instant.ends_step:
             self.name = name_of(segment, self._state)

@@ -13,7 +13,7 @@ import numpy as np
 
 from curveline.drive_settings import DriveSettings, drive_settings
 from curveline.rod.branches.out_of_plane import Aside
-from curveline.rod.branches.quasi_static import FELL, LEFT, PULLED, RETURNED, Event, State, ride
+from curveline.rod.branches.quasi_static import FELL, LEFT, PULLED, RETURNED, Event, State, move_through
 from curveline.rod.branches.tracking import identify, tracked
 from curveline.rod.models.showable import showable_states
 from curveline.rod.spatial.segment import SpatialSegment
@@ -59,7 +59,7 @@ def replay(display: Display, motion: Motion, before: Sequence[str] = ()) -> Play
         course = list(_course(motion, segment))
         rods = [flat_segment(display, *segment_at(display, drive, pair)) for _, pair in course]
         start = known_state(rods[0], before[segment] if segment < len(before) else "")
-        state, events = ride(np.array([each.rod.pose for each in rods]), rods[0], start)
+        state, events = move_through(np.array([each.rod.pose for each in rods]), rods[0], start)
         first = events[0].state if start is None and events and events[0].place == 0 else start
         starts.append(name_of(rods[0], first))
         ends.append(name_of(rods[-1], state))

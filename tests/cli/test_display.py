@@ -275,11 +275,11 @@ def test_a_display_whose_nodes_cannot_be_told_how_fast_to_move_can_have_no_plan(
 
 def test_what_plans_can_reach_from_home_is_told(run: Run, write: Write) -> None:
     found = checked(run, write(*OWN))
-    kinds = [(door["shape"], door["states"], door["possible"], door["reason"]) for door in found["from_home"]]
+    kinds = [(entry["shape"], entry["states"], entry["possible"], entry["reason"]) for entry in found["from_home"]]
     assert kinds == [("peak", ["peak"], True, None), ("valley", ["valley"], True, None)]
     assert "from home a plan leads to every kind of shape" in run("display", "check", write(*OWN)).out
     soft = checked(run, write(*OWN[:2], *OWN[3:], ("thickness_mm = 2.4", "thickness_mm = 0.5")))
-    assert [door["possible"] for door in soft["from_home"]] == [False, True]
+    assert [entry["possible"] for entry in soft["from_home"]] == [False, True]
     (warning,) = (each for each in soft["warnings"] if each["code"] == "no-way")
     assert warning["message"].startswith("from home no peak can be planned")
     assert warning["key"] == "rod.thickness_mm"

@@ -20,7 +20,7 @@ GATE_OF_PAGE = {
     **{0x49 + index: (0x48038, 9 + index) for index in range(5)},
     **{0x38 + index: (0x4803C, 24 + index) for index in range(3)},
 }
-"""Page of SPI0, a port or a timer -> register and bit of its clock gate."""
+"""Page of SPI0, a port or a timer -> register and bit of its clock funnel."""
 
 MCG_C1, MCG_C2, MCG_C5, MCG_C6, MCG_S, OSC0_CR = 0x64000, 0x64001, 0x64004, 0x64005, 0x64006, 0x65000
 SIM_SOPT2, SIM_CLKDIV1, SIM_UID, SIM_COPC, SIM_SRVCOP = 0x48004, 0x48044, 0x48058, 0x48100, 0x48104
@@ -261,8 +261,8 @@ class Kl26:
     # Blocks
 
     def _check_gate(self, offset: int) -> None:
-        gate = GATE_OF_PAGE.get(offset >> 12)
-        if gate is not None and not self.store.get(gate[0], 0) >> gate[1] & 1:
+        funnel = GATE_OF_PAGE.get(offset >> 12)
+        if funnel is not None and not self.store.get(funnel[0], 0) >> funnel[1] & 1:
             raise Strayed(f"0x{0x40000000 + offset:08x} is touched while its clock is off, pc 0x{self.pc():x}")
 
     def _read_port(self, offset: int) -> int:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.planning.actuator_loads import ClampLoads, clamp_loads_of, load_of, node_needs, overload
+from curveline.planning.actuator_loads import ClampLoads, actuator_load_of, clamp_loads_of, node_needs, overload
 from curveline.planning.layout import Box, Layout, layout_of, pose_of
 from curveline.planning.verification import Verifier
 from curveline.rod.branches.continuation import Branch, Weakest
@@ -30,21 +30,21 @@ def nobody() -> None:
 
 def demands_of(scene: Scene) -> tuple[ClampLoads, ...]:
     """What the wanted states of a shape ask while it stands."""
-    prover, layout = Verifier(scene.display, nobody), layout_of(scene)
-    demands = []
+    verifier, layout = Verifier(scene.display, nobody), layout_of(scene)
+    segment_loads = []
     for index, segment in enumerate(scene.segments):
         pose = pose_of(scene.display, layout, index)
-        state = next(state for state in prover.states(pose) if state.name == segment.state)
-        demands.append(prover.keep(pose, pose, Box(pose, pose), tracked(state)).demand)
-    return tuple(demands)
+        state = next(state for state in verifier.states(pose) if state.name == segment.state)
+        segment_loads.append(verifier.keep(pose, pose, Box(pose, pose), tracked(state)).clamp_loads)
+    return tuple(segment_loads)
 
 
 def energy_of(scene: Scene, layout: Layout) -> float:
     """Energy [J] of all segments in their wanted states; heights of the rod between bearings count from 0."""
     total, weight = 0.0, scene.display.rod.weight_per_length
-    prover = Verifier(scene.display, nobody)
+    verifier = Verifier(scene.display, nobody)
     for index, segment in enumerate(scene.segments):
-        states = prover.states(pose_of(scene.display, layout, index))
+        states = verifier.states(pose_of(scene.display, layout, index))
         found = next(state for state in states if state.name == segment.state)
         edges = mesh(found.rod.scaled().at, 400)
         state = refine(found.rod, edges, *found.start_on(edges), 1e-7)
@@ -82,10 +82,10 @@ def test_a_node_gives_the_slope_of_the_energy_of_both_its_segments(
     scene, layout = row(2), layout_of(row(2))
     up, down = (energy_of(scene, moved(layout, node, side * STEP)) for side in (1.0, -1.0))
     slope = (up - down) / (2.0 * STEP) - (axis == 0) * carried(scene, node)
-    demands = demands_of(scene)
-    sides = [demands[i].low[3 * j + axis] for i, j in ((node - 1, 1), (node, 0)) if 0 <= i < 2]
+    segment_loads = demands_of(scene)
+    sides = [segment_loads[i].low[3 * j + axis] for i, j in ((node - 1, 1), (node, 0)) if 0 <= i < 2]
     assert sum(sides) == pytest.approx(slope, rel=3e-3, abs=3e-4)
-    assert node_needs(demands)[node, axis] == pytest.approx(abs(slope), rel=3e-3, abs=3e-4)
+    assert node_needs(segment_loads)[node, axis] == pytest.approx(abs(slope), rel=3e-3, abs=3e-4)
     assert len(sides) == 1 or min(map(abs, sides)) > 0.01
 
 
@@ -116,9 +116,9 @@ OVERLOADS = {
 
 @pytest.mark.parametrize("what", OVERLOADS)
 def test_an_overload_names_the_node_and_the_numbers(what: str) -> None:
-    demands, reason = OVERLOADS[what]
-    assert re.search(reason, overload(DISPLAY, demands))
-    assert load_of(demands).share(DISPLAY) > 1.0
+    segment_loads, reason = OVERLOADS[what]
+    assert re.search(reason, overload(DISPLAY, segment_loads))
+    assert actuator_load_of(segment_loads).share(DISPLAY) > 1.0
 
 
 def test_opposite_needs_of_two_segments_are_borne_together_and_bounds_are_not_mixed() -> None:
@@ -144,10 +144,10 @@ def branch_of(sharpest: np.ndarray, wrenches: np.ndarray) -> Branch:
 def test_a_followed_branch_is_bounded_by_its_poses() -> None:
     source = np.random.default_rng(1)
     sharpest, wrenches = source.normal(size=20), source.normal(size=(20, 6))
-    demand = clamp_loads_of(branch_of(sharpest, wrenches))
-    assert np.all(wrenches >= demand.low)
-    assert np.all(wrenches <= demand.high)
-    assert demand.curvature == sharpest.max()
-    both = demand.joined(FINE)
-    np.testing.assert_array_equal(both.low, np.minimum(demand.low, -0.01))
+    clamp_loads = clamp_loads_of(branch_of(sharpest, wrenches))
+    assert np.all(wrenches >= clamp_loads.low)
+    assert np.all(wrenches <= clamp_loads.high)
+    assert clamp_loads.curvature == sharpest.max()
+    both = clamp_loads.joined(FINE)
+    np.testing.assert_array_equal(both.low, np.minimum(clamp_loads.low, -0.01))
     assert clamp_loads_of(branch_of(np.zeros(0), np.zeros((0, 6)))).joined(FINE).curvature == 1.0

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from curveline.planning.funnels import IN_A_ROW, LONE, Funnel, gates_for, rounds_of
+from curveline.planning.funnels import IN_A_ROW, LONE, Funnel, funnels_for, rounds_of
 from curveline.planning.layout import Box
 from curveline.planning.verification import LEAST_PAST_FOLD, Refused, Verifier
 from curveline.rod.branches.control_path import between
@@ -23,43 +23,43 @@ def nobody() -> None:
 
 
 @cache
-def prover(name: str) -> Verifier:
+def verifier(name: str) -> Verifier:
     return Verifier(read_display(name), nobody)
 
 
 @cache
-def gates(name: str, wanted: tuple[str, ...]) -> tuple[list[Funnel], list[Refused]]:
+def funnels(name: str, wanted: tuple[str, ...]) -> tuple[list[Funnel], list[Refused]]:
     refusals: list[Refused] = []
-    return gates_for(prover(name), wanted, refusals), refusals
+    return funnels_for(verifier(name), wanted, refusals), refusals
 
 
 CASES = [("single", ("peak",)), ("single", ("valley",)), ("quad", ("peak", "valley", "valley", "peak"))]
 
 
-def level(name: str, gate: Funnel) -> Pose:
-    return Pose(prover(name).display.span, 0.0, 0.0, 0.0, gate.length)
+def level(name: str, funnel: Funnel) -> Pose:
+    return Pose(verifier(name).display.span, 0.0, 0.0, 0.0, funnel.length)
 
 
-def biased(name: str, gate: Funnel, state: str) -> Pose:
-    """The pose of the first segment of a row that the gate takes into a state."""
-    count = prover(name).display.node_count
-    start, end, *others = gate.angles((state,) * (count - 1), range(1), (0.0,) * count)
+def biased(name: str, funnel: Funnel, state: str) -> Pose:
+    """The pose of the first segment of a row that the funnel takes into a state."""
+    count = verifier(name).display.node_count
+    start, end, *others = funnel.angles((state,) * (count - 1), range(1), (0.0,) * count)
     assert others == [0.0] * (count - 2)
-    return level(name, gate)._replace(start=start, end=end)
+    return level(name, funnel)._replace(start=start, end=end)
 
 
 def names(name: str, pose: Pose) -> list[str]:
-    return [state.name for state in find_states(prover(name).rod(pose), 1e-5) if state.simple]
+    return [state.name for state in find_states(verifier(name).rod(pose), 1e-5) if state.simple]
 
 
 @pytest.mark.parametrize(("name", "wanted"), CASES)
 def test_in_a_gate_only_the_wanted_state_is_left_and_before_it_both(name: str, wanted: tuple[str, ...]) -> None:
-    found, _ = gates(name, wanted)
+    found, _ = funnels(name, wanted)
     assert len(found) >= 3
-    for gate, state in [(gate, state) for gate in found[:3] for state in set(wanted)]:
-        inside, before = biased(name, gate, state), level(name, gate)
-        margin = prover(name).past_fold(inside, state)
-        assert margin >= max(LEAST_PAST_FOLD, gate.headroom)
+    for funnel, state in [(funnel, state) for funnel in found[:3] for state in set(wanted)]:
+        inside, before = biased(name, funnel, state), level(name, funnel)
+        margin = verifier(name).past_fold(inside, state)
+        assert margin >= max(LEAST_PAST_FOLD, funnel.headroom)
         assert names(name, inside) == [state]
         gone = 1.0 / (1.0 + margin)
         assert names(name, between(before, inside, gone + 0.005)) == [state]
@@ -68,31 +68,31 @@ def test_in_a_gate_only_the_wanted_state_is_left_and_before_it_both(name: str, w
 
 @pytest.mark.parametrize(("name", "wanted"), CASES)
 def test_a_gate_is_within_what_display_and_motors_allow(name: str, wanted: tuple[str, ...]) -> None:
-    limits = prover(name).display.limits
-    found, refusals = gates(name, wanted)
-    for gate in found:
-        assert limits.length.contains(gate.length)
-        assert max(map(abs, gate.biases)) <= limits.angle.high
-        assert (gate.biases[0] == 0.0) == (len(wanted) > 1)
-        assert gate.headroom < 1.0
+    limits = verifier(name).display.limits
+    found, refusals = funnels(name, wanted)
+    for funnel in found:
+        assert limits.length.contains(funnel.length)
+        assert max(map(abs, funnel.biases)) <= limits.angle.high
+        assert (funnel.biases[0] == 0.0) == (len(wanted) > 1)
+        assert funnel.headroom < 1.0
     assert found[0].headroom > 0.1
     assert all(refusal.message.startswith("step 2 (bias): ") and refusal.step == 2 for refusal in refusals)
     if len(wanted) == 1:
-        assert [gate.headroom for gate in found] == sorted((gate.headroom for gate in found), reverse=True)
+        assert [funnel.headroom for funnel in found] == sorted((funnel.headroom for funnel in found), reverse=True)
     else:
-        assert found[0].headroom >= 0.75 * max(gate.headroom for gate in found)
+        assert found[0].headroom >= 0.75 * max(funnel.headroom for funnel in found)
 
 
 def test_weight_makes_the_way_into_a_peak_the_longer_one() -> None:
-    for gate in gates("quad", STATES)[0][:2]:
-        peak, valley = (prover("quad").past_fold(biased("quad", gate, state), state) for state in STATES)
+    for funnel in funnels("quad", STATES)[0][:2]:
+        peak, valley = (verifier("quad").past_fold(biased("quad", funnel, state), state) for state in STATES)
         assert LEAST_PAST_FOLD <= peak < valley
 
 
 def test_too_little_bias_is_no_funnel() -> None:
-    single = prover("single")
-    gate = gates("single", ("peak",))[0][0]
-    inside, before = biased("single", gate, "peak"), level("single", gate)
+    single = verifier("single")
+    funnel = funnels("single", ("peak",))[0][0]
+    inside, before = biased("single", funnel, "peak"), level("single", funnel)
     margin = single.past_fold(inside, "peak")
     with pytest.raises(Refused, match="not only the peak exists"):
         single.past_fold(between(before, inside, 0.9 / (1.0 + margin)), "peak")
@@ -115,11 +115,11 @@ def test_neighbours_never_go_through_a_funnel_together_and_everyone_does_once() 
 
 
 def test_a_gate_turns_the_nodes_of_its_segments_alone() -> None:
-    gate = Funnel((IN_A_ROW[0] * deg(30.0), IN_A_ROW[1] * deg(30.0)), 0.6, 0.3)
+    funnel = Funnel((IN_A_ROW[0] * deg(30.0), IN_A_ROW[1] * deg(30.0)), 0.6, 0.3)
     before = (0.01, 0.02, 0.03, 0.04, 0.05)
     first, second = rounds_of(4)
     wanted = ("peak", "valley", "valley", "peak")
-    assert gate.angles(wanted, first, before) == pytest.approx((0.0, -deg(30.0), 0.0, deg(30.0), 0.05))
-    assert gate.angles(wanted, second, before) == pytest.approx((0.01, 0.0, deg(30.0), 0.0, -deg(30.0)))
+    assert funnel.angles(wanted, first, before) == pytest.approx((0.0, -deg(30.0), 0.0, deg(30.0), 0.05))
+    assert funnel.angles(wanted, second, before) == pytest.approx((0.01, 0.0, deg(30.0), 0.0, -deg(30.0)))
     lone = Funnel((LONE[0] * deg(30.0), LONE[1] * deg(30.0)), 0.6, 0.3)
     assert lone.angles(("peak",), range(1), (0.0, 0.0)) == pytest.approx((deg(30.0), -deg(30.0)))

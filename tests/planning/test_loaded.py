@@ -85,8 +85,8 @@ def test_loads_on_one_segment_of_a_row_count_at_the_nodes_of_both() -> None:
     nodes = tuple(Node(0.0, 0.0) for _ in range(quad.node_count))
     segments = tuple(Segment(mm(560.0), "valley") for _ in range(quad.node_count - 1))
     scene = Scene("row", quad, nodes, segments, (Load(1, 0.5, (0.0, -2.0)),))
-    prover = Verifier(quad, lambda: None)
-    burden = check_goal(prover, scene)
+    verifier = Verifier(quad, lambda: None)
+    burden = check_goal(verifier, scene)
     assert burden is not None
     weight = quad.rod.weight_per_length * mm(560.0)
     # The node between two hanging segments carries half of both, and half of what hangs on one of them.

@@ -54,7 +54,7 @@ LEVEL = Pose(SPAN, 0.0, 0.0, 0.0, 0.56)
 TILTED = LEVEL._replace(start=-0.9, end=0.5)
 
 
-def to_the_fold(prover: Verifier, state: Equilibrium) -> float:
+def to_the_fold(verifier: Verifier, state: Equilibrium) -> float:
     """The part of the way to `TILTED` at which the peak ends, for the continuous rod."""
     point = critical(straight_path(LEVEL, TILTED), state.rod.bearing, *coarse_start(state), 1e-7)
     assert point.kind is SpecialKind.FOLD
@@ -64,12 +64,12 @@ def to_the_fold(prover: Verifier, state: Equilibrium) -> float:
 @pytest.mark.parametrize("before_fold", [0.03, 0.01, 0.003, 0.001])
 def test_a_margin_is_that_of_the_continuous_rod_and_decides(before_fold: float) -> None:
     """Against the refined state at the end of the way, where the eigenvalue is lowest."""
-    prover = Verifier(SINGLE, lambda: None)
-    peak = prover.states(LEVEL)[0]
-    there = between(LEVEL, TILTED, (1.0 - before_fold) * to_the_fold(prover, peak))
-    truth = min(prover.states(there), key=lambda state: state.lowest_eigenvalue).lowest_eigenvalue / STIFFEST
+    verifier = Verifier(SINGLE, lambda: None)
+    peak = verifier.states(LEVEL)[0]
+    there = between(LEVEL, TILTED, (1.0 - before_fold) * to_the_fold(verifier, peak))
+    truth = min(verifier.states(there), key=lambda state: state.lowest_eigenvalue).lowest_eigenvalue / STIFFEST
     try:
-        margin = prover.keep(LEVEL, there, Box(LEVEL, LEVEL), tracked(peak)).margin
+        margin = verifier.keep(LEVEL, there, Box(LEVEL, LEVEL), tracked(peak)).margin
     except Refused:
         assert truth < LEAST_STABILITY
     else:
@@ -78,9 +78,9 @@ def test_a_margin_is_that_of_the_continuous_rod_and_decides(before_fold: float) 
 
 
 def test_both_verdicts_occur_near_the_fold() -> None:
-    prover = Verifier(SINGLE, lambda: None)
-    peak = prover.states(LEVEL)[0]
-    fold = to_the_fold(prover, peak)
-    prover.keep(LEVEL, between(LEVEL, TILTED, 0.99 * fold), Box(LEVEL, LEVEL), tracked(peak))
+    verifier = Verifier(SINGLE, lambda: None)
+    peak = verifier.states(LEVEL)[0]
+    fold = to_the_fold(verifier, peak)
+    verifier.keep(LEVEL, between(LEVEL, TILTED, 0.99 * fold), Box(LEVEL, LEVEL), tracked(peak))
     with pytest.raises(Refused, match="losing stability"):
-        prover.keep(LEVEL, between(LEVEL, TILTED, 0.999 * fold), Box(LEVEL, LEVEL), tracked(peak))
+        verifier.keep(LEVEL, between(LEVEL, TILTED, 0.999 * fold), Box(LEVEL, LEVEL), tracked(peak))

@@ -40,7 +40,7 @@ def nobody() -> None:
 
 
 @cache
-def prover() -> Verifier:
+def verifier() -> Verifier:
     return Verifier(SINGLE, nobody)
 
 
@@ -51,15 +51,15 @@ def drawn(chance: np.random.Generator) -> tuple[Pose, Pose, Equilibrium] | None:
     change = chance.uniform(-1.0, 1.0, 4) * [0.1, 0.5, 0.5, 0.12] * (chance.random(4) < 0.75)
     numbers = np.round([SPAN, *(np.array(before[1:]) + change)], 9)
     before, after = Pose(*(round(each, 9) for each in before)), Pose(*numbers.tolist())
-    if any(pose.length < 1.02 * math.hypot(*prover().rod(pose).free_chord) + 0.02 for pose in (before, after)):
+    if any(pose.length < 1.02 * math.hypot(*verifier().rod(pose).free_chord) + 0.02 for pose in (before, after)):
         return None
-    states = [state for state in prover().states(before) if state.max_curvature < SINGLE.rod.max_curvature]
+    states = [state for state in verifier().states(before) if state.max_curvature < SINGLE.rod.max_curvature]
     return (before, after, states[int(chance.integers(len(states)))]) if states else None
 
 
 def state_at(pose: Pose, angles: np.ndarray) -> Equilibrium:
     """The state of the rod, found afresh, that has these angles."""
-    states = find_states(prover().rod(pose), 1e-5)
+    states = find_states(verifier().rod(pose), 1e-5)
     return min(states, key=lambda state: float(np.max(np.abs(coarse_start(state)[0] - angles))))
 
 
@@ -71,15 +71,15 @@ def check(chance: np.random.Generator, move: tuple[Pose, Pose, Equilibrium], pas
     inner = Pose(*inside.tolist())
     angles, forces = coarse_start(state)
     way = uneven_way(chance, before, inner)
-    done, angles, forces, _ = pass_through(way, prover().bearing, angles, forces)
+    done, angles, forces, _ = pass_through(way, verifier().bearing, angles, forces)
     assert done == len(way) - 1
     met = state_at(inner, angles)
     assert np.max(np.abs(coarse_start(met)[0] - angles)) < SAME
     margin = met.lowest_eigenvalue / STIFFEST
     assert margin > max(passed.margin, LEAST_STABILITY) - SHORTFALL
-    assert met.max_curvature < 1.05 * passed.demand.curvature + 0.1
+    assert met.max_curvature < 1.05 * passed.clamp_loads.curvature + 0.1
     way = uneven_way(chance, inner, after)
-    done, angles, forces, _ = pass_through(way, prover().bearing, angles, forces)
+    done, angles, forces, _ = pass_through(way, verifier().bearing, angles, forces)
     assert done == len(way) - 1
     assert np.max(np.abs(angles - passed.hold.angles)) < SAME
 
@@ -93,11 +93,11 @@ def test_what_passed_is_never_contradicted_by_any_mixture() -> None:
             continue
         before, after, state = move
         try:
-            found = prover().keep(before, after, box_between(before, after), tracked(state))
+            found = verifier().keep(before, after, box_between(before, after), tracked(state))
         except Refused:
             refused += 1
             continue
-        if found.demand.curvature > SINGLE.rod.max_curvature:
+        if found.clamp_loads.curvature > SINGLE.rod.max_curvature:
             continue
         passed += 1
         for _ in range(WAYS):
@@ -113,30 +113,30 @@ NARROWED = Pose(0.5, 0.114292079, -0.039023107, -0.716716723, 0.581545982)
 
 
 def lowest_on(before: Pose, after: Pose, state: Equilibrium) -> float:
-    branch = follow(straight_path(before, after), prover().bearing, *coarse_start(state))
+    branch = follow(straight_path(before, after), verifier().bearing, *coarse_start(state))
     assert branch.reached == 1.0
     return float(branch.lowest.min()) / STIFFEST
 
 
 def test_a_box_whose_corners_all_pass_can_be_too_narrow_between_them() -> None:
     box = box_between(NARROW, NARROWED)
-    (valley,) = prover().states(NARROW)
+    (valley,) = verifier().states(NARROW)
     assert min(lowest_on(NARROW, corner, valley) for corner in (*box.corners(), NARROWED)) > LEAST_STABILITY
     tilted = NARROW._replace(end=NARROWED.end)
-    turned = follow(straight_path(NARROW, tilted), prover().bearing, *coarse_start(valley))
+    turned = follow(straight_path(NARROW, tilted), verifier().bearing, *coarse_start(valley))
     assert turned.reached == 1.0
     assert (
         follow(
             straight_path(tilted, NARROWED._replace(length=NARROW.length)),
-            prover().bearing,
+            verifier().bearing,
             turned.phi,
             turned.multipliers,
         ).reached
         < 1.0
     )
     with pytest.raises(Refused, match="the state loses its stability at") as caught:
-        prover().keep(NARROW, NARROWED, box, tracked(valley))
-    assert not caught.value.is_hopeless
+        verifier().keep(NARROW, NARROWED, box, tracked(valley))
+    assert not caught.value.is_final
 
 
 def layout_for(pose: Pose) -> Layout:
@@ -161,7 +161,7 @@ def played(stage: DisplayState, after: Layout, order: np.ndarray) -> np.ndarray 
     assert hold is not None
     layouts = [stage.layout, *axis_by_axis(stage.layout, after, order)]
     poses = np.array([pose_of(SINGLE, each, 0) for each in layouts])
-    done, angles, *_ = pass_through(poses, prover().bearing, hold.angles, hold.forces)
+    done, angles, *_ = pass_through(poses, verifier().bearing, hold.angles, hold.forces)
     return np.asarray(angles) if done == len(poses) - 1 else None
 
 
@@ -175,13 +175,13 @@ def one_that_only_keeps_in_step() -> tuple[DisplayState, Layout]:
         before, after, state = move
         hold = tracked(state)
         try:
-            prover().keep(before, after, Box(before, before), hold)
+            verifier().keep(before, after, Box(before, before), hold)
         except Refused:
             continue
         try:
-            prover().keep(before, after, box_between(before, after), hold)
+            verifier().keep(before, after, box_between(before, after), hold)
         except Refused as refusal:
-            if "loses its stability" in refusal.message and not refusal.is_hopeless:
+            if "loses its stability" in refusal.message and not refusal.is_final:
                 return DisplayState(layout_for(before), (hold,)), layout_for(after)
 
 
@@ -190,14 +190,14 @@ def test_a_step_that_only_nodes_in_step_survive_is_cut_until_any_do() -> None:
     chance = np.random.default_rng(4)
     orders = [chance.permutation(6) for _ in range(24)]
     assert any(played(begin, goal, order) is None for order in orders)
-    travel = advance(prover(), Travel((), begin), Leg("move", goal))
+    travel = advance(verifier(), Travel((), begin), Leg("move", goal))
     assert len(travel.moves) > 1
     assert travel.moves[-1].end == goal
     before = begin.layout
     stage = begin
     for move in travel.moves:
         assert move.margin >= LEAST_STABILITY
-        after = advance(prover(), Travel((), stage), Leg("move", move.end, halvings=0)).stage
+        after = advance(verifier(), Travel((), stage), Leg("move", move.end, halvings=0)).stage
         (hold,) = after.holds
         assert hold is not None
         for order in orders:
@@ -212,37 +212,37 @@ def test_a_step_that_only_nodes_in_step_survive_is_cut_until_any_do() -> None:
 def test_a_rod_without_any_to_spare_is_pulled_taut_between_clamps_out_of_line(spare: float) -> None:
     for angle in (0.1, -0.5):
         pose = Pose(SPAN, 0.0, angle, angle, SPAN)
-        chord = math.hypot(*prover().rod(pose).free_chord)
+        chord = math.hypot(*verifier().rod(pose).free_chord)
         pose = pose._replace(length=chord * (1.0 + spare) + SINGLE.clamp)
         with pytest.raises(Refused, match="pulled taut"):
-            prover().weigh(pose)
+            verifier().weigh(pose)
         # With some to spare what is asked is known, and far beyond the motors for the larger angle.
-        slack = prover().weigh(pose._replace(length=chord * 1.0006 + SINGLE.clamp))
+        slack = verifier().weigh(pose._replace(length=chord * 1.0006 + SINGLE.clamp))
         assert -slack.low[0] > SINGLE.drive.max_force
     level = Pose(SPAN, 0.0, 0.0, deg(1.0), SPAN * (1.0 + spare))
-    assert np.all(prover().weigh(level).high == -math.inf)
+    assert np.all(verifier().weigh(level).high == -math.inf)
 
 
 def test_ways_that_end_in_different_states_are_refused_though_all_are_stable() -> None:
     # Beyond the cusp where peak and valley become one: which node turns back first decides what it is afterwards.
     before, after = Pose(SPAN, 0.0, 0.926, 0.737, 0.552), Pose(SPAN, 0.069, -0.012, -0.123, 0.649)
-    (state,) = prover().states(before)
+    (state,) = verifier().states(before)
     with pytest.raises(Refused, match=r"uneven progress by way of .* would end in another state") as caught:
-        prover().keep(before, after, box_between(before, after), tracked(state))
-    assert not caught.value.is_hopeless
+        verifier().keep(before, after, box_between(before, after), tracked(state))
+    assert not caught.value.is_final
 
 
 def test_a_way_that_ends_just_before_a_fold_is_refused_with_its_margin() -> None:
     level = Pose(SPAN, 0.0, 0.0, 0.0, 0.56)
-    peak = prover().states(level)[0]
+    peak = verifier().states(level)[0]
     tilted = level._replace(start=-0.9, end=0.5)
-    gone = follow(straight_path(level, tilted), prover().bearing, *coarse_start(peak, 768)).reached
+    gone = follow(straight_path(level, tilted), verifier().bearing, *coarse_start(peak, 768)).reached
     assert 0.0 < gone < 1.0
     for share, is_kept in ((0.8, True), (0.9995, False)):
         there = between(level, tilted, share * gone)
         if is_kept:
-            margin = prover().keep(level, there, Box(level, level), tracked(peak)).margin
+            margin = verifier().keep(level, there, Box(level, level), tracked(peak)).margin
             assert margin > LEAST_STABILITY
             continue
         with pytest.raises(Refused, match=r"the state comes within 0\.0[0-4]\d of losing stability"):
-            prover().keep(level, there, Box(level, level), tracked(peak))
+            verifier().keep(level, there, Box(level, level), tracked(peak))

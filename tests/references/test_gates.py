@@ -1,4 +1,4 @@
-"""Section F, gates 1 to 4: what every build must pass, with the solver as it is used."""
+"""Section F, funnels 1 to 4: what every build must pass, with the solver as it is used."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def test_gate_1_shape_and_energy_converge_with_order_two(name: str, exact: Infle
     levels = [misses(exact, n) for n in LEVELS]
     plain, _ = orders(LEVELS, levels, 0.0)
     # An arc needs no end force, so that its energy does not feel the second-order error of the chord.
-    against("F gate 1: order of shape and energy", plain, [2.0, 4.0 if isinstance(exact, Arc) else 2.0], 0.05)
-    against("F gate 1: shape error / L, 64 edges", levels[1][0], 0.0, 1e-3, scale=1.0)
-    against("F gate 1: energy error, 64 edges", levels[1][1], 0.0, 5e-3, scale=1.0)
+    against("F funnel 1: order of shape and energy", plain, [2.0, 4.0 if isinstance(exact, Arc) else 2.0], 0.05)
+    against("F funnel 1: shape error / L, 64 edges", levels[1][0], 0.0, 1e-3, scale=1.0)
+    against("F funnel 1: energy error, 64 edges", levels[1][1], 0.0, 5e-3, scale=1.0)
 
 
 @pytest.mark.parametrize("case", PLAIN, ids=lambda case: case["id"])
@@ -48,14 +48,14 @@ def test_gate_2_all_reference_cases(case: dict[str, Any], against: Report) -> No
     rod = reference_rod(case)
     states = {state.name: state for state in simple(find_states(rod, 1e-7))}
     answers = by_name(case)
-    against("F gate 2: number of states", len(states), case["n_stable_simple"], 0.0)
+    against("F funnel 2: number of states", len(states), case["n_stable_simple"], 0.0)
     for name, answer in answers.items():
         state, curve = states[name], curve_of(answer)
         gaps = np.linalg.norm(state.curve(len(curve)) - curve, axis=1)
-        against("F gate 2: RMS shape error / L", np.sqrt(np.mean(gaps**2)) / rod.length, 0.0, 1e-7, scale=1.0)
-        against("F gate 2: sign of stability", np.sign(state.lowest_eigenvalue), np.sign(answer["lam_min_L2"]), 0.0)
+        against("F funnel 2: RMS shape error / L", np.sqrt(np.mean(gaps**2)) / rod.length, 0.0, 1e-7, scale=1.0)
+        against("F funnel 2: sign of stability", np.sign(state.lowest_eigenvalue), np.sign(answer["lam_min_L2"]), 0.0)
         force = np.array(answer["internal_force_end"])
-        against("F gate 2: end force", state.clamp_force[1], force, 1e-5, scale=np.hypot(*force))
+        against("F funnel 2: end force", state.clamp_force[1], force, 1e-5, scale=np.hypot(*force))
 
 
 def loaded(case: dict[str, Any], at: float, n: int, load: float) -> Problem:
@@ -90,16 +90,16 @@ def snap_load(case: dict[str, Any], at: float) -> float:
 
 @pytest.mark.parametrize("case", REFERENCE["load"], ids=lambda case: case["id"])
 def test_gate_3_snap_loads(case: dict[str, Any], against: Report) -> None:
-    against(f"F gate 3: snap load {case['id']}", snap_load(case, case["s_fraction"]), case["P_snap"], 1e-7)
+    against(f"F funnel 3: snap load {case['id']}", snap_load(case, case["s_fraction"]), case["P_snap"], 1e-7)
 
 
 def test_gate_3_an_imperfect_s1_snaps_earlier(against: Report) -> None:
     case = REFERENCE["load"][0]
     by_two = snap_load(case, 0.502)
-    against("F gate 3: snap load S1, 0.2 % off centre", by_two, case["P_snap_with_s_plus_0.002"], 1e-8)
+    against("F funnel 3: snap load S1, 0.2 % off centre", by_two, case["P_snap_with_s_plus_0.002"], 1e-8)
     # The load that a small imperfection takes away grows with its power 2/3 (Koiter).
     missing = case["P_snap"] - np.array([snap_load(case, 0.5005), snap_load(case, 0.501)])
-    against("F gate 3: power of a small imperfection", math.log2(missing[1] / missing[0]), 2.0 / 3.0, 0.05)
+    against("F funnel 3: power of a small imperfection", math.log2(missing[1] / missing[0]), 2.0 / 3.0, 0.05)
 
 
 # Slack dL / L of a valley, which multiples of alpha its ends turn, degrees or mu = alpha sqrt(L / dL) that lose it.
@@ -129,4 +129,4 @@ def followed_to(slack: float, ways: tuple[float, float], n: int) -> float:
 def test_gate_4_slow_rotation_snaps_at_the_fold(
     name: str, slack: float, ways: tuple[float, float], wanted: float, against: Report
 ) -> None:
-    against(f"F gate 4: {name}", romberg([followed_to(slack, ways, n) for n in (100, 200)]), wanted, 2e-6)
+    against(f"F funnel 4: {name}", romberg([followed_to(slack, ways, n) for n in (100, 200)]), wanted, 2e-6)

@@ -15,8 +15,8 @@ from curveline.rod.branches.continuation import (
     follow,
     land,
     node_loads,
+    perturbation,
     start_along,
-    sway,
     travel,
 )
 from curveline.rod.branches.control_path import (
@@ -260,7 +260,7 @@ def test_what_is_lost_lands_in_a_stable_state(name: str) -> None:
     way = straight_path(ROD.pose, end.pose)
     branch = follow(way, ROD.bearing, *coarse_start(state_of(ROD, name)))
     assert branch.reached < 1.0
-    landed, angles, forces = land(way, 1.0, end.bearing, branch.phi, branch.multipliers, sway(FOLLOW_EDGES))
+    landed, angles, forces = land(way, 1.0, end.bearing, branch.phi, branch.multipliers, perturbation(FOLLOW_EDGES))
     assert landed
     level = solve_level(end, FOLLOW_EDGES, angles, forces)
     assert level.unstable == 0
@@ -275,7 +275,7 @@ def test_a_load_too_makes_the_rod_fall() -> None:
     way = loading(ROD.pose, np.array([0.4]), np.zeros((1, 2)), np.array([[0.0, -12.0]]))
     branch = follow(way, ROD.bearing, *start_along(way, state))
     assert 0.1 < branch.reached < 1.0
-    landed, angles, forces = land(way, 1.0, ROD.bearing, branch.phi, branch.multipliers, sway(FOLLOW_EDGES))
+    landed, angles, forces = land(way, 1.0, ROD.bearing, branch.phi, branch.multipliers, perturbation(FOLLOW_EDGES))
     assert landed
     loaded = replace(ROD, loads=((0.4, 0.0, -12.0),))
     assert solve_level(loaded, FOLLOW_EDGES, angles, forces).unstable == 0
@@ -298,6 +298,6 @@ def test_a_perfectly_symmetric_rod_still_falls_off_its_dead_branch() -> None:
     saddle = solve_level(past, FOLLOW_EDGES, branch.phi, branch.multipliers)
     assert saddle.unstable == 1
     way = straight_path(past.pose, past.pose)
-    landed, angles, _ = land(way, 0.0, past.bearing, saddle.phi, saddle.multipliers, sway(FOLLOW_EDGES))
+    landed, angles, _ = land(way, 0.0, past.bearing, saddle.phi, saddle.multipliers, perturbation(FOLLOW_EDGES))
     assert landed
     assert np.sum(np.sin(angles[: FOLLOW_EDGES // 2])) > 0.0

@@ -12,7 +12,7 @@ import pytest
 from curveline.rod.branches.continuation import coarse_start
 from curveline.rod.branches.control_path import between, straight_path
 from curveline.rod.branches.out_of_plane import Aside
-from curveline.rod.branches.quasi_static import FELL, LEFT, RETURNED, pass_through, ride
+from curveline.rod.branches.quasi_static import FELL, LEFT, RETURNED, move_through, pass_through
 from curveline.rod.branches.special_points import SpecialKind, critical
 from curveline.rod.branches.tracking import TrackedState, identify, tracked
 from curveline.rod.problem import Array, Pose
@@ -70,7 +70,7 @@ def test_a_rod_keeps_its_state_up_to_the_fold_of_the_continuous_rod(past: float,
     early = 0
     for rod, held, end, fold in ways_to_folds(5):
         poses = poses_to(rod, end, fold * (1.0 + past))
-        _, events = ride(poses, segment(rod, HELD), held)
+        _, events = move_through(poses, segment(rod, HELD), held)
         assert (not events) == is_kept
         early += pass_through(poses, rod.bearing, held.angles, held.forces)[0] < len(poses) - 1
     assert early == RODS if not is_kept else early > 0.5 * RODS
@@ -79,7 +79,7 @@ def test_a_rod_keeps_its_state_up_to_the_fold_of_the_continuous_rod(past: float,
 def test_a_state_on_fine_edges_is_known_by_its_name() -> None:
     for rod, held, end, fold in ways_to_folds(5)[:20]:
         poses = poses_to(rod, end, fold * 0.999)
-        state, _ = ride(poses, segment(rod, HELD), held)
+        state, _ = move_through(poses, segment(rod, HELD), held)
         assert isinstance(state, TrackedState)
         there = at(Pose(*poses[-1].tolist()))
         assert identify(there, state, find_states(there, 1e-5)) is not None
@@ -98,7 +98,7 @@ def through(*poses: Pose) -> Array:
 
 def test_the_peak_of_a_round_rod_rolls_through_space_into_the_valley_and_back() -> None:
     peak = next(state for state in find_states(at(TILTED), 1e-5) if state.name == "peak")
-    state, events = ride(through(TILTED, LEVEL, TILTED), segment(at(TILTED), ROUND), tracked(peak))
+    state, events = move_through(through(TILTED, LEVEL, TILTED), segment(at(TILTED), ROUND), tracked(peak))
     assert [event.kind for event in events] == [LEFT, RETURNED, LEFT, RETURNED]
     assert 0 < events[0].place <= events[1].place <= 101 < events[2].place <= events[3].place <= 200
     assert isinstance(state, TrackedState)
@@ -107,14 +107,14 @@ def test_the_peak_of_a_round_rod_rolls_through_space_into_the_valley_and_back() 
 
 def test_a_strip_stays_in_its_plane_on_the_same_way() -> None:
     peak = next(state for state in find_states(at(TILTED), 1e-5) if state.name == "peak")
-    _, events = ride(through(TILTED, LEVEL, TILTED), segment(at(TILTED)), tracked(peak))
+    _, events = move_through(through(TILTED, LEVEL, TILTED), segment(at(TILTED)), tracked(peak))
     assert events == []
 
 
 def test_a_rod_that_is_narrow_sideways_stays_out_of_its_plane() -> None:
     """It buckles to the side as soon as it has rod to spare, and nothing brings it back."""
     narrow = replace(ROUND, lateral_stiffness=0.3 * STIFFNESS, twisting_stiffness=0.3 * STIFFNESS)
-    state, events = ride(through(LEVEL._replace(length=0.5), LEVEL), segment(at(LEVEL), narrow), None)
+    state, events = move_through(through(LEVEL._replace(length=0.5), LEVEL), segment(at(LEVEL), narrow), None)
     assert [event.kind for event in events] == ["buckled", LEFT]
     assert isinstance(state, Aside)
 
@@ -122,11 +122,11 @@ def test_a_rod_that_is_narrow_sideways_stays_out_of_its_plane() -> None:
 def test_drawn_in_again_a_rod_out_of_its_plane_is_straight() -> None:
     narrow = replace(ROUND, lateral_stiffness=0.3 * STIFFNESS, twisting_stiffness=0.3 * STIFFNESS)
     poses = through(LEVEL._replace(length=0.5), LEVEL, LEVEL._replace(length=0.5))
-    state, events = ride(poses, segment(at(LEVEL), narrow), None)
+    state, events = move_through(poses, segment(at(LEVEL), narrow), None)
     assert state is None
     assert [event.kind for event in events][-1] == "pulled"
 
 
 def test_where_there_is_no_state_to_fall_to_the_rod_is_lost() -> None:
-    _, events = ride(through(LEVEL, TILTED), segment(at(LEVEL)), TrackedState(np.full(48, 2.0), np.zeros(2)))
+    _, events = move_through(through(LEVEL, TILTED), segment(at(LEVEL)), TrackedState(np.full(48, 2.0), np.zeros(2)))
     assert events[0].kind == FELL

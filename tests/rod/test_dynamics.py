@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.branches.continuation import coarse_start, follow, land, sway
+from curveline.rod.branches.continuation import coarse_start, follow, land, perturbation
 from curveline.rod.branches.control_path import between
 from curveline.rod.branches.control_path import straight_path as direct
 from curveline.rod.geometry.rotations import matrix_of, multiply
@@ -361,7 +361,7 @@ def test_in_displays_too_the_rod_falls_where_energy_descent_says() -> None:
         film = fall(spatial, kicked(spatial, flat_shape(phi), 1e-3, number), medium_of(segment), StepControl())
         assert film.fate is Fate.LANDED
         assert film.settled is not None
-        landed, angles, _ = land(direct(rod.pose, rod.pose), 0.0, rod.bearing, phi, multipliers, sway(24))
+        landed, angles, _ = land(direct(rod.pose, rod.pose), 0.0, rod.bearing, phi, multipliers, perturbation(24))
         assert landed
         np.testing.assert_allclose(angles_of(film.settled), angles, atol=0.01)
         nearest = min(

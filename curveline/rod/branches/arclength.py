@@ -1,11 +1,11 @@
-"""Trace an equilibrium along a way, stable or not, by pseudo-arclength: the fraction of the way may turn back at folds.
+"""Trace an equilibrium along a path, stable or not, by pseudo-arclength: the fraction may turn back at folds.
 
-A point of a branch is a vector (n+3,): angles, both multipliers, fraction of the way. A step leads along the tangent
+A point of a branch is a vector (n+3,): angles, both multipliers, fraction of the path. A step leads along the tangent
 and back to the branch across it (Keller 1977: pseudo-arclength continuation), so that folds are points like any other.
 The Hessian of the Lagrangian, bordered by the constraints, is singular at a fold, but its tridiagonal part is generally
 not: that is eliminated in O(n), and what is left, multipliers and fraction, is a dense 3 x 3 system with pivoting.
 
-    track = trace(way, bearing, *start_along(way, state), reach)      # Reach(low, high, step, records)
+    track = trace(path, bearing, *start_along(path, state), reach)      # Reach(low, high, step, records)
     track.fractions, track.unstable, track.lowest, track.phi, track.multipliers
 """
 
@@ -25,7 +25,7 @@ CORRECT = Effort(turn=0.3, close=1e-7, iterations=8)
 BEGIN = Effort(turn=0.2, close=1e-7, iterations=25)
 
 DIFFERENCE = 1e-4
-"""Fraction of the way by which the residual is differenced."""
+"""Fraction of the path by which the residual is differenced."""
 
 FIRST_STEP = 0.02
 LONGEST_STEP = 0.1
@@ -42,7 +42,7 @@ EASY = 0.99
 class TraceReach(NamedTuple):
     """How far to trace: the fractions `low` and `high` beyond which to stop, the longest step, the most records.
 
-    Steps are counted in the root mean square of the edges' turn [rad] and the fraction of the way.
+    Steps are counted in the root mean square of the edges' turn [rad] and the fraction of the path.
     """
 
     low: float = -0.01
@@ -52,7 +52,7 @@ class TraceReach(NamedTuple):
 
 
 class Track(NamedTuple):
-    """A traced branch, a record per step: fraction of the way, unstable directions, lowest eigenvalue [EI/L^2].
+    """A traced branch, a record per step: fraction of the path, unstable directions, lowest eigenvalue [EI/L^2].
 
     `phi (m, n)` and `multipliers (m, 2)` hold the states.
     """
@@ -97,15 +97,15 @@ def residual(problem, point):
 
 
 @njit
-def slope_along(way, bearing, counts, point):
-    """Derivative (n+2,) of the residual by the fraction of the way.
+def slope_along(path, bearing, counts, point):
+    """Derivative (n+2,) of the residual by the fraction of the path.
 
     By central differences: it turns steps and tangents, whose errors the next iteration takes out, but moves no point
     of the branch; so its truncation does no harm, and a wide difference keeps rounding low.
     """
     out = np.zeros(point.size - 1)
     for sign in (-1.0, 1.0):
-        there = residual(problem_at(way, bearing, point[out.size] + sign * DIFFERENCE, counts), point)
+        there = residual(problem_at(path, bearing, point[out.size] + sign * DIFFERENCE, counts), point)
         for i in range(out.size):
             out[i] += sign * there[i] / (2.0 * DIFFERENCE)
     return out
@@ -190,23 +190,23 @@ def product(one, other):
 
 
 @njit
-def back_to_branch(way, bearing, counts, here, ahead):
+def back_to_branch(path, bearing, counts, here, ahead):
     """The point (n+3,) of the branch that is `ahead` of a `Spot` along its tangent, and the iterations used.
 
     They are negative where there is none.
     """
     n = here.point.size - 3
     point = moved(here.point, ahead, here.tangent)
-    row = weighted(problem_at(way, bearing, here.point[n + 2], counts).edges, here.tangent)
+    row = weighted(problem_at(path, bearing, here.point[n + 2], counts).edges, here.tangent)
     right = np.empty(n + 3)
     for iteration in range(1, CORRECT.iterations + 1):
-        problem = problem_at(way, bearing, point[n + 2], counts)
+        problem = problem_at(path, bearing, point[n + 2], counts)
         gap = residual(problem, point)
         for i in range(n + 2):
             right[i] = -gap[i]
         right[n + 2] = ahead - product(row, moved(point, -1.0, here.point))
         variation = second_variation(problem, point[:n], point[n : n + 2])
-        change = solve_bordered(problem, variation, slope_along(way, bearing, counts, point), row, right)
+        change = solve_bordered(problem, variation, slope_along(path, bearing, counts, point), row, right)
         turn = 0.0
         for j in range(n):
             turn = max(turn, abs(change[j]))
@@ -219,29 +219,29 @@ def back_to_branch(way, bearing, counts, here, ahead):
 
 
 @njit
-def tangent_at(way, bearing, counts, point, before):
+def tangent_at(path, bearing, counts, point, before):
     """The unit tangent (n+3,) of the branch at a point, in the direction of `before (n+3,)`."""
     n = point.size - 3
-    problem = problem_at(way, bearing, point[n + 2], counts)
+    problem = problem_at(path, bearing, point[n + 2], counts)
     variation = second_variation(problem, point[:n], point[n : n + 2])
     right = np.zeros(n + 3)
     right[n + 2] = 1.0
-    slope = slope_along(way, bearing, counts, point)
+    slope = slope_along(path, bearing, counts, point)
     out = solve_bordered(problem, variation, slope, weighted(problem.edges, before), right)
     return moved(np.zeros(n + 3), 1.0 / np.sqrt(product(weighted(problem.edges, out), out)), out)
 
 
 @njit
-def unstable_at(way, bearing, counts, point):
+def unstable_at(path, bearing, counts, point):
     """Number of unstable directions at a point of a branch."""
     n = point.size - 3
-    problem = problem_at(way, bearing, point[n + 2], counts)
+    problem = problem_at(path, bearing, point[n + 2], counts)
     return modes_below(problem, second_variation(problem, point[:n], point[n : n + 2]), 0.0)
 
 
 @njit
-def begin_at(way, bearing, counts, fraction, phi, multipliers):
-    """The `Spot` at a fraction of the way near `phi (n,)`, `multipliers (2,)`, to be left forwards; False if none."""
+def begin_at(path, bearing, counts, fraction, phi, multipliers):
+    """The `Spot` at a fraction of the path near `phi (n,)`, `multipliers (2,)`, to be left forwards; False if none."""
     n = phi.size
     point = np.empty(n + 3)
     before = np.zeros(n + 3)
@@ -250,17 +250,17 @@ def begin_at(way, bearing, counts, fraction, phi, multipliers):
     iterations = 0
     unstable = -1
     if counts.sum() == n:
-        iterations, unstable = newton(problem_at(way, bearing, fraction, counts), angles, force, BEGIN)
+        iterations, unstable = newton(problem_at(path, bearing, fraction, counts), angles, force, BEGIN)
     copy_into(point[:n], angles)
     copy_into(point[n : n + 2], force)
     point[n + 2] = fraction
     if iterations <= 0:
         return False, Spot(point, before, unstable)
-    return True, Spot(point, tangent_at(way, bearing, counts, point, before), unstable)
+    return True, Spot(point, tangent_at(path, bearing, counts, point, before), unstable)
 
 
 @njit
-def advance(way, bearing, counts, here, step):
+def advance(path, bearing, counts, here, step):
     """The next `Spot` of a branch, the step (arc length) that led there, and the next one to try; step 0 if none.
 
     A step is halved where Newton fails or the tangents turn too far. Along a branch the fraction turns back just where
@@ -270,12 +270,12 @@ def advance(way, bearing, counts, here, step):
     """
     n = here.point.size - 3
     while step > LOST_STEP:
-        point, iterations = back_to_branch(way, bearing, counts, here, step)
+        point, iterations = back_to_branch(path, bearing, counts, here, step)
         if iterations > 0:
-            tangent = tangent_at(way, bearing, counts, point, here.tangent)
-            edges = problem_at(way, bearing, point[n + 2], counts).edges
+            tangent = tangent_at(path, bearing, counts, point, here.tangent)
+            edges = problem_at(path, bearing, point[n + 2], counts).edges
             cosine = product(weighted(edges, tangent), here.tangent)
-            unstable = unstable_at(way, bearing, counts, point)
+            unstable = unstable_at(path, bearing, counts, point)
             turns_back = tangent[n + 2] * here.tangent[n + 2] < 0.0
             regular = turns_back == ((unstable - here.unstable) % 2 != 0)
             if cosine > STRAIGHTEST and (regular or step <= SMALLEST_STEP):
@@ -286,24 +286,24 @@ def advance(way, bearing, counts, here, step):
 
 
 @njit
-def trace(way, bearing, phi, multipliers, reach):
-    """Trace the branch of the equilibrium `phi (n,)`, `multipliers (2,)`, stable or not, from the begin of a way.
+def trace(path, bearing, phi, multipliers, reach):
+    """Trace the branch of the equilibrium `phi (n,)`, `multipliers (2,)`, stable or not, from the begin of a path.
 
     Ends where the fraction leaves the bounds of the `TraceReach`, after its most records, or where no step succeeds.
     """
     n = phi.size
-    counts = counts_along(way, bearing, n)
+    counts = counts_along(path, bearing, n)
     table = np.empty((reach.records, n + 5))
     count = 0
-    found, here = begin_at(way, bearing, counts, 0.0, phi, multipliers)
+    found, here = begin_at(path, bearing, counts, 0.0, phi, multipliers)
     step = FIRST_STEP if found else 0.0
     while count < reach.records and found:
-        problem = problem_at(way, bearing, here.point[n + 2], counts)
+        problem = problem_at(path, bearing, here.point[n + 2], counts)
         copy_into(table[count, : n + 3], here.point)
         table[count, n + 3] = here.unstable
         table[count, n + 4] = lowest_eigenvalue(problem, here.point[:n], here.point[n : n + 2], 1e-6)
         count += 1
-        here, used, step = advance(way, bearing, counts, here, min(step, reach.step))
+        here, used, step = advance(path, bearing, counts, here, min(step, reach.step))
         found = used > 0.0 and reach.low <= table[count - 1, n + 2] <= reach.high
     rows = table[:count]
     return Track(

@@ -1,14 +1,14 @@
-"""Follow a stable equilibrium along a way: where it stays, how near it comes to losing stability, where it falls.
+"""Follow a stable equilibrium along a path: where it stays, how near it comes to losing stability, where it falls.
 
-Natural continuation: the fraction of the way grows and Newton takes the state along. `follow` records every pose,
+Natural continuation: the fraction of the path grows and Newton takes the state along. `follow` records every pose,
 `travel` only arrives, for those who ask a thousand times; both end where the state ceases to be stable, at a fold or
 a bifurcation, in the plane or, where the bearing says how stiff the rod is sideways, out of it; `land` lets the rod
 fall in the plane from there.
 
-    way = straight(begin.pose, end.pose)                    # or loading(pose, at, before, after), or Way(...)
-    branch = follow(way, begin.bearing, *start_along(way, state))
+    path = straight(begin.pose, end.pose)                    # or loading(pose, at, before, after), or Way(...)
+    branch = follow(path, begin.bearing, *start_along(path, state))
     if branch.reached < 1.0:
-        landed, phi, multipliers = land(way, 1.0, begin.bearing, branch.phi, branch.multipliers, sway(branch.phi.size))
+        landed, phi, multipliers = land(path, 1.0, begin.bearing, branch.phi, branch.multipliers, sway(branch.phi.size))
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ STIFFEST = 4.0 * math.pi**2
 """Lowest eigenvalue of a straight clamped rod without load, in EI/L^2: the unit of stability margins."""
 SHALLOW = math.pi**2
 """An eigenvalue below this [EI/L^2], a quarter of a straight clamped rod's, that fell by more than half in one step may
-have been lower on the way: look closer."""
+have been lower on the path: look closer."""
 CLOSEST_LOOK = LARGEST_STEP / 64.0
 GLANCE = 1e-3
-"""Relative precision of the lowest eigenvalue at every pose of a way; where it is lowest it is found to `PRECISE`."""
+"""Relative precision of the lowest eigenvalue at every pose of a path; where it is lowest it is found to `PRECISE`."""
 PRECISE = 1e-5
 HIGH = 1e15
 """An eigenvalue [EI/L^2] that none exceeds."""
@@ -58,7 +58,7 @@ DOUBT = 4.0
 does not limit a margin, and is not sought."""
 
 TRAVEL_MOVE = 0.05
-"""The most that an edge turns [rad] in a step of `travel`, which takes the whole way at once where it can."""
+"""The most that an edge turns [rad] in a step of `travel`, which takes the whole path at once where it can."""
 TRAVEL_STEP = 1e-6
 
 MOST_POSES = 4000
@@ -70,7 +70,7 @@ LAND = Effort(turn=0.3, close=1e-7, iterations=400)
 
 
 class Weakest(NamedTuple):
-    """Where on a way an eigenvalue of a state is lowest: the fraction, the eigenvalue [EI/L^2], the state there."""
+    """Where on a path an eigenvalue of a state is lowest: the fraction, the eigenvalue [EI/L^2], the state there."""
 
     fraction: float
     eigenvalue: float
@@ -79,9 +79,9 @@ class Weakest(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """A followed state, the fraction of the way it `reached`, and its angles and multipliers there.
+    """A followed state, the fraction of the path it `reached`, and its angles and multipliers there.
 
-    Per pose: its `fractions (m,)` of the way, the `lowest (m,)` eigenvalue [EI/L^2], the `sharpest (m,)` curvature
+    Per pose: its `fractions (m,)` of the path, the `lowest (m,)` eigenvalue [EI/L^2], the `sharpest (m,)` curvature
     away from the natural one [1/m], and `wrenches (m, 6)`, what the left node must do to the rod, with its sign: along
     the tangent, towards the right node [N], upwards [N], moment about its pivot, counter-clockwise [N m]; then the same
     three for the right node. `inside` is where the lowest eigenvalue in the plane is lowest, `outside` the one out of
@@ -101,15 +101,15 @@ class Branch(NamedTuple):
 
 
 @njit
-def node_loads(way, fraction, bearing, free, phi, multipliers):
+def node_loads(path, fraction, bearing, free, phi, multipliers):
     """Largest curvature away from the natural one [1/m], then what the nodes must do to the rod: see `Branch`.
 
     All six are slopes of the energy, by what the motors move. That is why the push along the tangent is not the force
     in the rod outside the bearing: straightening the rod as it enters pushes it out again, by EI kappa^2 / 2 (Bigoni
     et al. 2015, Mech. Mater. 80: Eshelby-like forces). Of a rod that stretches it leaves out the energy of stretching.
     """
-    pose = pose_at(way, fraction)
-    loads = loads_at(way, fraction)
+    pose = pose_at(path, fraction)
+    loads = loads_at(path, fraction)
     length = pose.length - bearing.clamp
     half = 0.5 * bearing.clamp
     table = vertex_table(free, phi, multipliers)
@@ -163,12 +163,12 @@ def is_held_in_plane(bearing):
 
 
 @njit
-def stiffness_outside(way, bearing, fraction, state, most):
+def stiffness_outside(path, bearing, fraction, state, most):
     """Lowest eigenvalue out of the plane [EI/L^2] of a `state`, problem, angles and multipliers, or `most` if less."""
     free, phi, multipliers = state
     if is_held_in_plane(bearing):
         return most
-    stiff = sideways(bearing, pose_at(way, fraction).length - bearing.clamp)
+    stiff = sideways(bearing, pose_at(path, fraction).length - bearing.clamp)
     return lateral_eigenvalue_below(free, phi, multipliers, stiff, most)
 
 
@@ -179,14 +179,14 @@ def _is_shallow(now, before):
 
 
 @njit
-def follow(way, bearing, phi, multipliers):
+def follow(path, bearing, phi, multipliers):
     """Follow the stable state `phi (n,)`, `multipliers (2,)` along a `ControlPath` to its end, or until it is lost.
 
-    Natural continuation: the fraction of the way grows by steps that are halved where Newton fails, jumps or finds an
+    Natural continuation: the fraction of the path grows by steps that are halved where Newton fails, jumps or finds an
     unstable equilibrium, down to `SMALLEST_STEP`, which is then the accuracy to which a fold or bifurcation is located.
     They are halved, too, where the lowest eigenvalue falls fast, so that a dip is not stepped over.
     """
-    counts = counts_along(way, bearing, phi.size)
+    counts = counts_along(path, bearing, phi.size)
     fractions, eigenvalues, sharpest = np.empty(MOST_POSES), np.empty(MOST_POSES), np.empty(MOST_POSES)
     wrenches = np.empty((MOST_POSES, 6))
     count = 0
@@ -198,11 +198,11 @@ def follow(way, bearing, phi, multipliers):
     outside = Weakest(0.0, np.inf, phi, multipliers)
     while count < MOST_POSES and counts.sum() == phi.size:
         fraction = min(1.0, reached + step)
-        free = problem_at(way, bearing, fraction, counts)
+        free = problem_at(path, bearing, fraction, counts)
         found, trial, force = try_step(free, phi, multipliers, LARGEST_MOVE)
         lowest = lowest_eigenvalue(free, trial, force, GLANCE) if found else 0.0
         least = min(outside.eigenvalue, min(lowest, inside.eigenvalue) + DOUBT)
-        aside = stiffness_outside(way, bearing, fraction, (free, trial, force), least) if found else 0.0
+        aside = stiffness_outside(path, bearing, fraction, (free, trial, force), least) if found else 0.0
         leaves = found and aside <= 0.0
         if found and count > 0 and step > CLOSEST_LOOK:
             found = not _is_shallow(lowest, eigenvalues[count - 1])
@@ -213,13 +213,13 @@ def follow(way, bearing, phi, multipliers):
             reached = fraction
             fractions[count] = fraction
             eigenvalues[count] = lowest
-            sharpest[count], wrenches[count] = node_loads(way, fraction, bearing, free, phi, multipliers)
+            sharpest[count], wrenches[count] = node_loads(path, fraction, bearing, free, phi, multipliers)
             count += 1
             if lowest < inside.eigenvalue:
                 inside = Weakest(fraction, lowest, phi, multipliers)
             if aside < least:
                 outside = Weakest(fraction, aside, phi, multipliers)
-            if is_still(way):
+            if is_still(path):
                 reached = 1.0
             if reached == 1.0:
                 break
@@ -233,54 +233,54 @@ def follow(way, bearing, phi, multipliers):
 
 
 @njit
-def _finer(way, bearing, dip):
+def _finer(path, bearing, dip):
     """The rod on edges cut in two where a followed state is least stable, and the state there; False if it is lost."""
-    counts = counts_along(way, bearing, dip.phi.size)
-    phi = refine_angles(problem_at(way, bearing, dip.fraction, counts), dip.phi, 2)
-    free = problem_at(way, bearing, dip.fraction, 2 * counts)
+    counts = counts_along(path, bearing, dip.phi.size)
+    phi = refine_angles(problem_at(path, bearing, dip.fraction, counts), dip.phi, 2)
+    free = problem_at(path, bearing, dip.fraction, 2 * counts)
     found, phi, multipliers = try_step(free, phi, dip.multipliers, LARGEST_MOVE)
     return found, (free, phi, multipliers)
 
 
 @njit
-def stiffness_of(way, bearing, branch):
+def stiffness_of(path, bearing, branch):
     """Lowest eigenvalues in the plane and out of it [EI/L^2] along a followed branch, of the continuous rod.
 
     Extrapolated from its edges and edges cut in two (Richardson); -inf where the state is lost on these. The one out of
     the plane is inf where it was not sought, since it does not limit a margin.
     """
     dip = branch.inside
-    found, state = _finer(way, bearing, dip)
+    found, state = _finer(path, bearing, dip)
     inside = -np.inf
     if found:
         inside = lowest_eigenvalue(state[0], state[1], state[2], PRECISE)
-        here = problem_at(way, bearing, dip.fraction, counts_along(way, bearing, dip.phi.size))
+        here = problem_at(path, bearing, dip.fraction, counts_along(path, bearing, dip.phi.size))
         inside += (inside - lowest_eigenvalue(here, dip.phi, dip.multipliers, PRECISE)) / 3.0
     outside = branch.outside.eigenvalue
     if outside < np.inf:
-        found, state = _finer(way, bearing, branch.outside)
-        finer = stiffness_outside(way, bearing, branch.outside.fraction, state, HIGH) if found else -np.inf
+        found, state = _finer(path, bearing, branch.outside)
+        finer = stiffness_outside(path, bearing, branch.outside.fraction, state, HIGH) if found else -np.inf
         outside = finer + (finer - outside) / 3.0
     return inside, outside
 
 
 @njit
-def travel(way, bearing, phi, multipliers):
+def travel(path, bearing, phi, multipliers):
     """As `follow`, but without records: the fraction reached, angles (n,) and multipliers (2,) there.
 
-    Steps are as long as the rod moves little in them, so that a short way is one step; a loss of stability is located
+    Steps are as long as the rod moves little in them, so that a short path is one step; a loss of stability is located
     to `TRAVEL_STEP`. Stability is that of the inertia, at the end of each step alone: in the plane Newton finds it at
     no cost. The last of what it returns is True if the rod would leave its plane there.
     """
-    counts = counts_along(way, bearing, phi.size)
+    counts = counts_along(path, bearing, phi.size)
     reached = 0.0
     step = 1.0
     leaves = False
     while reached < 1.0 and step >= TRAVEL_STEP and counts.sum() == phi.size:
         fraction = min(1.0, reached + step)
-        free = problem_at(way, bearing, fraction, counts)
+        free = problem_at(path, bearing, fraction, counts)
         found, trial, force = try_step(free, phi, multipliers, TRAVEL_MOVE)
-        leaves = found and not is_stable_outside(way, bearing, fraction, (free, trial, force))
+        leaves = found and not is_stable_outside(path, bearing, fraction, (free, trial, force))
         if found and not leaves:
             phi = trial
             multipliers = force
@@ -292,29 +292,29 @@ def travel(way, bearing, phi, multipliers):
 
 
 @njit
-def is_stable_outside(way, bearing, fraction, state):
+def is_stable_outside(path, bearing, fraction, state):
     """True if a `state`, problem, angles and multipliers, is stable out of its plane, too."""
     free, phi, multipliers = state
     if is_held_in_plane(bearing):
         return True
-    stiff = sideways(bearing, pose_at(way, fraction).length - bearing.clamp)
+    stiff = sideways(bearing, pose_at(path, fraction).length - bearing.clamp)
     blocks, lift = lateral_variation(free, phi, multipliers, stiff)
     return lateral_modes_below(free, blocks, lift, 0.0) == 0
 
 
 @njit
-def land(way, fraction, bearing, phi, multipliers, nudge):
-    """Where the rod falls at a fraction of the way from a state `phi (n,)` that is gone there, nudged by `nudge (n,)`.
+def land(path, fraction, bearing, phi, multipliers, nudge):
+    """Where the rod falls at a fraction of the path from a state `phi (n,)` that is gone there, nudged by `nudge (n,)`.
 
-    The nudge [rad], a mode or `sway`, takes it off any symmetry; then it goes downhill. Energy descent stands in for
-    damped dynamics here. Returns True and the state there, or False if none was reached.
+    The nudge [rad], a mode or `perturbation`, takes it off any symmetry; then it goes downhill. Energy descent stands
+    in for damped dynamics here. Returns True and the state there, or False if none was reached.
     """
-    counts = counts_along(way, bearing, phi.size)
+    counts = counts_along(path, bearing, phi.size)
     angles = phi.copy()
     force = multipliers.copy()
     if counts.sum() != phi.size:
         return False, angles, force
-    free = problem_at(way, bearing, fraction, counts)
+    free = problem_at(path, bearing, fraction, counts)
     for j in range(phi.size):
         angles[j] += nudge[j]
     iterations = descend(free, angles, force, LAND)
@@ -322,7 +322,7 @@ def land(way, fraction, bearing, phi, multipliers, nudge):
 
 
 @njit
-def sway(n):
+def perturbation(n):
     """A small nudge (n,) [rad] to land with, neither symmetric nor antisymmetric: an S of n edges."""
     out = np.empty(n)
     for j in range(n):
@@ -335,7 +335,7 @@ def coarse_start(state: Equilibrium, n: int = FOLLOW_EDGES) -> tuple[Array, Arra
     return state.start_on(mesh(state.rod.scaled().at, n))
 
 
-def start_along(way: ControlPath, state: Equilibrium, n: int = FOLLOW_EDGES) -> tuple[Array, Array]:
-    """As `coarse_start`, with vertices where the way has loads."""
+def start_along(path: ControlPath, state: Equilibrium, n: int = FOLLOW_EDGES) -> tuple[Array, Array]:
+    """As `coarse_start`, with vertices where the path has loads."""
     bearing = state.rod.bearing
-    return state.start_on(cut(rod_at(way, bearing, 0.0).at, counts_along(way, bearing, n)))
+    return state.start_on(cut(rod_at(path, bearing, 0.0).at, counts_along(path, bearing, n)))

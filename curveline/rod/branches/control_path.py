@@ -1,4 +1,4 @@
-"""A way: everything that a scene can change, changing at once along a straight line from one setting to another."""
+"""A control path: all that a scene can change, changing at once along a straight line from one setting to another."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class ControlPath(NamedTuple):
 
 @njit
 def straight_path(begin, end):
-    """The way from one pose to another of a rod without loads."""
+    """The path from one pose to another of a rod without loads."""
     return ControlPath(begin, end, np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)))
 
 
 @njit
 def loading(pose, at, before, after):
-    """The way on which the nodes stay while loads at `at (m,)` change from `before (m, 2)` to `after (m, 2)` [N]."""
+    """The path on which the nodes stay while loads at `at (m,)` change from `before (m, 2)` to `after (m, 2)` [N]."""
     return ControlPath(pose, pose, at, before, after)
 
 
@@ -49,47 +49,47 @@ def between(begin, end, fraction):
 
 
 @njit
-def pose_at(way, fraction):
-    """The pose at a fraction of the way."""
-    return between(way.begin, way.end, fraction)
+def pose_at(path, fraction):
+    """The pose at a fraction of the path."""
+    return between(path.begin, path.end, fraction)
 
 
 @njit
-def loads_at(way, fraction):
-    """The loads at a fraction of the way, (m, 3): fraction of the length, force [N]."""
-    loads = np.empty((way.at.size, 3))
-    for i in range(way.at.size):
-        loads[i, 0] = way.at[i]
+def loads_at(path, fraction):
+    """The loads at a fraction of the path, (m, 3): fraction of the length, force [N]."""
+    loads = np.empty((path.at.size, 3))
+    for i in range(path.at.size):
+        loads[i, 0] = path.at[i]
         for axis in range(2):
-            loads[i, 1 + axis] = way.before[i, axis] + fraction * (way.after[i, axis] - way.before[i, axis])
+            loads[i, 1 + axis] = path.before[i, axis] + fraction * (path.after[i, axis] - path.before[i, axis])
     return loads
 
 
 @njit
-def rod_at(way, bearing, fraction):
-    """The free rod at a fraction of the way, in units of its length there and EI."""
-    return scale_rod(pose_at(way, fraction), bearing, loads_at(way, fraction))
+def rod_at(path, bearing, fraction):
+    """The free rod at a fraction of the path, in units of its length there and EI."""
+    return scale_rod(pose_at(path, fraction), bearing, loads_at(path, fraction))
 
 
 @njit
-def counts_along(way, bearing, n):
-    """Edges (m+1,) between the loads, n in all: they stay the same on all of the way while their lengths change."""
-    return shares(rod_at(way, bearing, 0.0).at, n)
+def counts_along(path, bearing, n):
+    """Edges (m+1,) between the loads, n in all: they stay the same on all of the path while their lengths change."""
+    return shares(rod_at(path, bearing, 0.0).at, n)
 
 
 @njit
-def problem_at(way, bearing, fraction, counts):
-    """The rod at a fraction of the way, cut into `counts (m+1,)` edges between its loads."""
-    rod = rod_at(way, bearing, fraction)
+def problem_at(path, bearing, fraction, counts):
+    """The rod at a fraction of the path, cut into `counts (m+1,)` edges between its loads."""
+    rod = rod_at(path, bearing, fraction)
     return released(make_problem(rod, cut(rod.at, counts)))
 
 
 @njit
-def is_still(way):
-    """True if nothing changes along the way."""
-    if way.begin != way.end:
+def is_still(path):
+    """True if nothing changes along the path."""
+    if path.begin != path.end:
         return False
-    for i in range(way.at.size):
-        if way.before[i, 0] != way.after[i, 0] or way.before[i, 1] != way.after[i, 1]:
+    for i in range(path.at.size):
+        if path.before[i, 0] != path.after[i, 0] or path.before[i, 1] != path.after[i, 1]:
             return False
     return True

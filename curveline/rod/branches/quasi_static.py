@@ -1,6 +1,6 @@
 """A rod while its nodes move from pose to pose: it buckles where it gets slack, follows its state, falls, goes taut.
 
-state, events = ride(poses, segment, start=None)
+state, events = move_through(poses, segment, start=None)
 events                                              # [Event(FELL, 17, state)], what happened at which pose
 
 In the plane a state is that of a coarse rod, on finer edges where these alone keep it. A rod that leaves its plane goes
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod._jit import njit
-from curveline.rod.branches.continuation import FOLLOW_EDGES, land, sway, travel
+from curveline.rod.branches.continuation import FOLLOW_EDGES, land, perturbation, travel
 from curveline.rod.branches.control_path import ControlPath, pose_at, straight_path
 from curveline.rod.branches.out_of_plane import Aside, back_in_plane, go_aside, pushed_off, stays
 from curveline.rod.branches.tracking import TrackedState, on_edges, reached
@@ -49,7 +49,7 @@ class Event(NamedTuple):
     state: State | None
 
 
-def ride(
+def move_through(
     poses: Array, segment: SpatialSegment, start: State | None, bow: float = 0.0
 ) -> tuple[State | None, list[Event]]:
     """The state at the last of `poses (m, 5)`, each as a `Pose`, and what happened on the way.
@@ -182,7 +182,7 @@ def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> TrackedState | Non
 def _landed(pose: Pose, bearing: Bearing, held: TrackedState) -> TrackedState | None:
     """Where the rod falls in its plane from a state that is gone at `pose`; None if nowhere."""
     way = straight_path(pose, pose)
-    landed, angles, forces = land(way, 0.0, bearing, held.angles, held.forces, sway(held.angles.size))
+    landed, angles, forces = land(way, 0.0, bearing, held.angles, held.forces, perturbation(held.angles.size))
     return TrackedState(angles, forces) if landed else None
 
 

@@ -1,9 +1,9 @@
 """Where a branch loses stability, for the continuous rod: a fold or a bifurcation, its mode, and where the rod falls.
 
-point = critical(way, bearing, *start_along(way, state))
+point = critical(path, bearing, *start_along(path, state))
 point.kind, point.fraction, point.error                 # Kind.FOLD, BIFURCATION, NONE (to the end) or LOST
 point.edges, point.phi, point.multipliers, point.mode   # the critical shape on its finest level, and its mode
-falls(way, bearing, point)                              # where the rod lands, nudged along the mode and against it
+falls(path, bearing, point)                              # where the rod lands, nudged along the mode and against it
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from curveline.rod.branches.arclength import (
     product,
     solve_bordered,
 )
-from curveline.rod.branches.continuation import NUDGE, follow, land, sway, travel
+from curveline.rod.branches.continuation import NUDGE, follow, land, perturbation, travel
 from curveline.rod.branches.control_path import ControlPath, counts_along, loads_at, pose_at, problem_at, rod_at
 from curveline.rod.planar.modes import LARGEST, characteristic, second_variation
 from curveline.rod.planar.richardson import HONESTY, ROUNDING
@@ -45,9 +45,9 @@ LEVELS = 7
 LEAST_LEVELS = 3
 FINER_STARTS = 3
 BACK = 0.9
-"""Where the finer levels begin, as a part of the way to where the coarsest one loses its stability."""
+"""Where the finer levels begin, as a part of the path to where the coarsest one loses its stability."""
 BEYOND = 1.05
-"""How far to look, as a fraction of the way: a coarse rod may keep its stability for longer than the continuous one."""
+"""How far to look, as a fraction of the path: a coarse rod may keep its stability longer than the continuous one."""
 PAST = 1e-3
 """How far past the special point the rod falls, as a part of its fraction."""
 SAME = 1e-5
@@ -65,7 +65,7 @@ class SpecialKind(Enum):
 
 @dataclass(frozen=True)
 class SpecialPoint:
-    """Where a branch loses stability: its `fraction` of the way for the continuous rod, with an estimate of the error.
+    """Where a branch loses stability: its `fraction` of the path for the continuous rod, with an estimate of the error.
 
     Angles `phi (n,)`, `multipliers (2,)` and the `mode (n,)`, with the root mean square 1, are those of the finest
     level, on `edges (n,)`, which has the point at the fraction `reached`. The mode of a fold leads on along the branch.
@@ -95,7 +95,7 @@ class _Level(NamedTuple):
 class FallOutcome(NamedTuple):
     """Where the rod lands after the loss of stability: whether in a stable state, and its angles `phi (n,)`.
 
-    On `edges (n,)` at the fraction `at` of the way, just past the special point; `multipliers (2,)`.
+    On `edges (n,)` at the fraction `at` of the path, just past the special point; `multipliers (2,)`.
     """
 
     landed: bool
@@ -117,7 +117,7 @@ def null_mode(problem, point):
     row = np.zeros(n + 3)
     row[n + 2] = 1.0
     right = np.zeros(n + 3)
-    mode = sway(n)
+    mode = perturbation(n)
     for _ in range(6):
         for j in range(n):
             right[j] = problem.edges[j] * mode[j]
@@ -130,15 +130,15 @@ def null_mode(problem, point):
 
 
 @njit
-def determinant(way, bearing, counts, point):
+def determinant(path, bearing, counts, point):
     """Unstable directions at a point (n+3,), and the determinant of the bordered Hessian there."""
     n = point.size - 3
-    problem = problem_at(way, bearing, point[n + 2], counts)
+    problem = problem_at(path, bearing, point[n + 2], counts)
     return characteristic(problem, second_variation(problem, point[:n], point[n : n + 2]), 0.0)
 
 
 @njit
-def pinpoint(way, bearing, counts, here, step, beyond):
+def pinpoint(path, bearing, counts, here, step, beyond):
     """The point (n+3,) within a `step` ahead of a `Spot` at which the number of unstable directions changes.
 
     The point (n+3,) `beyond` is that at the end of the step.
@@ -149,8 +149,8 @@ def pinpoint(way, bearing, counts, here, step, beyond):
     """
     low, high = 0.0, step
     low_point, high_point = here.point, beyond
-    _, at_low = determinant(way, bearing, counts, low_point)
-    _, at_high = determinant(way, bearing, counts, high_point)
+    _, at_low = determinant(path, bearing, counts, low_point)
+    _, at_high = determinant(path, bearing, counts, high_point)
     side = 0
     share = 0.5
     while high - low > CLOSE:
@@ -160,10 +160,10 @@ def pinpoint(way, bearing, counts, here, step, beyond):
         # Not nearer to either end than the precision, so that the last step takes the zero between two ends.
         share = min(max(share, 0.4 * CLOSE / (high - low)), 1.0 - 0.4 * CLOSE / (high - low))
         guess = low + share * (high - low)
-        point, iterations = back_to_branch(way, bearing, counts, here, guess)
+        point, iterations = back_to_branch(path, bearing, counts, here, guess)
         if iterations < 0:
             break
-        unstable, value = determinant(way, bearing, counts, point)
+        unstable, value = determinant(path, bearing, counts, point)
         if unstable == here.unstable:
             low, low_point, at_low = guess, point, value
             at_high *= 0.5 if side < 0 else 1.0
@@ -176,7 +176,7 @@ def pinpoint(way, bearing, counts, here, step, beyond):
 
 
 @njit
-def next_special_point(way, bearing, counts, here, high):
+def next_special_point(path, bearing, counts, here, high):
     """The next point at which the number of unstable directions changes, ahead of a `Spot`, below a fraction `high`.
 
     Returns what it is, the point (n+3,), its mode (n,), and a `Spot` past it. It is a fold where the fraction turns
@@ -185,12 +185,12 @@ def next_special_point(way, bearing, counts, here, high):
     n = here.point.size - 3
     step = FIRST_STEP
     for _ in range(STEPS):
-        there, used, step = advance(way, bearing, counts, here, min(step, LONGEST_STEP))
+        there, used, step = advance(path, bearing, counts, here, min(step, LONGEST_STEP))
         if used == 0.0:
             break
         if there.unstable != here.unstable:
-            point = pinpoint(way, bearing, counts, here, used, there.point)
-            mode = null_mode(problem_at(way, bearing, point[n + 2], counts), point)
+            point = pinpoint(path, bearing, counts, here, used, there.point)
+            mode = null_mode(problem_at(path, bearing, point[n + 2], counts), point)
             if there.tangent[n + 2] * here.tangent[n + 2] > 0.0:
                 return BIFURCATION_POINT, point, mode, there
             if product(mode, there.tangent[:n]) < 0.0:
@@ -203,52 +203,52 @@ def next_special_point(way, bearing, counts, here, high):
 
 
 @njit
-def lost_from(way, bearing, counts, fraction, phi, multipliers):
-    """Where stability is lost after a fraction of the way at which there is a stable state near `phi (n,)`.
+def lost_from(path, bearing, counts, fraction, phi, multipliers):
+    """Where stability is lost after a fraction of the path at which there is a stable state near `phi (n,)`.
 
     Returns what `next_special_point` does, with the state at the fraction as the last: its `Spot`.
     """
-    found, begin = begin_at(way, bearing, counts, fraction, phi, multipliers)
+    found, begin = begin_at(path, bearing, counts, fraction, phi, multipliers)
     if not found or begin.unstable != 0:
         return NO_POINT, begin.point, np.zeros(phi.size), begin
-    what, point, mode, _ = next_special_point(way, bearing, counts, begin, 1.1 * BEYOND)
+    what, point, mode, _ = next_special_point(path, bearing, counts, begin, 1.1 * BEYOND)
     return what, point, mode, begin
 
 
 @njit
-def part_of(way, begin, end):
-    """The part of a way between two of its fractions, as a way."""
-    before, after = loads_at(way, begin), loads_at(way, end)
-    return ControlPath(pose_at(way, begin), pose_at(way, end), way.at, before[:, 1:].copy(), after[:, 1:].copy())
+def part_of(path, begin, end):
+    """The part of a path between two of its fractions, as a path."""
+    before, after = loads_at(path, begin), loads_at(path, end)
+    return ControlPath(pose_at(path, begin), pose_at(path, end), path.at, before[:, 1:].copy(), after[:, 1:].copy())
 
 
 def critical(
-    way: ControlPath, bearing: Bearing, phi: Array, multipliers: Array, tolerance: float = TOLERANCE
+    path: ControlPath, bearing: Bearing, phi: Array, multipliers: Array, tolerance: float = TOLERANCE
 ) -> SpecialPoint:
-    """Where along a way the stable state `phi (n,)`, `multipliers (2,)` at its begin loses stability.
+    """Where along a path the stable state `phi (n,)`, `multipliers (2,)` at its begin loses stability.
 
     Located to rounding on levels of halved edges, and extrapolated (Richardson) until the estimate of the error is
     below `tolerance` times the fraction. Never raises for numerical reasons: see `SpecialKind`.
     """
-    far = part_of(way, 0.0, BEYOND)
+    far = part_of(path, 0.0, BEYOND)
     branch = follow(far, bearing, phi, multipliers)
     for _ in range(FINER_STARTS):
         if branch.fractions.size > 0:
             break
         # A state close to a fold may exist on finer edges alone.
-        phi = refine_angles(problem_at(way, bearing, 0.0, counts_along(way, bearing, phi.size)), phi, 2)
+        phi = refine_angles(problem_at(path, bearing, 0.0, counts_along(path, bearing, phi.size)), phi, 2)
         branch = follow(far, bearing, phi, multipliers)
     if branch.fractions.size == 0:
-        return _without(way, bearing, SpecialKind.LOST, phi, multipliers)
+        return _without(path, bearing, SpecialKind.LOST, phi, multipliers)
     if branch.reached == 1.0:
-        return _without(way, bearing, SpecialKind.NONE, phi, multipliers)
+        return _without(path, bearing, SpecialKind.NONE, phi, multipliers)
     levels, fraction, error = _extrapolated(
-        _levels(way, bearing, BACK * BEYOND * branch.reached, phi, multipliers), tolerance
+        _levels(path, bearing, BACK * BEYOND * branch.reached, phi, multipliers), tolerance
     )
     if len(levels) < LEAST_LEVELS:
-        return _without(way, bearing, SpecialKind.LOST, phi, multipliers)
+        return _without(path, bearing, SpecialKind.LOST, phi, multipliers)
     if fraction > 1.0:
-        return _without(way, bearing, SpecialKind.NONE, phi, multipliers)
+        return _without(path, bearing, SpecialKind.NONE, phi, multipliers)
     last = levels[-1]
     n = last.edges.size
     return SpecialPoint(
@@ -287,40 +287,40 @@ def _extrapolated(levels: Iterable[_Level], tolerance: float) -> tuple[list[_Lev
     return met, float(fraction), float(error)
 
 
-def _levels(way: ControlPath, bearing: Bearing, begin: float, phi: Array, multipliers: Array) -> Iterator[_Level]:
+def _levels(path: ControlPath, bearing: Bearing, begin: float, phi: Array, multipliers: Array) -> Iterator[_Level]:
     """The special point on levels of halved edges, each sought from the fraction `begin` on; ends where one fails."""
-    reached, phi, multipliers, _ = travel(part_of(way, 0.0, begin), bearing, phi, multipliers)
-    counts = counts_along(way, bearing, phi.size)
+    reached, phi, multipliers, _ = travel(part_of(path, 0.0, begin), bearing, phi, multipliers)
+    counts = counts_along(path, bearing, phi.size)
     begin *= reached
     for _ in range(LEVELS):
-        what, point, mode, here = lost_from(way, bearing, counts, begin, phi, multipliers)
+        what, point, mode, here = lost_from(path, bearing, counts, begin, phi, multipliers)
         if what == NO_POINT:
             return
-        yield _Level(what, point, mode, cut(rod_at(way, bearing, point[-1]).at, counts))
+        yield _Level(what, point, mode, cut(rod_at(path, bearing, point[-1]).at, counts))
         n = phi.size
-        phi = refine_angles(problem_at(way, bearing, begin, counts), here.point[:n], 2)
+        phi = refine_angles(problem_at(path, bearing, begin, counts), here.point[:n], 2)
         multipliers = here.point[n : n + 2].copy()
         counts = 2 * counts
 
 
-def _without(way: ControlPath, bearing: Bearing, kind: SpecialKind, phi: Array, multipliers: Array) -> SpecialPoint:
+def _without(path: ControlPath, bearing: Bearing, kind: SpecialKind, phi: Array, multipliers: Array) -> SpecialPoint:
     """No special point: the state as far as it can be followed."""
-    reached, phi, multipliers, _ = travel(way, bearing, phi, multipliers)
-    edges = cut(rod_at(way, bearing, reached).at, counts_along(way, bearing, phi.size))
+    reached, phi, multipliers, _ = travel(path, bearing, phi, multipliers)
+    edges = cut(rod_at(path, bearing, reached).at, counts_along(path, bearing, phi.size))
     return SpecialPoint(kind, 1.0, 0.0, float(reached), edges, phi, multipliers, np.zeros(phi.size))
 
 
-def falls(way: ControlPath, bearing: Bearing, point: SpecialPoint) -> tuple[FallOutcome, ...]:
+def falls(path: ControlPath, bearing: Bearing, point: SpecialPoint) -> tuple[FallOutcome, ...]:
     """Where the rod lands after a special point, nudged along its mode and against it; one outcome if that is the same.
 
     At a bifurcation both ways are as likely as each other; they may, or may not, lead into the same state.
     """
     at = point.reached * (1.0 + PAST)
-    edges = cut(rod_at(way, bearing, at).at, counts_along(way, bearing, point.phi.size))
+    edges = cut(rod_at(path, bearing, at).at, counts_along(path, bearing, point.phi.size))
     both = [
         FallOutcome(bool(landed), at, edges, phi, multipliers)
         for landed, phi, multipliers in (
-            land(way, at, bearing, point.phi, point.multipliers, sign * NUDGE * point.mode) for sign in (1.0, -1.0)
+            land(path, at, bearing, point.phi, point.multipliers, sign * NUDGE * point.mode) for sign in (1.0, -1.0)
         )
     ]
     is_one = both[0].landed == both[1].landed and float(np.max(np.abs(both[0].phi - both[1].phi))) < SAME

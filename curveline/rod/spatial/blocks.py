@@ -24,24 +24,24 @@ def along_rotations(q, slope, bending, force, curvature):
     along q, adds nothing. The lower triangle of `bending` is read.
     """
     # Twice the changes of q by turns about m1, m2, t: (-x, w, -z, y), (-y, z, w, -x), (-z, -y, x, w).
-    ways = np.empty((3, 4))
+    slopes = np.empty((3, 4))
     for a in range(3):
-        ways[a, 0] = -q[1 + a]
-        ways[a, 1 + a] = q[0]
-        ways[a, 1 + (a + 1) % 3] = -q[1 + (a + 2) % 3]
-        ways[a, 1 + (a + 2) % 3] = q[1 + (a + 1) % 3]
+        slopes[a, 0] = -q[1 + a]
+        slopes[a, 1 + a] = q[0]
+        slopes[a, 1 + (a + 1) % 3] = -q[1 + (a + 2) % 3]
+        slopes[a, 1 + (a + 2) % 3] = q[1 + (a + 1) % 3]
     half = np.empty(4)
     for a in range(3):
         force[a] = 0.0
         for r in range(4):
-            force[a] += 0.5 * ways[a, r] * slope[r]
+            force[a] += 0.5 * slopes[a, r] * slope[r]
             half[r] = 0.0
             for c in range(4):
-                half[r] += ways[a, c] * (bending[r, c] if r >= c else bending[c, r])
+                half[r] += slopes[a, c] * (bending[r, c] if r >= c else bending[c, r])
         for b in range(a + 1):
             total = 0.0
             for r in range(4):
-                total += ways[b, r] * half[r]
+                total += slopes[b, r] * half[r]
             curvature[a, b] = 0.25 * total
             curvature[b, a] = curvature[a, b]
 
@@ -50,26 +50,26 @@ def along_rotations(q, slope, bending, force, curvature):
 def halve_rotation(single, slope, bending):
     """Turn slope (4,) and Hessian (4, 4), lower triangle, by the square of `single (4,)` into those by itself."""
     # The square is (w^2 - x^2 - y^2 - z^2, 2 w x, 2 w y, 2 w z); its slopes are the rows below.
-    ways, inner, half, outer = np.zeros((4, 4)), np.empty((4, 4)), np.empty(4), np.empty(4)
+    slopes, inner, half, outer = np.zeros((4, 4)), np.empty((4, 4)), np.empty(4), np.empty(4)
     for a in range(4):
-        ways[a, a] = 2.0 * single[0]
+        slopes[a, a] = 2.0 * single[0]
         if a > 0:
-            ways[0, a] = 2.0 * single[a]
-            ways[a, 0] = -2.0 * single[a]
+            slopes[0, a] = 2.0 * single[a]
+            slopes[a, 0] = -2.0 * single[a]
         outer[a] = slope[a]
         for b in range(a + 1):
             inner[a, b] = inner[b, a] = bending[a, b]
     for a in range(4):
         slope[a] = 0.0
         for r in range(4):
-            slope[a] += ways[a, r] * outer[r]
+            slope[a] += slopes[a, r] * outer[r]
             half[r] = 0.0
             for c in range(4):
-                half[r] += ways[a, c] * inner[r, c]
+                half[r] += slopes[a, c] * inner[r, c]
         for b in range(a + 1):
             bending[a, b] = 0.0
             for r in range(4):
-                bending[a, b] += ways[b, r] * half[r]
+                bending[a, b] += slopes[b, r] * half[r]
     bending[0, 0] += 2.0 * outer[0]
     for a in range(1, 4):
         bending[a, a] -= 2.0 * outer[0]
@@ -83,32 +83,32 @@ def vertex_blocks(turned, force, curvature, before, after, gradient, hessian):
     `turned (3, 3)` is the rotation between the frames, `force (3,)` and `curvature (3, 3)` come from `along_rotations`,
     `before` and `after` are the edges' lengths. The lower triangle of the Hessian is filled.
     """
-    ways = np.zeros((8, 3))
-    ways[0, 1] = -1.0 / before
-    ways[1, 0] = 1.0 / before
-    ways[3, 2] = -1.0
+    slopes = np.zeros((8, 3))
+    slopes[0, 1] = -1.0 / before
+    slopes[1, 0] = 1.0 / before
+    slopes[3, 2] = -1.0
     for a in range(3):
-        ways[4, a] = turned[a, 1] / after
-        ways[5, a] = -turned[a, 0] / after
-        ways[7, a] = turned[a, 2]
+        slopes[4, a] = turned[a, 1] / after
+        slopes[5, a] = -turned[a, 0] / after
+        slopes[7, a] = turned[a, 2]
     half = np.empty(3)
     for r in range(8):
         gradient[r] = 0.0
         for a in range(3):
-            gradient[r] += ways[r, a] * force[a]
+            gradient[r] += slopes[r, a] * force[a]
             half[a] = 0.0
             for b in range(3):
-                half[a] += ways[r, b] * curvature[a, b]
+                half[a] += slopes[r, b] * curvature[a, b]
             if r > 3:
                 # From -phi_e x phi_f / 2; the rows of the edge before have the sign of -phi_e.
                 b, c = (a + 1) % 3, (a + 2) % 3
-                half[a] += 0.5 * (ways[r, b] * force[c] - ways[r, c] * force[b])
+                half[a] += 0.5 * (slopes[r, b] * force[c] - slopes[r, c] * force[b])
         for c in range(min(r, 3) + 1):
-            hessian[r, c] = ways[c, 0] * half[0] + ways[c, 1] * half[1] + ways[c, 2] * half[2]
+            hessian[r, c] = slopes[c, 0] * half[0] + slopes[c, 1] * half[1] + slopes[c, 2] * half[2]
         for a in range(3):
-            half[a] = ways[r, 0] * curvature[0, a] + ways[r, 1] * curvature[1, a] + ways[r, 2] * curvature[2, a]
+            half[a] = slopes[r, 0] * curvature[0, a] + slopes[r, 1] * curvature[1, a] + slopes[r, 2] * curvature[2, a]
         for c in range(4, r + 1):
-            hessian[r, c] = ways[c, 0] * half[0] + ways[c, 1] * half[1] + ways[c, 2] * half[2]
+            hessian[r, c] = slopes[c, 0] * half[0] + slopes[c, 1] * half[1] + slopes[c, 2] * half[2]
     for at in range(0, 8, 4):
         # The second-order part of either edge's own turn: a longer edge turns less, a spinning one sideways.
         length = after if at else before

@@ -15,7 +15,7 @@ from curveline.units import to_mm
 if TYPE_CHECKING:
     from curveline.displays.capability import Ability, AxisReach, Budget, Leaving
     from curveline.displays.lint import Suspicion
-    from curveline.planning.reachability import Door
+    from curveline.planning.reachability import Access
     from curveline.scene import Display
 
 WIDTH = 80
@@ -76,7 +76,7 @@ class _Checked(NamedTuple):
             "axes": [_axis_document(reach) for reach in reaches(display)],
             "level_lengths_mm": [_mm_or_none(held.shortest), _mm_or_none(held.longest)],
             "leaves_plane": [_leaving_document(each) for each in self.ability.leaving],
-            "from_home": [_door_document(door) for door in self.ability.departures.doors],
+            "from_home": [_entry_document(entry) for entry in self.ability.departures.entries],
             "radio": {
                 "channel": display.radio.channel,
                 "data_rate": display.radio.data_rate,
@@ -116,7 +116,7 @@ class _Checked(NamedTuple):
         yield from _headed(screen.table([BUDGET_HEAD, *self._budget_rows()]))
         yield from self._axis_lines()
         yield from _wrapped(f"level nodes: {self._held_text()}")
-        if (doors := self.ability.departures.doors) and all(door.is_open for door in doors):
+        if (entries := self.ability.departures.entries) and all(entry.is_open for entry in entries):
             yield "from home a plan leads to every kind of shape"
         radio = display.radio
         yield f"radio: channel {radio.channel} ({2400 + radio.channel} MHz), {radio.data_rate}, addresses"
@@ -178,8 +178,13 @@ def _leaving_document(leaving: Leaving) -> dict[str, Any]:
     return {"state": leaving.state, "lengths_mm": [to_mm(leaving.low), to_mm(leaving.high)]}
 
 
-def _door_document(door: Door) -> dict[str, Any]:
-    return {"shape": door.kind, "states": list(door.wanted), "possible": door.is_open, "reason": door.reason or None}
+def _entry_document(entry: Access) -> dict[str, Any]:
+    return {
+        "shape": entry.kind,
+        "states": list(entry.wanted),
+        "possible": entry.is_open,
+        "reason": entry.reason or None,
+    }
 
 
 def _axis_document(reach: AxisReach) -> dict[str, Any]:
