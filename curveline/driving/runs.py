@@ -97,6 +97,23 @@ class Run:
             RunEnding.DAMAGED: f"is damaged: {self.reason}",
         }[self.ending]
 
+    def document(self) -> dict[str, Any]:
+        """The run as plain data; what is not known is null."""
+        told = {"reason": self.reason, "advice": self.advice, "resume": self.command}
+        return {
+            "run": self.folder.name,
+            "folder": str(self.folder),
+            "display": self.display or None,
+            "plan": self.plan or None,
+            "began": self.began,
+            "ending": self.ending.value,
+            "steps_done": self.steps_done,
+            "steps": self.steps,
+            "process": self.process or None,
+            "can_resume": self.can_resume,
+            **{key: text or None for key, text in told.items()},
+        }
+
 
 def read_runs(runs: Path, display: str = "") -> Iterator[Run]:
     """All runs in the runs folder, or those of one display, the newest first."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from typing import Any
 
 from curveline.cli.printing import node_table
 from curveline.driving.rod_report import rod_lines
@@ -20,24 +19,6 @@ def describe(result: RunResult) -> Iterator[str]:
     yield from node_table.table(report.nodes, result.plan.drive)
     yield from (shape.line() for shape in result.shapes if shape.step < report.steps)
     yield from rod_lines(result.playback, result.promise)
-
-
-def document(run: Run) -> dict[str, Any]:
-    """A run as plain data; what is not known is null."""
-    told = {"reason": run.reason, "advice": run.advice, "resume": run.command}
-    return {
-        "run": run.folder.name,
-        "folder": str(run.folder),
-        "display": run.display or None,
-        "plan": run.plan or None,
-        "began": run.began,
-        "ending": run.ending.value,
-        "steps_done": run.steps_done,
-        "steps": run.steps,
-        "process": run.process or None,
-        "can_resume": run.can_resume,
-        **{key: text or None for key, text in told.items()},
-    }
 
 
 def lines(run: Run) -> list[str]:

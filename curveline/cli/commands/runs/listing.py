@@ -33,7 +33,7 @@ def listing(
             raise InvalidInput("options before a command of `curveline runs` mean nothing", hint)
         return
     from curveline import __version__
-    from curveline.cli.printing.run_text import document, lines
+    from curveline.cli.printing.run_text import lines
     from curveline.driving.runs import read_runs
     from curveline.shapes.files import read_display
 
@@ -43,7 +43,7 @@ def listing(
     is_more = not everything and len(found) > SHOWN
     found = found if everything else found[:SHOWN]
     if json:
-        screen.emit({"curveline": __version__, "runs": [document(run) for run in found], "is_more": is_more})
+        screen.emit({"curveline": __version__, "runs": [run.document() for run in found], "is_more": is_more})
     else:
         screen.result("\n".join(line for run in found for line in lines(run)) or "no runs")
     if is_more:

@@ -22,7 +22,7 @@ def show(
 ) -> None:
     """Show the log of a run: when which step was released and done, what stopped it, and who went on with it."""
     from curveline import __version__
-    from curveline.cli.printing.run_text import document, lines
+    from curveline.cli.printing.run_text import lines
     from curveline.driving.logbook import log_of, plain
     from curveline.driving.runs import RunEnding, read_run
     from curveline.radio.host.journal import FILE_NAME, read_journal
@@ -34,7 +34,7 @@ def show(
     except InvalidInput:
         records = []
     if json:
-        screen.emit({"curveline": __version__, **document(found), "records": plain(records)})
+        screen.emit({"curveline": __version__, **found.document(), "records": plain(records)})
     else:
         screen.result("\n".join([*lines(found), *(line for entry in log_of(records) for line in _lines(entry))]))
     raise typer.Exit(EXIT_USAGE if is_damaged else 0)

@@ -1,0 +1,44 @@
+"""Learning which devices are the nodes of a display: who answers, whether they fit, and what the key file will say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from curveline.drive_settings import DriveSettings
+from curveline.errors import InvalidInput, LinkError
+from curveline.radio.host.scan import ScannedNode, problems, scan
+from curveline.radio.interface import open_radio
+from curveline.radio.site import key_file
+from curveline.radio.site.key_file import UNKNOWN_CHIP, SiteFile
+
+
+@dataclass(frozen=True)
+class Adoption:
+    """The devices that answered on the addresses of a display, and the key file that is to record them."""
+
+    found: Sequence[ScannedNode]
+    site: SiteFile
+
+    def record(self) -> SiteFile:
+        """Write them down: from then on only these are obeyed and believed."""
+        return key_file.adopt(self.site, {each.address: each.chip for each in self.found})
+
+
+def find_devices(spec: str, drive: DriveSettings, runs: Path, site: SiteFile) -> Adoption:
+    """Ask every address; LinkError unless exactly one fitting device answers on each.
+
+    InvalidInput for a radio whose nodes hold no key of the site.
+    """
+    with key_file.lenient(), closing(open_radio(spec, drive, runs)) as radio:
+        if radio.site.master != site.master:
+            raise InvalidInput("the nodes of this radio hold no key of a site", "for a trial, use --radio mock:keys")
+        found = scan(radio, drive)
+    wrong = [text for each in found for text in problems(each, UNKNOWN_CHIP, drive)]
+    if wrong:
+        raise LinkError("; ".join(wrong), "nothing was recorded; put that right, then adopt again")
+    if len({each.chip for each in found}) < len(found):
+        raise LinkError("one device answers on two addresses", "see which node was flashed with a wrong address")
+    return Adoption(found, site)
