@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from curveline.scene import Axis, Display
 from curveline.units import to_deg, to_mm
 
+MAX_EDGES_PER_S = 48_000_000 // 139
+"""Encoder edges of all axes together that a node can count: each takes 139 cycles of its processor, at 48 MHz."""
 LEAST_RATE = 1e-15
 """Counts per unit, speeds and accelerations below this are none: nothing may overflow that is divided by them."""
 DATA_RATES = ("250kbps", "1Mbps", "2Mbps")

@@ -12,6 +12,7 @@ import pytest
 
 from curveline.displays.capability import Ability, Held, departures_of
 from curveline.displays.lint import Suspicion, suspicions
+from curveline.drive_settings import MAX_EDGES_PER_S, drive_settings
 from curveline.errors import Infeasible, InvalidInput
 from curveline.loading.pushes import Push, check_place
 from curveline.loading.snap_through import check_steps
@@ -326,6 +327,23 @@ def test_taking_so_much_rod_off_is_enough(tmp_path: Path, seed: int) -> None:
         SHAPE.format(height=0.0, angle=0.0, length=repr(length - float(re.findall(NUMBER, hint)[0])), at=0.5)
     )
     assert hints(path) == []
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_most_counts_per_turn_are_accepted(tmp_path: Path, seed: int) -> None:
+    chance = random.Random(f"edges {seed}")
+    speeds = {"extrude_mm_per_s": f"{chance.uniform(5, 50)!r}", "bias_deg_per_s": f"{chance.uniform(10, 90)!r}"}
+    path = tmp_path / "mine.toml"
+    path.write_text(written({**speeds, "counts_per_turn": "8e5"}, builtin_text("single")))
+    with pytest.raises(InvalidInput) as found:
+        read_display(path)
+    (most,) = re.findall(NUMBER, found.value.diagnostics[0].hint)
+    path.write_text(written({**speeds, "counts_per_turn": most}, builtin_text("single")))
+    axes = drive_settings(read_display(path)).axes
+    assert sum(axis.speed * axis.counts_per_unit for axis in axes) <= MAX_EDGES_PER_S
+    path.write_text(written({**speeds, "counts_per_turn": f"{1.001 * float(most)}"}, builtin_text("single")))
+    with pytest.raises(InvalidInput):
+        read_display(path)
 
 
 @pytest.mark.parametrize("strain", [0.001, 0.002, 0.0037, 0.00455])

@@ -17,6 +17,7 @@ from curveline.displays.capability import (
     straight_budget,
     undrivable,
 )
+from curveline.drive_settings import MAX_EDGES_PER_S
 from curveline.plan_file import MAX_STEP_SECONDS
 from curveline.planning.funnels import ANGLES
 from curveline.scene import DOWN, Display
@@ -34,6 +35,8 @@ LEAST_BIAS = min(ANGLES)
 """Angle of nodes below which there is no funnel [rad]."""
 COARSE = 0.1
 """Size of an encoder count, in mm or degrees, from which on it is seen in a curve."""
+BUSY = 0.5
+"""Share of a node's processor beyond which its encoders leave little to control and radio."""
 LAST_FREE_CHANNEL = 83
 """The band that is free for all ends at 2483.5 MHz; a channel is a MHz above 2400."""
 MODULI = (gpa(1e-3), gpa(1300.0))
@@ -202,6 +205,13 @@ def _motors(display: Display) -> Iterator[Suspicion]:
     """Positions that cannot be sent or told, counts that are coarse, ways that take too long for one step."""
     if fault := undrivable(display):
         yield Suspicion("no-plan", "drive", fault, "correct counts_per_turn, the ways per turn and the speeds")
+    edges = math.fsum(reach.drive.counts_per_unit * reach.drive.speed for reach in reaches(display))
+    if edges > BUSY * MAX_EDGES_PER_S:
+        share = 100.0 * edges / MAX_EDGES_PER_S
+        message = f"at full speed counting {edges:.0f} edges/s takes {share:.0f} % of a node's processor"
+        yield Suspicion(
+            "busy-node", "drive.counts_per_turn", message, "count fewer edges per turn, or lower the speeds"
+        )
     for reach in reaches(display):
         key = f"drive, {reach.name}"
         farthest = f"{max(abs(reach.low), abs(reach.high)):g} {reach.unit}"

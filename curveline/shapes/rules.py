@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from curveline.drive_settings import MAX_EDGES_PER_S
 from curveline.scene import Display, Range, Vector
 from curveline.shapes.rod_rules import check_rod
 from curveline.shapes.toml_document import Document, counted, shown, unit_of
@@ -28,6 +29,7 @@ def check_display(document: Document) -> None:
     _check_gravity(document)
     _check_clamp(document)
     _check_addresses(document)
+    _check_edges(document)
     check_rod(document)
 
 
@@ -104,6 +106,31 @@ def _check_addresses(document: Document) -> None:
             message = f"address {address} is that of node {first + 1} already"
             path: KeyPath = ("radio", "addresses", index)
             document.problem(path, "duplicate-address", message, "give every node an address of its own")
+
+
+def _check_edges(document: Document) -> None:
+    """A node must be able to count the edges of its three encoders while all motors run at full speed."""
+    path: KeyPath = ("drive", "counts_per_turn")
+    counts = document.number(*path)
+    turns = [_turns_per_second(document, *each) for each in (("extrude", "mm"), ("translate", "mm"), ("bias", "deg"))]
+    if counts is None or None in turns:
+        return
+    fastest = math.fsum(filter(None, turns))
+    edges = counts * fastest
+    if edges <= MAX_EDGES_PER_S:
+        return
+    bring, takes = told_apart(edges, MAX_EDGES_PER_S, 6)
+    message = f"at full speed the three encoders bring {bring} edges/s together, and a node can count {takes}"
+    most = rounded_down(MAX_EDGES_PER_S / fastest, DIGITS)
+    hint = f"at these speeds counts_per_turn may be {most:g} at most: count fewer edges per turn, or lower the speeds"
+    document.problem(path, "too-many-edges", message, hint)
+
+
+def _turns_per_second(document: Document, axis: str, unit: str) -> float | None:
+    """How fast the gearbox of an axis turns at its full speed; None if the file does not say, or not well."""
+    speed = document.number("drive", f"{axis}_{unit}_per_s")
+    way = document.number("drive", f"{axis}_{unit}_per_turn")
+    return None if speed is None or way is None else speed / way
 
 
 def _check_counts(document: Document, display: Display | None) -> None:

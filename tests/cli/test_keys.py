@@ -12,7 +12,7 @@ import typer
 
 from curveline.drive_settings import drive_settings
 from curveline.radio.site.key_file import SiteFile, adopt, read_site, settings_record
-from curveline.shapes.files import read_display
+from curveline.shapes.files import builtin_text, read_display
 from hexfile import bytes_of
 
 from .conftest import Run
@@ -97,6 +97,22 @@ def test_without_keys_the_hint_says_how_to_make_them(run: Run, monkeypatch: pyte
         assert "curveline keys new" in err
     assert run("status", "--radio", "mock").code == 0
     assert run("status", "--radio", "mock:keys", "--scan").code == 0
+
+
+def test_encoders_that_are_too_fast_for_a_node_pass_neither_a_check_nor_into_an_image(
+    run: Run, keys: Path, tmp_path: Path
+) -> None:
+    fast = tmp_path / "fast.toml"
+    fast.write_text(builtin_text("single").replace("counts_per_turn = 8344", "counts_per_turn = 400000"))
+    (tmp_path / "node.hex").write_text(HEX)
+    target = tmp_path / "node1.hex"
+    image = ("keys", "node", 1, "--hex", tmp_path / "node.hex", "-o", target, "--display", fast)
+    for command in (("display", "check", fast), image):
+        code, out, err = run(*command)
+        assert (code, out) == (2, "")
+        assert f"{fast}:28:19: error[too-many-edges]" in err
+        assert "468302 edges/s together, and a node can count 345323" in err
+    assert not target.exists()
 
 
 def test_nodes_are_adopted_and_from_then_on_believed(run: Run, keys: Path, plan_file: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from curveline.drive_settings import AxisDrive
+from curveline.drive_settings import MAX_EDGES_PER_S, AxisDrive
 from curveline.errors import InvalidInput
 from curveline.radio.protocol.codes import POSITION_LIMIT
 from curveline.radio.protocol.motion import (
@@ -204,3 +204,16 @@ def test_travel_where_no_node_can_tell_its_position_is_refused(counts_per_unit: 
         with pytest.raises(InvalidInput, match="translate axis would stay between") as caught:
             axes_of(replace(drive, axes=(*drive.axes[:2], far)))
         assert "[limits]" in caught.value.hint
+
+
+def test_edges_of_all_axes_together_are_no_more_than_a_node_can_count() -> None:
+    drive = drive_table()
+    third = MAX_EDGES_PER_S // 3
+    for rate, is_fine in ((third, True), (third + 1, False)):
+        axes = tuple(replace(axis, speed=rate / axis.counts_per_unit * (1.0 + 1e-9)) for axis in drive.axes)
+        asked = replace(drive, axes=(axes[0], axes[1], axes[2]))
+        if is_fine:
+            assert sum(axis.speed for axis in axes_of(asked)) == 3 * third
+        else:
+            with pytest.raises(InvalidInput, match=r"bring 345,324 edges/s, and a node can count 345,323"):
+                axes_of(asked)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from hashlib import blake2s
 from math import isqrt
 
-from curveline.drive_settings import AXES, AxisDrive, DriveSettings
+from curveline.drive_settings import AXES, MAX_EDGES_PER_S, AxisDrive, DriveSettings
 from curveline.errors import InvalidInput
 from curveline.radio.protocol.codes import POSITION_LIMIT, Counts
 
@@ -37,9 +37,16 @@ Axes = tuple[AxisLimits, AxisLimits, AxisLimits]
 def axes_of(drive: DriveSettings) -> Axes:
     """Limits that nodes of a display hold; travel ends where a STATUS frame could no longer report the position.
 
-    InvalidInput for an axis too slow or too gentle for the 64 bits of the arithmetic, or beyond what can be reported.
+    InvalidInput for an axis too slow or too gentle for the 64 bits of the arithmetic, or beyond what can be reported,
+    and for encoders that bring edges faster than a node counts them.
     """
-    extrude, bias, translate = (_axis_limits(name, axis) for name, axis in zip(AXES, drive.axes, strict=True))
+    axes = extrude, bias, translate = [_axis_limits(*each) for each in zip(AXES, drive.axes, strict=True)]
+    edges = sum(axis.speed for axis in axes)
+    if edges > MAX_EDGES_PER_S:
+        raise InvalidInput(
+            f"at full speed the three encoders bring {edges:,} edges/s, and a node can count {MAX_EDGES_PER_S:,}",
+            hint="lower the speeds or counts_per_turn in the [drive] section of the display file",
+        )
     return extrude, bias, translate
 
 
