@@ -24,6 +24,7 @@ from curveline.cli.commands.node import status as node_status
 from curveline.cli.commands.runs import listing
 from curveline.cli.commands.runs import show as show_run
 from curveline.cli.printing import screen
+from curveline.cli.usage import WordedCommands
 from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError, LinkError, SystemRefusal
 from curveline.system.portable import is_hang_up
 from curveline.system.refusals import hint_of, message_of
@@ -39,6 +40,7 @@ LINKED = (send.send, status.status, stop.stop, adopt.adopt, node_status.status, 
 
 app = typer.Typer(
     name="curveline",
+    cls=WordedCommands,
     help="Simulate, plan and drive shape displays made of flexible rods.",
     epilog=EPILOG,
     no_args_is_help=True,

@@ -1,0 +1,84 @@
+"""What is wrong with an option, in words: what was given, what is allowed, in the unit that the option's name says."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+NUMBER = {"float_parsing": "number", "int_parsing": "whole number", "int_from_float": "whole number"}
+MINUS = "\N{MINUS SIGN}"
+BOUNDS = frozenset({"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"})
+
+
+class WordedCommands(TyperGroup):
+    """The commands of the program; what the validation of an option says of Python's types is said in words."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """See TyperGroup."""
+        try:
+            return super().invoke(ctx)
+        except typer.BadParameter as error:
+            error.message = in_words(error)
+            raise
+
+
+def in_words(error: typer.BadParameter) -> str:
+    """The message about an option's value; as it is where the value was not refused for its type or its size."""
+    from curveline.shapes.toml_document import nearest, unit_of
+
+    details = _details(error)
+    names = [name.replace("-", "_") for name in getattr(error.param, "opts", ())]
+    unit = next((unit for unit in map(unit_of, names) if unit), " %" if "percent" in "".join(names) else "")
+    given, kind = str(details.get("input", "")), str(details.get("type", ""))
+    if kind in NUMBER:
+        return f"{given[:40]!r} is no {NUMBER[kind]}{_better(given, NUMBER[kind], unit)}"
+    if kind in BOUNDS:
+        return f"{given[:40]}{unit} is not allowed: give {_allowed(error.param, details)}{unit}"
+    choices = getattr(getattr(error.param, "type_descriptor", None), "choices", None) or ()
+    guess = nearest(given, [str(getattr(choice, "value", choice)) for choice in choices])
+    return f"{error.message.removeprefix('Value error, ').rstrip('.')}{guess and f'; {guess.strip()}'}"
+
+
+def _details(error: typer.BadParameter) -> Mapping[str, Any]:
+    """The first finding of the validation that refused a value; empty if it was something else."""
+    find = getattr(error.__cause__, "errors", None)
+    found = find() if callable(find) else []
+    return found[0] if found else {}
+
+
+def _better(given: str, noun: str, unit: str) -> str:
+    """The number that was probably meant, as the end of a sentence."""
+    match = re.fullmatch(rf"\s*([-{MINUS}+]?\d+)(?:([.,])(\d+))?\s*([^\d\s]*)\s*", given)
+    if match is None:
+        return ""
+    whole, point, decimals, suffix = match.groups()
+    if noun == "whole number" and point:
+        return ""
+    number = f"{whole.replace(MINUS, '-')}{'.' + decimals if decimals else ''}"
+    if suffix and suffix != unit.strip():
+        return f": give the number of{unit} alone" if unit else ""
+    return f": write {number}{suffix and f', it is in{unit}'}"
+
+
+def _allowed(param: Any, details: Mapping[str, Any]) -> str:
+    """The range of an option's values."""
+    info = getattr(getattr(param, "type_descriptor", None), "parameter_info", None)
+    least, most = getattr(info, "min", None), getattr(info, "max", None)
+    if least is None and most is None:
+        context = details.get("ctx", {})
+        least = context.get("ge", context.get("gt"))
+        most = context.get("le", context.get("lt"))
+    if least is None or most is None:
+        return f"at least {_decimal(least)}" if most is None else f"at most {_decimal(most)}"
+    return f"{_decimal(least)} to {_decimal(most)}"
+
+
+def _decimal(number: float | None) -> str:
+    """A number without an exponent, as people write it."""
+    from decimal import Decimal
+
+    return "a finite number" if number is None else f"{Decimal(repr(number)).normalize():f}"
