@@ -27,6 +27,7 @@ from curveline.drive_settings import (
 )
 from curveline.errors import Diagnostic, InvalidInput
 from curveline.notebook import html_of, svg_of
+from curveline.system.file_kinds import PLAN, refuse_other_kind
 from curveline.system.files import AnyPath, decode_text, excerpt, read_file, write_file
 from curveline.system.json_records import Decoder
 from curveline.units import beyond, told_apart
@@ -178,6 +179,7 @@ def read_plan(path: AnyPath) -> Plan:
 
 def from_json(text: str, path: str) -> Plan:
     """The plan in a JSON document; `path` names it in the Diagnostics of InvalidInput."""
+    refuse_other_kind(text, path, PLAN)
     decoder = Decoder()
     try:
         document = _parse(text, path, decoder)

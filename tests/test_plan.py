@@ -155,7 +155,7 @@ def test_a_plan_is_not_written_over_devices_or_into_nothing(tmp_path: Path) -> N
     for path, code in [
         (tmp_path / "pipe", "not-a-file"),
         (tmp_path, "not-a-file"),
-        (tmp_path / "no" / "p", "unwritable"),
+        (tmp_path / "no" / "p", "no-such-folder"),
     ]:
         (found,) = problems(lambda path=path: write_plan(PLAN, path, force=True))
         assert found.code == code

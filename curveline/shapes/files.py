@@ -31,6 +31,7 @@ from curveline.shapes.rules import check_display, check_shape
 from curveline.shapes.tables import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, ShapeTable
 from curveline.shapes.toml_document import Document, nearest, shown
 from curveline.shapes.toml_location import KeyPath
+from curveline.system.file_kinds import DISPLAY, SHAPE, refuse_other_kind
 from curveline.system.files import AnyPath, decode_text, read_file, refuse_file
 from curveline.units import deg, mm, nmm
 
@@ -63,7 +64,9 @@ class ShapeFile:
         self._name = os.fspath(path)
         data = read_file(self._name, MAX_BYTES)
         self._digest = hashlib.sha256(data).hexdigest()
-        self._document = Document(self._name, decode_text(data, self._name))
+        text = decode_text(data, self._name)
+        refuse_other_kind(text, self._name, SHAPE)
+        self._document = Document(self._name, text)
         hint = "a shape needs name, display, nodes and segments: copy one of the examples in shapes/"
         _refuse_empty(self._document, hint)
         # What is of the wrong type must be known before the display is looked up by its name.
@@ -101,9 +104,9 @@ def read_display(name_or_path: AnyPath, relative_to: AnyPath = "") -> Display:
     name = os.fspath(name_or_path)
     if name in builtin_displays():
         return _builtin_display(name)
-    if not name.endswith(".toml"):
-        refuse_file(name, "unknown-display", f"there is no built-in display {shown(name)}", _hint_for_display(name))
     path = os.path.join(os.fspath(relative_to), name)
+    if not name.endswith(".toml") and not os.path.isfile(path):
+        refuse_file(name, "unknown-display", f"there is no built-in display {shown(name)}", _hint_for_display(name))
     return replace(_display(read_file(path, MAX_BYTES), path), path=os.path.abspath(path))
 
 
@@ -148,7 +151,9 @@ def _display_of(document: Document) -> tuple[Display | None, tuple[Diagnostic, .
 
 
 def _display(data: bytes, path: str) -> Display:
-    document = Document(path, decode_text(data, path))
+    text = decode_text(data, path)
+    refuse_other_kind(text, path, DISPLAY)
+    document = Document(path, text)
     _refuse_empty(document, "copy the file of a built-in display and change it")
     model = document.validate(DisplayTable)
     check_display(document)
