@@ -244,7 +244,7 @@ ODD_BYTES = {
     "surrogate": (b'name = "\xed\xa0\x80"\n', (1, 9, "encoding")),
     "lone-carriage-return": (b'name = "x"\rdisplay = "single"\n', (1, 11, "toml-syntax")),
     "escape-sequence": (b'name = "x"\n\x1b[31m\n', (2, 1, "toml-syntax")),
-    "bad-escape": (b'name = "a\\q"\n', (1, 12, "toml-syntax")),
+    "bad-escape": (b'name = "a\\q"\n', (1, 8, "toml-syntax")),
     "ten-megabytes": (b"#" * 10_000_000, (1, 1, "too-large")),
     "one-byte-too-many": (b"#" * (MAX_BYTES + 1), (1, 1, "too-large")),
 }

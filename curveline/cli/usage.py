@@ -28,7 +28,8 @@ class WordedCommands(TyperGroup):
 
 def in_words(error: typer.BadParameter) -> str:
     """The message about an option's value; as it is where the value was not refused for its type or its size."""
-    from curveline.shapes.toml_document import nearest, unit_of
+    from curveline.shapes.key_units import unit_of
+    from curveline.shapes.toml_document import nearest
 
     details = _details(error)
     names = [name.replace("-", "_") for name in getattr(error.param, "opts", ())]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
@@ -42,6 +43,9 @@ QUANTITIES: Mapping[str, tuple[str, ...]] = {
 }
 """Table of a shape file -> the keys in it whose numbers can be any in a range; besides these, the parts of a force."""
 
+SAFE_PATH = re.compile(r"[^\\\x00-\x1f]*")
+"""A path in quotes that means what it looks like, on every system."""
+
 MAX_BYTES = 1_000_000
 """Size limit of a shape or display file; real ones have a few kilobytes."""
 
@@ -66,7 +70,7 @@ class ShapeFile:
         self._digest = hashlib.sha256(data).hexdigest()
         text = decode_text(data, self._name)
         refuse_other_kind(text, self._name, SHAPE)
-        self._document = Document(self._name, text)
+        self._document = Document(self._name, text, QUANTITIES)
         hint = "a shape needs name, display, nodes and segments: copy one of the examples in shapes/"
         _refuse_empty(self._document, hint)
         # What is of the wrong type must be known before the display is looked up by its name.
@@ -104,7 +108,7 @@ def read_display(name_or_path: AnyPath, relative_to: AnyPath = "") -> Display:
     name = os.fspath(name_or_path)
     if name in builtin_displays():
         return _builtin_display(name)
-    path = os.path.join(os.fspath(relative_to), name)
+    path = os.path.join(os.fspath(relative_to), os.path.expanduser(name))
     if not name.endswith(".toml") and not os.path.isfile(path):
         refuse_file(name, "unknown-display", f"there is no built-in display {shown(name)}", _hint_for_display(name))
     return replace(_display(read_file(path, MAX_BYTES), path), path=os.path.abspath(path))
@@ -146,7 +150,8 @@ def _display_of(document: Document) -> tuple[Display | None, tuple[Diagnostic, .
         if first.code not in ("unknown-display", "no-such-file"):
             return None, error.diagnostics
         message = first.message if first.code == "unknown-display" else f"there is no display file {shown(first.path)}"
-        document.problem(("display",), "unknown-display", message, _hint_for_display(name))
+        escape = "write / between folders: in quotes a \\ begins an escape" if not SAFE_PATH.fullmatch(name) else ""
+        document.problem(("display",), "unknown-display", message, escape or _hint_for_display(name))
         return None, ()
 
 

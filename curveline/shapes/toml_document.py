@@ -5,14 +5,17 @@ from __future__ import annotations
 import copy
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from difflib import get_close_matches
 from typing import Any, NoReturn, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from curveline.errors import Diagnostic, InvalidInput
+from curveline.shapes.key_units import unit_of
+from curveline.shapes.toml_fault import TomlFault
 from curveline.shapes.toml_location import MAX_DEPTH, KeyPath, TomlMap
+from curveline.shapes.toml_repair import syntax_problems
 from curveline.system.files import excerpt
 
 MAX_DIAGNOSTICS = 100
@@ -25,23 +28,6 @@ ENORMOUS = 1 << 64
 """Whole numbers from here on are not TOML's any more, though tomllib reads them."""
 
 _Model = TypeVar("_Model", bound=BaseModel)
-
-_UNITS = {
-    "mm_per_turn": "mm",
-    "deg_per_turn": "deg",
-    "mm_per_s2": "mm/s^2",
-    "deg_per_s2": "deg/s^2",
-    "mm_per_s": "mm/s",
-    "deg_per_s": "deg/s",
-    "g_per_m": "g/m",
-    "per_m": "per m",
-    "Nmm2": "N mm^2",
-    "Nmm": "N mm",
-    "mm": "mm",
-    "deg": "deg",
-    "GPa": "GPa",
-    "N": "N",
-}
 
 _WRONG_TYPE = {
     "float_type": "a number",
@@ -70,10 +56,14 @@ _BOUNDS = {
 
 
 class Document:
-    """A parsed TOML file that collects Diagnostics; InvalidInput at once if it is not TOML at all."""
+    """A parsed TOML file that collects Diagnostics; InvalidInput at once if it is not TOML at all.
 
-    def __init__(self, path: str, text: str) -> None:
+    `items` are the tables of which it may have several, written `[[item]]`.
+    """
+
+    def __init__(self, path: str, text: str, items: Collection[str] = ()) -> None:
         self.path = path
+        self._items = items
         self._problems: list[tuple[int, int, str, str, str]] = []
         self._unusable: set[KeyPath] = set()
         self._lines = text.split("\n")
@@ -95,28 +85,38 @@ class Document:
         try:
             return tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
-            self._fail_syntax(str(error))
+            self._fail_syntax(TomlFault.told(text, str(error)))
         except ValueError:  # Python refuses to read a decimal number of more than 4300 digits
             digits = re.search(r"[0-9_]{4000}", text)
             position = self._map.position(digits.start() if digits else 0)
             self._fail(position, "out-of-range", "a number of thousands of digits", "write fewer digits")
 
-    def _fail_syntax(self, reason: str) -> NoReturn:
-        text, _, where = reason.rpartition(" (at ")
-        numbers = re.findall(r"\d+", where)
-        hint = "each line reads key = value or [table]; text stands in quotes"
-        if numbers:
-            position = (int(numbers[0]), int(numbers[1]))
+    def _fail_syntax(self, fault: TomlFault) -> NoReturn:
+        if fault.reason.startswith(("Cannot", "Duplicate")):
+            self._fail_twice(fault)
+        for found in syntax_problems(fault):
+            place = self._map.position(found.offset)
+            self._problems.append((*place, "toml-syntax", f"this is not TOML: {found.what}", found.hint))
+        raise self.error()
+
+    def _fail_twice(self, fault: TomlFault) -> NoReturn:
+        """Refuse a key or a table that stands there twice, or a table in two ways."""
+        line = fault.text[slice(*fault.line)]
+        header = re.match(r"[ \t]*\[+[ \t]*([\w-]+)", line)
+        if self._map.repeated is not None:
+            path, offset = self._map.repeated
         else:
-            position = (len(self._lines), len(self._lines[-1]) + 1)
-            hint = "the file ends too early: close the quote or bracket that is open"
-        repeated = self._map.repeated
-        if repeated is not None and text.startswith(("Cannot", "Duplicate")):
-            path, offset = repeated
-            first = self._map.key_position(path)[0]
-            message = f"{key_text(path)} stands here for the second time, after line {first}"
-            self._fail(self._map.position(offset), "duplicate-key", message, "keep one of the two")
-        self._fail(position, "toml-syntax", f"this is not TOML: {text[:1].lower()}{text[1:]}", hint)
+            name = header[1] if header else re.split(r"[.=]", line)[0].strip()
+            path, offset = (name,), fault.line[0] + max(0, line.find(name))
+        hint = "keep one of the two"
+        if header and path[-1] in self._items:
+            is_assigned = re.search(rf"(?m)^[ \t]*{path[-1]}[ \t]*=", fault.text)
+            hint = f"{hint} ways" if is_assigned else f"write `[[{path[-1]}]]` for each of them"
+        elif header:
+            hint = f"keep one [{key_text(path)}], with the keys of both"
+        first = self._map.key_position(path)[0]
+        message = f"{key_text(path)} stands here for the second time, after line {first}"
+        self._fail(self._map.position(offset), "duplicate-key", message, hint)
 
     def _fail(self, position: tuple[int, int], code: str, message: str, hint: str) -> NoReturn:
         self._problems.append((*position, code, message, hint))
@@ -214,14 +214,6 @@ def nearest(word: object, known: list[str]) -> str:
     return f"did you mean {close[0]}? " if close else ""
 
 
-def unit_of(key: str) -> str:
-    """The unit in the name of a key, with a space before it; empty for a bare number."""
-    for suffix, unit in _UNITS.items():
-        if key.endswith(f"_{suffix}"):
-            return f" {unit}"
-    return ""
-
-
 def counted(number: int, noun: str) -> str:
     """A number of things: `1 item`, `2 items`."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
@@ -237,7 +229,7 @@ def _explain(path: KeyPath, details: Mapping[str, Any]) -> tuple[str, str, str]:
         return "missing-key", f"{name} is missing", "add it"
     if kind in _WRONG_TYPE and not enormous:
         wanted, given = _WRONG_TYPE[kind], _TYPE_NAMES.get(type(value), "a date or time")
-        return "wrong-type", f"{name} must be {wanted}, not {given}", f"write {wanted}"
+        return "wrong-type", f"{name} must be {wanted}, not {given}", _write(wanted, path, value)
     if kind == "finite_number":
         return "not-finite", f"{name} is {shown(value)}, which is not a finite number", "write a finite number"
     if kind in _BOUNDS or enormous:
@@ -256,6 +248,15 @@ def _explain(path: KeyPath, details: Mapping[str, Any]) -> tuple[str, str, str]:
         limit = f"at most {context['max_length']} characters"
         return "bad-value", f"{name} has {len(value)} characters, but must have {limit}", f"use {limit}"
     return "bad-value", f"{name} is {shown(value)}, which is not one of the values it can have", "write"
+
+
+def _write(wanted: str, path: KeyPath, value: Any) -> str:
+    """What to write in place of a value of another type."""
+    if wanted.endswith("number") and isinstance(value, str) and re.fullmatch(r"[-+]?\d+(\.\d+)?", value[:40]):
+        return f"write {value}, without quotes"
+    if wanted == "an array" and isinstance(value, dict) and len(path) == 1:
+        return f"write `[[{path[0]}]]` above each"
+    return f"write {wanted}"
 
 
 def _hint_for_unknown(model: type[BaseModel], path: KeyPath) -> str:
