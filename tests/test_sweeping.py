@@ -144,7 +144,7 @@ def test_a_point_outside_the_rules_is_named_before_anything_runs(
 
 def test_a_point_is_refused_where_a_file_would_be(shape: Path, tmp_path: Path) -> None:
     rng = np.random.default_rng(7)
-    file = ShapeFile(shape)
+    file = ShapeFile.at(shape)
     verdicts = []
     for _ in range(200):
         height, length = rng.uniform(-240.0, 240.0), rng.uniform(490.0, 700.0)

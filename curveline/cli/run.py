@@ -69,9 +69,9 @@ def _name_of(display: str | None) -> str:
     """The name of a display, "" for any."""
     if display is None:
         return ""
-    from curveline.shapes.files import read_display
+    from curveline.shapes.files import given_display
 
-    return read_display(display).name
+    return given_display(display).name
 
 
 def rehearse(wish: Wish, means: Means, *, as_json: bool) -> None:

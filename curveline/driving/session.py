@@ -60,9 +60,9 @@ def _drive_of(display: str | Display | Plan) -> tuple[DriveSettings, str]:
     if isinstance(display, Plan):
         return display.drive, named_display(display)
     if isinstance(display, str):
-        from curveline.shapes.files import read_display
+        from curveline.shapes.files import given_display
 
-        return drive_settings(read_display(display)), display
+        return drive_settings(given_display(display)), display
     return drive_settings(display), display.path or display.name
 
 

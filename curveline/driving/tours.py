@@ -45,18 +45,11 @@ def tour_of(scenes: Sequence[Scene], *, ends_home: bool = False) -> Tour:
     return Tour(first.display, tuple(scenes), ends_home)
 
 
-def read_tour(paths: Sequence[str], *, ends_home: bool = False) -> Tour:
-    """A tour through the shapes in some files, at least one; InvalidInput as of `tour_of`, or for a file."""
-    from curveline.shapes.files import read_shape
-
-    return tour_of([read_shape(path) for path in paths], ends_home=ends_home)
-
-
 def home_of(display: str) -> Tour:
     """Home of a built-in display, or of one in a file."""
-    from curveline.shapes.files import read_display
+    from curveline.shapes.files import given_display
 
-    return Tour(read_display(display), ends_home=True)
+    return Tour(given_display(display), ends_home=True)
 
 
 @dataclass(frozen=True)

@@ -11,14 +11,18 @@ from curveline.driving.runs import LAST, unfinished
 from curveline.driving.tours import Tour, home_of, tour_of
 from curveline.errors import InvalidInput
 from curveline.listening import SILENT, Listener
-from curveline.plan_file import Plan, read_plan
+from curveline.plan_file import Plan
 from curveline.scene import Scene
+from curveline.shapes.inputs import read_input
 
 Wish = Plan | Tour | InterruptedRun
 
 
+BY_ITSELF = "`curveline plan SHAPE...` makes one plan of several shapes, `curveline send --home` goes home"
+
+
 def wish_of(what: Sequence[object], *, home: bool = False, display: str = "single") -> Plan | Tour:
-    """A plan, or a tour of shapes: paths of files, whose suffix says what they are, scenes, or one plan.
+    """A plan, or a tour of shapes: files, which say by what is in them what they are, scenes, or one plan.
 
     With nothing but `home` it is the way home of `display`. Raises InvalidInput unless it is one thing, and sound.
     """
@@ -26,36 +30,27 @@ def wish_of(what: Sequence[object], *, home: bool = False, display: str = "singl
         if not home:
             raise InvalidInput("there is nothing to send", "name a plan, or shapes, or home")
         return home_of(display)
-    plans = [each for each in what if _is_plan(each)]
-    if plans and (len(what) > 1 or home):
-        name = plans[0].name if isinstance(plans[0], Plan) else plans[0]
-        hint = "`curveline plan SHAPE...` makes one plan of several shapes, `curveline send --home` goes home"
-        raise InvalidInput(f"{name}: a plan is sent by itself", hint)
-    if plans:
-        return plans[0] if isinstance(plans[0], Plan) else read_plan(str(plans[0]))
-    return tour_of([_scene(each) for each in what], ends_home=home)
+    given = [_read(each) for each in what]
+    for each in given:
+        if isinstance(each, Plan) and (len(given) > 1 or home):
+            raise InvalidInput(f"{each.name}: a plan is taken by itself", BY_ITSELF)
+    first = given[0]
+    return (
+        first
+        if isinstance(first, Plan)
+        else tour_of([each for each in given if isinstance(each, Scene)], ends_home=home)
+    )
 
 
-def _is_plan(each: object) -> bool:
-    """Whether something is a plan, or the path of one; InvalidInput if it is no path of a shape either."""
+def _read(each: object) -> Plan | Scene:
+    """A plan or a scene, read if it is in a file."""
     if isinstance(each, Plan | Scene):
-        return isinstance(each, Plan)
+        return each
     if not isinstance(each, str | os.PathLike):
         raise InvalidInput(
             f"neither a plan nor a shape: {type(each).__name__}", "name a file, or pass a plan or scenes"
         )
-    suffix = Path(each).suffix.lower()
-    if suffix not in (".json", ".toml"):
-        raise InvalidInput(f"{each}: neither a plan (.json) nor a shape (.toml)", "the suffix says what a file is")
-    return suffix == ".json"
-
-
-def _scene(each: object) -> Scene:
-    if isinstance(each, Scene):
-        return each
-    from curveline.shapes.files import read_shape
-
-    return read_shape(str(each))
+    return read_input(each)
 
 
 def run_to_resume(name: str, display: str, runs: Path, listener: Listener = SILENT) -> InterruptedRun:

@@ -33,7 +33,8 @@ from curveline.shapes.tables import DisplayTable, DriveTable, LimitsTable, LoadT
 from curveline.shapes.toml_document import Document, nearest, shown
 from curveline.shapes.toml_location import KeyPath
 from curveline.system.file_kinds import DISPLAY, SHAPE, refuse_other_kind
-from curveline.system.files import AnyPath, decode_text, read_file, refuse_file
+from curveline.system.files import AnyPath, decode_text, read_file, refuse_file, refuse_size
+from curveline.system.given_files import GivenFile, is_stream, read_given
 from curveline.units import deg, mm, nmm
 
 QUANTITIES: Mapping[str, tuple[str, ...]] = {
@@ -51,11 +52,11 @@ MAX_BYTES = 1_000_000
 
 
 def read_shape(path: AnyPath) -> Scene:
-    """The scene that a shape file describes.
+    """The scene that a shape file describes; it may come through a pipe, or through standard input as `-`.
 
     InvalidInput lists every problem of the file, and of the display file that it names.
     """
-    return ShapeFile(path).scene
+    return ShapeFile.at(path).scene
 
 
 class ShapeFile:
@@ -64,19 +65,25 @@ class ShapeFile:
     InvalidInput lists every problem of the file, and of the display file that it names.
     """
 
-    def __init__(self, path: AnyPath) -> None:
-        self._name = os.fspath(path)
-        data = read_file(self._name, MAX_BYTES)
-        self._digest = hashlib.sha256(data).hexdigest()
-        text = decode_text(data, self._name)
+    def __init__(self, given: GivenFile) -> None:
+        self._name = given.name
+        if len(given.data) > MAX_BYTES:
+            refuse_size(self._name, MAX_BYTES)
+        self._digest = hashlib.sha256(given.data).hexdigest()
+        text = decode_text(given.data, self._name)
         refuse_other_kind(text, self._name, SHAPE)
         self._document = Document(self._name, text, QUANTITIES)
         hint = "a shape needs name, display, nodes and segments: copy one of the examples in shapes/"
         _refuse_empty(self._document, hint)
         # What is of the wrong type must be known before the display is looked up by its name.
         model = self._document.validate(ShapeTable)
-        self._display, self._elsewhere = _display_of(self._document)
+        self._display, self._elsewhere = _display_of(self._document, given.folder)
         self.scene = self._scene_of(self._document, model)
+
+    @classmethod
+    def at(cls, path: AnyPath) -> ShapeFile:
+        """The one at a path; also what comes through a pipe, or through standard input as `-`."""
+        return cls(read_given(path, MAX_BYTES))
 
     def varied(self, numbers: Mapping[KeyPath, float]) -> Scene:
         """The scene with `numbers` in place of those in the file, in the file's units.
@@ -114,6 +121,14 @@ def read_display(name_or_path: AnyPath, relative_to: AnyPath = "") -> Display:
     return replace(_display(read_file(path, MAX_BYTES), path), path=os.path.abspath(path))
 
 
+def given_display(name_or_path: AnyPath) -> Display:
+    """A display as somebody names it on a command line: as of `read_display`, or through a pipe, or `-`."""
+    if is_stream(name_or_path):
+        given = read_given(name_or_path, MAX_BYTES)
+        return replace(_display(given.data, given.name), path=given.name)
+    return read_display(name_or_path)
+
+
 @cache
 def builtin_displays() -> tuple[str, ...]:
     """Names of the displays that come with the package."""
@@ -138,13 +153,13 @@ def _builtin_file(name: str) -> Traversable:
     return resources.files("curveline") / "shapes" / "displays" / f"{name}.toml"
 
 
-def _display_of(document: Document) -> tuple[Display | None, tuple[Diagnostic, ...]]:
+def _display_of(document: Document, folder: str) -> tuple[Display | None, tuple[Diagnostic, ...]]:
     """The display that a shape names, and what is wrong in that display's own file."""
     name = document.get("display")
     if name is None:
         return None, ()
     try:
-        return read_display(name, os.path.dirname(document.path)), ()
+        return read_display(name, folder), ()
     except InvalidInput as error:
         first = error.diagnostics[0]
         if first.code not in ("unknown-display", "no-such-file"):

@@ -25,7 +25,7 @@ _IN_OTHERS: Mapping[tuple[str, str], Callable[[float], float]] = {
     ("in", "mm"): lambda value: 25.4 * value,
     ("rad", "deg"): to_deg,
 }
-DECIMAL_COMMA = "a decimal point is a point"
+DECIMAL_COMMA = "decimals follow a point"
 
 
 def number(fault: TomlFault) -> Slip | None:

@@ -53,7 +53,7 @@ class Sweep:
 
     def __init__(self, path: AnyPath, axes: Sequence[str]) -> None:
         """The sweep over `axes`, as FORM says; InvalidInput about the file, or the first axis that cannot be used."""
-        self.file = ShapeFile(path)
+        self.file = ShapeFile.at(path)
         known = {_key(place): place for place in self.file.numbers()}
         self.axes = tuple(_axis(text, known) for text in axes)
         keys = Counter(axis.key for axis in self.axes)

@@ -39,9 +39,14 @@ def read_file(path: AnyPath, limit: int) -> bytes:
     except OSError as error:
         refuse_file(name, "unreadable", f"it cannot be read: {error.strerror}", "copy it to a local disk and try again")
     if len(data) > limit:
-        hint = "check that this is the file you meant; ours are a few kilobytes"
-        refuse_file(name, "too-large", f"the file is larger than {limit:,} bytes", hint)
+        refuse_size(name, limit)
     return data
+
+
+def refuse_size(name: str, limit: int) -> NoReturn:
+    """Raise InvalidInput about a file that is too large."""
+    hint = "check that this is the file you meant; ours are a few kilobytes"
+    refuse_file(name, "too-large", f"the file is larger than {limit:,} bytes", hint)
 
 
 def decode_text(data: bytes, name: str) -> str:

@@ -124,7 +124,7 @@ def test_a_plan_may_begin_at_a_shape_and_end_at_home(run: Run) -> None:
         ((), "no shape to plan"),
         (("--home",), "no shape to plan"),
         (("--from", SHAPE), "no shape to plan"),
-        (("x.json", SHAPE), "looked at by itself"),
+        (("x.json", SHAPE), "x.json"),
         ((SHAPE, "x.toml"), "x.toml"),
     ],
 )
@@ -133,6 +133,14 @@ def test_what_is_no_tour(run: Run, arguments: tuple[str | Path, ...], reason: st
     assert (code, out) == (2, "")
     assert reason in err
     assert "hint: " in err
+
+
+def test_a_plan_is_looked_at_by_itself(run: Run, plan_file: Path) -> None:
+    assert run("plan", plan_file).code == 0
+    for more in ((SHAPE,), ("--home",), ("--from", SHAPE)):
+        code, out, err = run("plan", plan_file, *more)
+        assert (code, out) == (2, "")
+        assert "a plan is taken by itself" in err
 
 
 def test_a_state_that_does_not_exist_cannot_be_planned(run: Run, no_valley: Path, tmp_path: Path) -> None:

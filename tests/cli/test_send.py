@@ -207,7 +207,7 @@ def test_a_changed_display_file_is_said(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "part"),
     [
-        ("shape.yaml", "the suffix says what a file is"),
+        ("shape.yaml", "error[no-such-file]"),
         ("missing.json", "error[no-such-file]"),
         ("missing.toml", "error[no-such-file]"),
     ],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -12,7 +11,7 @@ from curveline.cli import monte_carlo as trials
 from curveline.cli.plan_outputs import write_outputs
 from curveline.cli.printing import screen
 from curveline.errors import InvalidInput
-from curveline.outputs import PLAN, PLAN_FILE, check_output
+from curveline.outputs import PLAN, check_output
 
 if TYPE_CHECKING:
     from curveline.plan_file import Plan
@@ -71,9 +70,7 @@ def plan(
         check_output(PLAN, path, force=force)
     sizes = (feed_error_mm, feed_scale_percent, angle_error_deg, height_error_mm, bow_mm, unevenness)
     request = trials.requested(monte_carlo, (seed, least_share, jobs), sizes)
-    made = (
-        _look_at(shapes) if shapes and shapes[0].endswith(PLAN_FILE) else _work_out(shapes or [], begin, goes_home=home)
-    )
+    made = _made(shapes or [], begin, goes_home=home)
     # Before anything is printed: whoever reads it may stop listening.
     write_outputs(made, files, force=force)
     is_piped = len(files) < len(output or ())
@@ -86,24 +83,23 @@ def plan(
         raise typer.Exit(trials.exit_code_of(share, least_share))
 
 
-def _look_at(paths: Sequence[str]) -> Plan:
-    """A plan that was worked out before."""
-    from curveline.plan_file import read_plan
-
-    if len(paths) > 1:
-        raise InvalidInput("a plan is looked at by itself", f"begin with `curveline plan {paths[0]}`")
-    return read_plan(paths[0])
-
-
-def _work_out(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
-    """A plan through some shapes, and home."""
+def _made(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
+    """A plan that was worked out before, or one through some shapes, and home."""
     from curveline.cli.terminal import TERMINAL
-    from curveline.driving.tours import Whereabouts, plan_tour, read_tour
-    from curveline.planning.tours import start_at
-    from curveline.shapes.files import read_shape
+    from curveline.driving.tours import Whereabouts, plan_tour, tour_of
+    from curveline.plan_file import Plan
+    from curveline.shapes.inputs import read_inputs
 
     if not paths and (begin is None or not goes_home):
         raise InvalidInput("no shape to plan", "name shapes, or the one that is shown: --from SHAPE --home")
-    tour = read_tour([*paths, *([] if begin is None else [begin])], ends_home=goes_home)
-    here = Whereabouts() if begin is None else Whereabouts(*start_at(read_shape(begin)))
-    return plan_tour(replace(tour, scenes=tour.scenes[: len(paths)]), here, TERMINAL)
+    hint = "look at a plan with `curveline plan PLAN`, and plan with shapes"
+    named = [*paths, *([] if begin is None else [begin])]
+    given = read_inputs(named, hint, takes_plan=begin is None and not goes_home)
+    if isinstance(given, Plan):
+        return given
+    tour = tour_of(given, ends_home=goes_home)
+    if begin is None:
+        return plan_tour(tour, Whereabouts(), TERMINAL)
+    from curveline.planning.tours import start_at
+
+    return plan_tour(tour.without_last(), Whereabouts(*start_at(given[-1])), TERMINAL)

@@ -35,9 +35,9 @@ def check(
     """
     from curveline.displays.capability import ability_of
     from curveline.displays.lint import suspicions
-    from curveline.shapes.files import read_display
+    from curveline.shapes.files import given_display
 
-    display = read_display(file)
+    display = given_display(file)
     screen.announce_compilation()
     ability = ability_of(display)
     checked = _Checked(display, ability, suspicions(display, ability))

@@ -28,10 +28,10 @@ def adopt(
     from curveline.drive_settings import drive_settings
     from curveline.driving.adoption import find_devices
     from curveline.radio.site.key_file import default_path, read_site
-    from curveline.shapes.files import read_display
+    from curveline.shapes.files import given_display
 
     spec = require_radio(radio)
-    drive = drive_settings(read_display(display))
+    drive = drive_settings(given_display(display))
     site = read_site(default_path())
     if not yes:
         consent.require_terminal("", "add --yes to record whoever answers")

@@ -25,15 +25,17 @@ def node(
     from curveline.drive_settings import drive_settings
     from curveline.radio.site.intel_hex import with_settings
     from curveline.radio.site.key_file import default_path, read_site, settings_record, write_private
-    from curveline.shapes.files import read_display
-    from curveline.system.files import decode_text, read_file
+    from curveline.shapes.files import given_display
+    from curveline.system.files import decode_text
+    from curveline.system.given_files import read_given
 
-    drive = drive_settings(read_display(display))
+    drive = drive_settings(given_display(display))
     site = read_site(default_path())
     if site.remark:
         screen.note(site.remark)
     settings = settings_record(site.master, drive, number)
-    merged = with_settings(decode_text(read_file(hex, 1_000_000), hex), hex, settings)
+    program = read_given(hex, 1_000_000)
+    merged = with_settings(decode_text(program.data, program.name), program.name, settings)
     try:
         write_private(Path(output), merged.encode())
     except FileExistsError:

@@ -35,9 +35,9 @@ def listing(
     from curveline import __version__
     from curveline.cli.printing.run_text import lines
     from curveline.driving.runs import read_runs
-    from curveline.shapes.files import read_display
+    from curveline.shapes.files import given_display
 
-    name = read_display(display).name if display is not None else ""
+    name = given_display(display).name if display is not None else ""
     folder = runs_folder(runs)
     found = list(islice(read_runs(folder, name), None if everything else SHOWN + 1))
     is_more = not everything and len(found) > SHOWN
