@@ -112,7 +112,7 @@ def _link_figures() -> Iterator[Measurement]:
 
 def _own_shapes() -> list[Path]:
     """The paper's shapes in the source tree that this package runs from: of one segment, named condition and state."""
-    folder = Path(__file__).parents[2] / "shapes"
+    folder = Path(__file__).parents[3] / "shapes"
     found = sorted(folder.glob("*-*.toml"))
     if not found:
         raise InvalidInput("no shape files to measure with", "name some: curveline bench SHAPE...")
