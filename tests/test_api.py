@@ -131,12 +131,12 @@ def test_what_cannot_be_sent_is_refused_and_nothing_moves(session: Session, tmp_
         for what, message in (
             ((), "nothing to send"),
             ((3,), "neither a plan nor a shape: int"),
-            (("x.txt",), "neither"),
+            (("x.txt",), "no such file"),
         ):
             with pytest.raises(InvalidInput, match=message):
                 session.send(*what)
         plan = curveline.plan(PEAK)
-        with pytest.raises(InvalidInput, match="a plan is sent by itself"):
+        with pytest.raises(InvalidInput, match="a plan is taken by itself"):
             session.send(plan, VALLEY)
         session.send(PEAK)
         with pytest.raises(LinkError, match="node 1"):

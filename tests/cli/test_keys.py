@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
 import stat
+import subprocess
 import sys
 from pathlib import Path
 
@@ -196,6 +198,37 @@ def test_a_node_gets_an_image_of_its_own(run: Run, keys: Path, tmp_path: Path) -
     assert code == 2
     assert "exists already" in err
     assert target.read_bytes() == content
+
+
+def test_a_key_that_the_next_commit_would_take_along_is_pointed_out(
+    run: Run, keys: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a git work tree until its .gitignore has the line that the note names; nowhere else, nor without git."""
+    lab = tmp_path / "lab"
+    lab.mkdir()
+    (lab / "node.hex").write_text(HEX)
+
+    def said(target: str) -> str:
+        new = ("keys", "new", "--file") if target.endswith(".json") else ("keys", "node", 1, "--hex", "node.hex", "-o")
+        Path(target).unlink(missing_ok=True)
+        result = run(*new, target)
+        assert result.code == 0
+        return result.err
+
+    monkeypatch.chdir(lab)
+    for target, line in (("node1.hex", "*.hex"), ("site.json", "site.json")):
+        assert "work tree" not in said(target)
+        subprocess.run(["git", "init", "--quiet", "."], check=True)
+        noted = said(target)
+        assert f"warning: {target} holds the site's key, and the git work tree" in noted
+        assert f"add a line {line} to its .gitignore" in noted
+        with monkeypatch.context() as without_git:
+            without_git.setenv("PATH", str(tmp_path))
+            assert "work tree" not in said(target)
+        (lab / ".gitignore").write_text(f"{line}\n")
+        assert "work tree" not in said(target)
+        shutil.rmtree(lab / ".git")
+        (lab / ".gitignore").unlink()
 
 
 def test_a_node_or_image_that_is_none_is_refused(run: Run, keys: Path, tmp_path: Path) -> None:

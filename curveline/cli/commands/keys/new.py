@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from curveline.cli.printing import screen
+from curveline.cli.printing.key_note import warn_of_commits
 
 
 def new(
@@ -24,6 +25,7 @@ def new(
 
     site = new_site(Path(file) if file else default_path())
     screen.result(f"{site.path}: master key {site.fingerprint} (a fingerprint, not the key)")
+    warn_of_commits(site.path)
     screen.note(
         "next: `curveline keys node` puts it into each node's program, `curveline keys adopt` learns who they are"
     )

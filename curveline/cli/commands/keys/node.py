@@ -9,6 +9,7 @@ import typer
 
 from curveline.cli.options import DisplayOption
 from curveline.cli.printing import screen
+from curveline.cli.printing.key_note import warn_of_commits
 from curveline.errors import InvalidInput
 
 
@@ -45,3 +46,4 @@ def node(
         raise InvalidInput(f"{output} cannot be written: {error.strerror or error}", hint) from None
     screen.result(f"{output}: node {number} of display {drive.display}, address {drive.addresses[number - 1]}")
     screen.note(f"flash it with: teensy_loader_cli --mcu=TEENSYLC -w {output}; then delete it, it holds the site's key")
+    warn_of_commits(Path(output))
