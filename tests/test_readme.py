@@ -1,46 +1,25 @@
-"""Every command that README.md prints does what it says, typed as printed."""
+"""Every command that README.md prints does what it says, typed as printed, and prints what is shown."""
 
-import os
-import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
+import printed
 import pytest
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
+BLOCKS = printed.blocks(ROOT / "README.md")
+INSTALLING = [line for block in BLOCKS if block.kind == "sh" for line in block.text.splitlines()]
+SHOWN = [block for block in BLOCKS if block.kind == "console"]
 
 
-def _commands() -> list[str]:
-    blocks = re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
-    return [line for block in blocks for line in block.splitlines() if line.strip()]
-
-
-INSTALLING = [command for command in _commands() if command.startswith("pip install")]
-PLAIN = [command for command in _commands() if command not in INSTALLING]
-
-
-@pytest.fixture(scope="module")
-def place(tmp_path_factory):
+@pytest.fixture
+def place(tmp_path):
     """A folder that looks like a fresh clone to the commands, with records of its own."""
-    folder = tmp_path_factory.mktemp("clone")
-    shutil.copytree(ROOT / "shapes", folder / "shapes")
-    shutil.copytree(ROOT / "firmware", folder / "firmware", ignore=shutil.ignore_patterns("build"))
-    return folder
+    return printed.clone(tmp_path / "clone")
 
 
-def _run(command: str, place: Path) -> subprocess.CompletedProcess[str]:
-    environment = {
-        **os.environ,
-        "CURVELINE_RUNS": str(place / "runs"),
-        "CURVELINE_KEYS": str(place / "site.json"),
-        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-    }
-    return subprocess.run(
-        ["bash", "-c", command], cwd=place, env=environment, capture_output=True, text=True, timeout=300, check=False
-    )
+def _sh(command: str) -> printed.Block:
+    return printed.Block("sh", command, "", (0, 0))
 
 
 def test_first_screen_has_both_commands():
@@ -53,17 +32,21 @@ def test_first_screen_has_both_commands():
 
 
 def test_the_main_job_arrives_at_the_wanted_curve(place):
-    done = _run(INSTALLING[0].split("&& ")[1], place)
-    assert done.returncode == 0, done.stderr
-    assert "peak" in done.stdout + done.stderr
+    done = printed.run(_sh(INSTALLING[0].split("&& ")[1]), place)
+    assert done.code == 0, done.err
+    assert "the rod is in the peak, as wanted" in done.out
 
 
-@pytest.mark.parametrize("command", PLAIN)
-def test_command_runs_as_printed(command, place):
-    done = _run(command, place)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout or "-o " in command
-    assert "Traceback" not in done.stderr
+def test_three_commands_are_shown():
+    assert len(SHOWN) == 3
+    assert len(README.splitlines()) <= 100
+
+
+@pytest.mark.parametrize("block", SHOWN, ids=[block.text.splitlines()[0].split()[2] for block in SHOWN])
+def test_command_prints_what_is_shown(block, place):
+    done = printed.run(block, place)
+    assert done.out
+    assert not (found := printed.differences(block, done)), "\n".join(found)
 
 
 def test_ci_runs_the_printed_test_command():
@@ -72,21 +55,13 @@ def test_ci_runs_the_printed_test_command():
 
 
 def test_python_example_runs(place):
-    example = re.search(r"```python\n(.*?)```", README, re.DOTALL).group(1)
-    done = subprocess.run(
-        [sys.executable, "-c", example], cwd=place, capture_output=True, text=True, timeout=120, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert "peak" in done.stdout
-    assert "valley" in done.stdout
+    (example,) = [block for block in BLOCKS if block.kind == "python"]
+    assert len(example.text.splitlines()) <= 12
+    done = printed.run(example, place)
+    assert done.code == 0, done.err
+    assert "peak: the middle is at 0.1991 m" in done.out
+    assert "valley" in done.out
 
 
-def test_example_shape_is_the_file_it_names():
-    example = re.search(r"```toml\n(.*?)```", README, re.DOTALL).group(1)
-    from curveline import read_shape
-
-    file = ROOT / "shapes" / "level-up-peak.toml"
-    assert read_shape(file).name == "level-up-peak"
-    for line in example.splitlines():
-        bare = re.sub(r"\s+", "", line.split("#")[0])
-        assert bare in re.sub(r"\s+", "", re.sub(r"#.*", "", file.read_text())), line
+def test_the_picture_comes_first():
+    assert README.split("\n\n")[1].startswith("![")
