@@ -79,13 +79,22 @@ SWEEP = ResultKind(
 )
 """Of a sweep; written by `open_sweep` while its points come in."""
 
-LOADING = ResultKind(_with_pictures({".json": "curveline.loading.results:to_json"}, "curveline.figures.loads:draw"))
+LOADING = ResultKind(
+    _with_pictures({".json": "curveline.loading.results:to_json"}, "curveline.figures.loads:draw"),
+    advice="a fall is filmed with --film; name a file that ends in",
+)
 """Of what pushing a shape showed."""
+
+FALL = ResultKind(
+    _with_pictures({FILM: "curveline.figures.falls:animate"}, "curveline.figures.falls:draw"),
+    advice="a fall is filmed in a file that ends in .gif, or shown in a strobe picture:",
+)
+"""Of how a pushed shape falls when it snaps; also who is told how far the film has come."""
 
 PLAN = ResultKind(
     {
-        **_with_pictures({PLAN_FILE: "curveline.plan_file:encoded"}, "curveline.figures.plans:draw_plan"),
-        FILM: "curveline.figures.planfilms:animate_plan",
+        **_with_pictures({PLAN_FILE: "curveline.plan_file:encoded"}, "curveline.figures.plans:draw"),
+        FILM: "curveline.figures.planfilms:animate",
     },
     advice="a plan to be sent is .json, its figure or film ends in",
 )

@@ -15,8 +15,8 @@ from matplotlib.image import imread
 
 import curveline
 from curveline.errors import MissingExtra
-from curveline.figures import shapes
-from curveline.figures.common import COLOURS, GREY, OTHER, PIXELS_PER_INCH, STYLES, THIN, WIDTH
+from curveline.figures import common, shapes
+from curveline.figures.common import COLOURS, GREY, PIXELS_PER_INCH, THICK, THIN, WIDTH, Frame
 from curveline.simulation.results import Settings, ShapeReport, curve_mm
 
 SHAPES = Path(__file__).parent.parent / "shapes"
@@ -71,50 +71,124 @@ def test_the_wanted_curve_is_true_to_aspect_and_thick(reports: list[ShapeReport]
     assert height / width == pytest.approx(np.ptp(curve[:, 1]) / np.ptp(curve[:, 0]), rel=0.03)
 
 
-def test_peak_and_valley_differ_in_colour_and_style(reports: list[ShapeReport]) -> None:
+def panels_of(svg: str) -> list[str]:
+    """What is in each panel that shows something."""
+    return [part for part in re.split(r'<g id="axes_\d+">', svg)[1:] if "line2d" in part]
+
+
+def test_kinds_of_states_differ_in_colour_and_what_is_wanted_in_width(reports: list[ShapeReport]) -> None:
     text = svg_of(reports[:1])
-    for colour in COLOURS.values():
-        assert colour.lower() in text
-    assert "stroke-dasharray" in text
-    assert len(set(COLOURS.values())) == len({str(style) for style in STYLES.values()}) == 2
+    assert f"stroke: {COLOURS['peak'].lower()}; stroke-width: {THICK}" in text
+    assert f"stroke: {COLOURS['valley'].lower()}; stroke-width: {THIN}" in text
+    assert len(set(COLOURS.values())) == len(COLOURS)
+    assert common.colour_of("middle-1") == common.colour_of("middle-2") == common.OTHER
+    assert common.colour_of("front-1") == COLOURS["front"]
 
 
-def test_states_that_cannot_be_shown_are_grey_and_thin(reports: list[ShapeReport]) -> None:
-    assert f"stroke: {GREY}; stroke-width: 0.6" not in svg_of(reports[:1])
+def test_states_that_cannot_be_shown_are_grey_and_dotted(reports: list[ShapeReport]) -> None:
+    assert "stroke-dasharray" not in svg_of(reports[:1])
     text = svg_of([report_on("level-up-peak", (0, 1, -1))])
-    assert re.search(rf"stroke-dasharray: [^;]*; stroke-dashoffset: 0; stroke: {GREY}; stroke-width: 0.6", text)
+    assert re.search(rf"stroke-dasharray: [^;]*; stroke-dashoffset: 0; stroke: {GREY}; stroke-width: 0.9", text)
+    assert f">{shapes.UNSHOWN}</text>" in text
 
 
 def test_several_shapes_make_a_grid(reports: list[ShapeReport]) -> None:
     one = imread(io.BytesIO(shapes.draw(reports[:1], "png")))
     four = imread(io.BytesIO(shapes.draw(reports, "png")))
-    assert four.shape[1] == round(3 * shapes.SMALL_WIDTH * PIXELS_PER_INCH) > one.shape[1]
-    assert svg_of(reports).count('id="axes_') >= 4
+    assert four.shape[1] == round(2 * shapes.PANEL_WIDTHS[2] * PIXELS_PER_INCH) > one.shape[1]
+    assert len(panels_of(svg_of(reports))) == 4
+    assert [shapes._across(reports[:1] * count) for count in (1, 2, 3, 4, 5, 9, 10, 16, 40)] == [
+        1,
+        2,
+        3,
+        2,
+        3,
+        3,
+        4,
+        4,
+        4,
+    ]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_no_figure_has_an_empty_band(reports: list[ShapeReport], count: int) -> None:
+    image = imread(io.BytesIO(shapes.draw(reports[:count], "png")))[:, :, :3]
+    inked = np.flatnonzero((image < 0.99).any(axis=(1, 2)))
+    gaps = np.diff(np.concatenate([[0], inked, [image.shape[0]]])) / PIXELS_PER_INCH
+    # The widest is between the last label and the legend.
+    assert max(gaps) < 0.3
+
+
+def test_long_rows_are_wide_and_flat_ones_have_a_scale(reports: list[ShapeReport]) -> None:
+    roof = report_on("roofline")
+    image = imread(io.BytesIO(shapes.draw([roof], "png")))
+    assert image.shape[1] == round(WIDTH * PIXELS_PER_INCH)
+    assert shapes._panel_width([replace(roof, segments=roof.segments * 2)], 1) == 8 * shapes.PER_SEGMENT
+    assert shapes._panel_width([replace(roof, segments=roof.segments * 20)], 1) == shapes.WIDEST
+    flat = Frame(0.0, 100.0, 0.0, 1.0).within(0.1, 1.0)
+    assert (flat.left, flat.right) == (0.0, 100.0)
+    assert (flat.low, flat.high) == pytest.approx((-4.5, 5.5))
+    tall = Frame(0.0, 1.0, 0.0, 4.0).within(0.1, 1.0)
+    assert (tall.left, tall.right, tall.low, tall.high) == pytest.approx((-1.5, 2.5, 0.0, 4.0))
 
 
 def test_a_shape_that_leaves_the_plane_is_also_seen_from_above(reports: list[ShapeReport]) -> None:
     pushed = report_on("space/pushed")
     alone, image = svg_of([pushed]), imread(io.BytesIO(shapes.draw([pushed], "png")))[:, :, :3]
-    assert alone.count('id="axes_') == 2 * svg_of(reports[:1]).count('id="axes_')
+    assert len(panels_of(alone)) == 2
     assert alone == svg_of([pushed])
-    assert svg_of([*reports, pushed]).count('id="axes_') >= 10
+    # The others stay in the plane, and from above would be lines.
+    assert len(panels_of(svg_of([*reports, pushed]))) == 6
     # The valley, in vermilion, is 161 mm high and gives way to the push by 50 mm, towards the viewer, who stands below.
-    dashed = np.array([0xD5, 0x5E, 0x00]) / 255
-    rows, columns = np.nonzero(np.abs(image - dashed).max(axis=2) < 0.02)
-    below = (rows > 0.75 * image.shape[0]) & (rows < image.shape[0] - 80)
-    front = rows < 0.7 * image.shape[0]
+    valley = np.array([0xD5, 0x5E, 0x00]) / 255
+    rows, columns = np.nonzero(np.abs(image - valley).max(axis=2) < 0.02)
+    border = 0.64 * image.shape[0]
+    below = (rows > border) & (rows < image.shape[0] - 70)
+    front = rows < border
     assert np.ptp(rows[below]) / np.ptp(rows[front]) == pytest.approx(50.1 / 161.0, rel=0.1)
     middle = below & (np.abs(columns - columns[below].mean()) < 40)
     assert rows[middle].mean() == pytest.approx(rows[below].max(), abs=4)
 
 
-def test_a_state_that_leaves_the_plane_is_drawn_under_its_name(reports: list[ShapeReport]) -> None:
+def test_a_state_that_leaves_the_plane_is_drawn_as_one_that_does_not_stay(reports: list[ShapeReport]) -> None:
     segment = reports[0].segments[0]
     buckled = replace(segment.states[0], name="buckled-1", leaves_plane=True, stable=False, wanted=False)
-    assert shapes._style(buckled) == {
-        "label": "buckled-1", "color": OTHER, "linestyle": "-.", "linewidth": THIN,
+    assert shapes._look(buckled) == {
+        "color": COLOURS["buckled"], "linestyle": common.DOES_NOT_STAY, "linewidth": THIN,
     }  # fmt: skip
-    assert shapes._style(replace(buckled, winding=1))["label"] == shapes.UNSHOWN
+    assert shapes._look(replace(buckled, winding=1)) == common.UNSHOWN_LOOK
+    text = svg_of([replace(reports[0], segments=(replace(segment, states=[*segment.states, buckled]),))])
+    for label in ("peak", "valley", "buckled", "thick: wanted", "dashed: does not stay"):
+        assert f">{label}</text>" in text
+
+
+def test_text_is_text_in_a_font_that_most_have(reports: list[ShapeReport]) -> None:
+    text = svg_of(reports[:1])
+    assert ">level-up-peak</text>" in text
+    assert ">x [mm]</text>" in text
+    fonts = set(re.findall(r"font-family: ([^;]*);", text))
+    assert fonts == {"'DejaVu Sans', Verdana, Geneva, sans-serif"}
+
+
+def test_a_long_legend_has_rows_and_a_long_title_is_cut() -> None:
+    assert [list(column) for column in common._columns([1.0, 2.0, 3.0, 4.0, 5.0], 3)] == [[1.0, 2.0], [3.0, 4.0], [5.0]]
+    with common.new_figure(2.0, 2.0, "svg") as figure:
+        common.draw_legend(figure, [common.legend_entry(f"a long entry {number}") for number in range(6)])
+        (legend,) = figure.legends
+        figure.draw_without_rendering()
+        assert legend.get_window_extent().width <= figure.bbox.width
+    assert common.within("short", 1.0) == "short"
+    cut = common.within("level-up-peak, staggered-down-valley, home", 2.0)
+    assert cut == "level-up-peak, stagge..."
+
+
+@pytest.mark.parametrize("kind", ["svg", "pdf", "png"])
+def test_every_format_is_the_same_every_time(reports: list[ShapeReport], kind: str) -> None:
+    data = shapes.draw(reports[:2], kind)
+    assert data == shapes.draw(reports[:2], kind)
+    if kind == "pdf":
+        assert b"/FontFile2" in data
+        assert b"CreationDate" not in data
 
 
 def test_a_name_with_signs_is_text(reports: list[ShapeReport]) -> None:

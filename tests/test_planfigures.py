@@ -16,7 +16,7 @@ from PIL import Image
 import curveline
 from curveline.drive_settings import drive_settings
 from curveline.figures import film, planfilms, plans
-from curveline.figures.common import COLOURS, PIXELS_PER_INCH
+from curveline.figures.common import COLOURS, MOTION, PIXELS_PER_INCH, THICK, THIN
 from curveline.plan_file import NodeTarget, Plan
 from curveline.planning.tours import make_plan
 from curveline.replay.plan_animation import Course, moment_count, play, stills
@@ -73,7 +73,7 @@ def course() -> Course:
 
 @pytest.fixture(scope="module")
 def svg() -> str:
-    return plans.draw_plan(plan(PEAK), DISPLAY, kind="svg").decode()
+    return plans.draw(plan(PEAK), DISPLAY, kind="svg").decode()
 
 
 def drawn(text: str, stem: str) -> list[str]:
@@ -134,7 +134,7 @@ def test_a_plan_that_begins_in_a_state_that_does_not_exist_is_still_drawn_and_pl
     there = replace(plan(VALLEY), start=plan(VALLEY).steps[-2].targets, steps=plan(VALLEY).steps[-1:])
     odd = replace(there, shows=("middle-7",))
     assert stills(odd, DISPLAY)[0].curves == ({},)
-    assert drawn(plans.draw_plan(odd, DISPLAY, kind="svg").decode(), "after")[-1] == "1-1-valley"
+    assert drawn(plans.draw(odd, DISPLAY, kind="svg").decode(), "after")[-1] == "1-1-valley"
     assert play(odd, DISPLAY, INTERVAL).moments[-1].states == ("valley",)
 
 
@@ -173,43 +173,59 @@ def test_moments_are_evenly_spread_and_steps_end_at_them(course: Course) -> None
     assert len(seconds) == moment_count(plan(PEAK), INTERVAL)
 
 
-def test_a_panel_for_the_start_and_one_for_every_step(svg: str) -> None:
-    assert len(re.findall(r'id="axes_\d+"', svg)) == 6
+def test_a_panel_for_the_start_and_one_for_every_step_that_moves_something(svg: str) -> None:
     steps = plan(PEAK).steps
+    assert steps[-1].targets == steps[-2].targets
+    assert len(re.findall(r'id="axes_\d+"', svg)) == 6
     biased = f"bias {steps[1].targets[0].bias_deg:.0f}, \N{MINUS SIGN}{steps[1].targets[0].bias_deg:.0f} deg"
-    timed = [f"{step.number} {step.action}, {step.seconds:.1f} s" for step in steps]
+    timed = [f"{step.number} {step.action}, {step.seconds:.1f} s" for step in steps[:-1]]
+    # The last step moves nothing, but completes the shape.
     for heading in ("start", *timed, biased, "rod 660 mm", "level-up-peak: peak"):
-        assert f"<!-- {heading} -->" in svg
+        assert f">{heading}</text>" in svg
+    assert "5 steps, 6.9 s; in 1 of them nothing moves" in svg
+    assert "5 translate" not in svg
     assert drawn(svg, "after") == [
         "0-1-straight",
         "1-1-peak",
         "1-1-valley",
-        *(f"{step}-1-peak" for step in range(2, 6)),
+        *(f"{step}-1-peak" for step in range(2, 5)),
     ]
-    assert drawn(svg, "before") == ["1-1-straight", "2-1-peak", "2-1-valley", *(f"{k}-1-peak" for k in range(3, 6))]
+    assert drawn(svg, "before") == ["1-1-straight", "2-1-peak", "2-1-valley", *(f"{k}-1-peak" for k in range(3, 5))]
 
 
-def test_what_may_be_either_is_thin_and_dashed_and_what_is_certain_solid(svg: str) -> None:
-    for name, dashed in (("1-1-peak", True), ("1-1-valley", True), ("2-1-peak", False)):
+def test_what_is_complete_without_a_move_is_said_where_it_was_moved_last() -> None:
+    steps = plan(VALLEY).steps
+    again = replace(steps[-1], number=len(steps) + 1, shape="the same", seconds=0.0)
+    twice = replace(plan(VALLEY), steps=(*steps, again, replace(again, number=again.number + 1)))
+    assert plans._completed(twice) == ["", "", "", "", "", f"{VALLEY}: valley\nthe same: valley"]
+    # A plan that begins where its shape is.
+    there = replace(plan(VALLEY), start=steps[-1].targets, steps=(again,), shows=("valley",))
+    text = plans.draw(there, DISPLAY, kind="svg").decode()
+    assert drawn(text, "after") == ["0-1-valley"]
+    assert ">the same: valley</text>" in text
+
+
+def test_what_may_be_either_is_thin_and_what_is_certain_thick(svg: str) -> None:
+    for name, either in (("1-1-peak", True), ("1-1-valley", True), ("2-1-peak", False)):
         part = svg.split(f'id="after-{name}"')[1].split("</g>")[0]
-        assert ("stroke-dasharray" in part) == dashed
-        assert f"stroke-width: {plans.THIN if dashed else plans.THICK}" in part
+        assert f"stroke-width: {THIN if either else THICK}" in part
+    assert "stroke-dasharray" not in svg
+    assert ">thin: in one of them</text>" in svg
 
 
 def test_arrows_stand_where_something_moves() -> None:
     count = {
-        name: plans.draw_plan(plan(name), DISPLAY, kind="svg").decode().lower().count(plans.ARROW.lower())
-        for name in (PEAK, VALLEY)
+        name: plans.draw(plan(name), DISPLAY, kind="svg").decode().count(MOTION.lower()) for name in (PEAK, VALLEY)
     }
     # Two nodes in four steps, a shaft and a head each, and a line in the legend; one node of the other plan also rises.
     assert count[VALLEY] - count[PEAK] == (count[PEAK] - 1) / 8
 
 
 def test_panels_of_four_segments_show_all_of_them() -> None:
-    text = plans.draw_plan(wave(), QUAD, kind="svg").decode()
+    text = plans.draw(wave(), QUAD, kind="svg").decode()
     assert len(drawn(text, "after")) == 4 + 8 + 4 + 4
-    assert "<!-- wave: peak, valley, peak, valley -->" in text
-    assert "<!-- rod 540 mm -->" in text
+    assert ">wave: peak, valley, peak, valley</text>" in text
+    assert ">rod 540 mm</text>" in text
 
 
 def test_many_states_are_counted_and_many_values_told_by_their_range() -> None:
@@ -222,16 +238,16 @@ def test_many_states_are_counted_and_many_values_told_by_their_range() -> None:
 
 def test_the_same_plan_is_the_same_bytes_whatever_the_users_style(svg: str) -> None:
     with matplotlib.rc_context({"axes.facecolor": "red", "lines.linewidth": 9.0, "font.size": 30.0}):
-        assert plans.draw_plan(plan(PEAK), DISPLAY, kind="svg").decode() == svg
+        assert plans.draw(plan(PEAK), DISPLAY, kind="svg").decode() == svg
     assert "<dc:date>" not in svg
 
 
 def test_a_png_is_as_wide_as_its_panels_and_tells_how_far_it_is() -> None:
     heard: list[int] = []
-    image = imread(io.BytesIO(plans.draw_plan(plan(PEAK), DISPLAY, heard.append, kind="png")))
+    image = imread(io.BytesIO(plans.draw(plan(PEAK), DISPLAY, heard.append, kind="png")))
     # How often matplotlib draws a panel is its own affair.
     assert heard == list(range(1, len(heard) + 1))
-    assert 2 * 6 <= len(heard) <= plans.parts_of(plan(PEAK)) == 3 * 6
+    assert 2 * 5 <= len(heard) <= plans.parts_of(plan(PEAK)) == 3 * 5
     assert image.shape[1] == round(3 * plans.PANEL_WIDTHS[1] * PIXELS_PER_INCH)
 
 
@@ -242,7 +258,7 @@ def test_of_many_steps_some_are_shown_and_the_figure_says_so() -> None:
     assert max(np.diff(chosen)) <= 5
     assert {7, 8, 9} < set(plans.chosen_of(101, [7, 8, 9]))
     assert plans.chosen_of(101, range(1, 100))[:2] == [0, 4]
-    text = plans.draw_plan(long_plan(8), DISPLAY, kind="svg").decode()
+    text = plans.draw(long_plan(8), DISPLAY, kind="svg").decode()
     assert len(re.findall(r'id="axes_\d+"', text)) == plans.MOST_PANELS
     assert f"{plans.MOST_PANELS - 1} of the steps are shown" in text
 
@@ -267,7 +283,7 @@ def nearest(frame: Array, colour: str) -> Array:
 def test_a_film_takes_as_long_as_the_plan_and_ends_in_the_wanted_colour() -> None:
     heard: list[int] = []
     made = plan(PEAK)
-    data = planfilms.animate_plan(made, DISPLAY, heard.append)
+    data = planfilms.animate(made, DISPLAY, heard.append)
     frames, total_ms = frames_of(data)
     assert heard == list(range(1, planfilms.parts_of(made) + 1))
     assert len(frames) <= len(heard) // 2
@@ -275,7 +291,7 @@ def test_a_film_takes_as_long_as_the_plan_and_ends_in_the_wanted_colour() -> Non
     assert len(nearest(frames[0], COLOURS["valley"])) == 0
     assert len(nearest(frames[len(frames) // 4], COLOURS["valley"])) > 100
     assert len(nearest(frames[-1], COLOURS["peak"])) > 100
-    assert data == planfilms.animate_plan(made, DISPLAY)
+    assert data == planfilms.animate(made, DISPLAY)
 
 
 def test_a_long_plan_runs_faster_so_that_the_film_stays_short() -> None:
@@ -287,9 +303,9 @@ def test_a_long_plan_runs_faster_so_that_the_film_stays_short() -> None:
 
 
 def test_a_film_of_four_segments_shows_them_all() -> None:
-    frames, _ = frames_of(planfilms.animate_plan(wave(), QUAD))
+    frames, _ = frames_of(planfilms.animate(wave(), QUAD))
     assert frames[0].shape[1] == round(film.PIXELS_PER_INCH * (planfilms.NARROW + 4 * planfilms.PER_SEGMENT))
-    for colour in COLOURS.values():
+    for colour in (COLOURS["peak"], COLOURS["valley"]):
         columns = nearest(frames[-1], colour)[:, 1]
         assert np.ptp(columns) > 0.5 * frames[0].shape[1]
 
@@ -298,14 +314,14 @@ def test_a_rod_that_is_lost_is_not_drawn(monkeypatch: pytest.MonkeyPatch, course
     lost = [replace(moment, curves=(np.empty((0, 2)),), states=("lost",)) for moment in course.moments[3:]]
     changed = Course((*course.moments[:3], *lost), (Snap(lost[0].seconds, 1, "valley", "lost"),))
     monkeypatch.setattr(planfilms, "play", lambda *_: changed)
-    frames, _ = frames_of(planfilms.animate_plan(plan(PEAK), DISPLAY))
-    for colour in COLOURS.values():
+    frames, _ = frames_of(planfilms.animate(plan(PEAK), DISPLAY))
+    for colour in (COLOURS["peak"], COLOURS["valley"]):
         assert len(nearest(frames[-1], colour)) == 0
     assert len(nearest(frames[2], COLOURS["valley"])) > 100
 
 
 def test_a_plan_that_moves_nothing_is_one_panel_and_one_frame() -> None:
     still = replace(plan(PEAK), name="home", steps=(), wanted=(STRAIGHT,))
-    frames, total_ms = frames_of(planfilms.animate_plan(still, DISPLAY))
+    frames, total_ms = frames_of(planfilms.animate(still, DISPLAY))
     assert (len(frames), total_ms) == (1, planfilms.LAST_MS)
-    assert drawn(plans.draw_plan(still, DISPLAY, kind="svg").decode(), "after") == ["0-1-straight"]
+    assert drawn(plans.draw(still, DISPLAY, kind="svg").decode(), "after") == ["0-1-straight"]

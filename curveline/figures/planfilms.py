@@ -5,22 +5,41 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from curveline.figures.common import COLOURS, DARK, GREY, OTHER, THICK, THIN, Y_LABEL, dress, new_figure
+from curveline.figures.common import (
+    BEFORE_LOOK,
+    BOLD_LETTERS,
+    COLOURS,
+    GREY,
+    HUB,
+    OTHER,
+    THICK,
+    Y_LABEL,
+    by_kind,
+    colour_of,
+    draw_legend,
+    dress,
+    kind_of,
+    legend_entry,
+    look_of,
+    new_figure,
+    within,
+)
 from curveline.figures.film import Film
-from curveline.figures.plans import ABOVE, BEARING, BESIDE, colour_of, told, within
+from curveline.figures.plans import ABOVE, BEARING, BESIDE, told
 from curveline.plan_file import Plan
 from curveline.replay.plan_animation import Course, Moment, moment_count, play
 from curveline.replay.playback import Snap
-from curveline.scene import PEAK, VALLEY, Display
+from curveline.scene import Display
 from curveline.simulation.results import Array
 from curveline.units import to_mm, to_ms
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 FRAMES_PER_SECOND = 10
 LONGEST_S = 30.0
@@ -44,11 +63,11 @@ def speed_of(plan: Plan) -> float:
 
 
 def parts_of(plan: Plan) -> int:
-    """How many parts `animate_plan` reports: every frame is played and drawn."""
+    """How many parts `animate` reports: every frame is played and drawn."""
     return 2 * moment_count(plan, speed_of(plan) / FRAMES_PER_SECOND)
 
 
-def animate_plan(plan: Plan, display: Display, heard: Callable[[int], None] = lambda _: None) -> bytes:
+def animate(plan: Plan, display: Display, heard: Callable[[int], None] = lambda _: None) -> bytes:
     """A GIF of `plan` being carried out from its start, steps in proportion to their time; MissingExtra as figures.
 
     `heard` is told how many of `parts_of` parts are done.
@@ -64,9 +83,9 @@ def animate_plan(plan: Plan, display: Display, heard: Callable[[int], None] = la
         panel = figure.subplots()
         panel.set(xlim=(left, right), ylim=(low, high), aspect="equal")
         dress(panel, Y_LABEL)
-        figure.suptitle(within(plan.name, width), fontweight="bold")
+        figure.suptitle(within(plan.name, width, BOLD_LETTERS), fontweight="bold")
         stage = _Stage(panel, plan, display)
-        _draw_legend(panel, course)
+        _draw_legend(figure, course)
         film = Film(figure, stage.moving, [GREY, OTHER, *COLOURS.values()])
         for index, duration_ms in enumerate(_durations_ms(course, speed)):
             stage.show(course, index)
@@ -84,12 +103,10 @@ class _Stage:
         places = to_mm(display.span) * np.arange(display.node_count)
         for place in places:
             panel.axvline(place, color="#dddddd", linewidth=2.0, zorder=0.5)
-        ghost: dict[str, Any] = {"color": GREY, "linewidth": THIN, "linestyle": (0, (4, 2))}
-        self._echoes = [panel.plot([], [], **ghost)[0] for _ in plan.wanted]
+        self._echoes = [panel.plot([], [], **BEFORE_LOOK)[0] for _ in plan.wanted]
         self._curves = [panel.plot([], [], linewidth=THICK)[0] for _ in plan.wanted]
         (self._bearings,) = panel.plot([], [], color=GREY, linewidth=6.0, solid_capstyle="butt")
-        hub: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": "white", "linestyle": "none"}
-        (self._hubs,) = panel.plot([], [], color=DARK, **hub, zorder=5)
+        (self._hubs,) = panel.plot([], [], **HUB)
         self._heading = panel.set_title(" \n ", loc="left")
         self._clock = panel.set_title(" ", loc="right")
         self.moving = [self._bearings, *self._echoes, *self._curves, self._hubs, self._heading, self._clock]
@@ -170,12 +187,10 @@ def _durations_ms(course: Course, speed: float) -> list[int]:
     return [FIRST_MS + durations[0], *durations[1:], LAST_MS] if durations else [LAST_MS]
 
 
-def _draw_legend(panel: Axes, course: Course) -> None:
-    """The names of all states that the rod is in on its way."""
-    from matplotlib.lines import Line2D
-
-    names = dict.fromkeys(state for moment in course.moments for state in moment.states)
-    order = sorted(names, key=lambda name: ((PEAK, VALLEY, name).index(name), name))
-    handles = [Line2D([], [], label=name, linewidth=THICK, color=colour_of(name)) for name in order]
-    figure = panel.figure
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
+def _draw_legend(figure: Figure, course: Course) -> None:
+    """The kinds of all states that the rod is in on its way, and what it left."""
+    kinds = {kind_of(state) for moment in course.moments for state in moment.states}
+    entries = [legend_entry(kind, **look_of(kind, is_meant=True)) for kind in by_kind(kinds)]
+    if course.snaps:
+        entries.append(legend_entry("before it snapped", **BEFORE_LOOK))
+    draw_legend(figure, entries)

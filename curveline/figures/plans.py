@@ -1,4 +1,4 @@
-"""A plan laid out as a grid of panels: the start, then what every step moves and the curve the rod takes by it.
+"""A plan laid out as a grid of panels: the start, then what steps move and the curve the rod takes by it.
 
 After Fig. 5 of the paper, whose panels are annotated frames of a video; here the curves are those of the physics.
 """
@@ -6,33 +6,38 @@ After Fig. 5 of the paper, whose panels are annotated frames of a video; here th
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import count, pairwise
-from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from curveline.displays.of_plan import display_of
 from curveline.figures.common import (
-    COLOURS,
+    BEFORE_LOOK,
+    BOLD_LETTERS,
     DARK,
-    GREY,
-    OTHER,
-    THICK,
+    MOTION,
     THIN,
     X_LABEL,
     Y_LABEL,
+    by_kind,
     bytes_of,
+    draw_legend,
     draw_node,
     dress,
+    kind_of,
+    legend_entry,
+    look_of,
     new_figure,
+    within,
 )
 from curveline.plan_file import NodeTarget, Plan, Step
 from curveline.replay.plan_animation import Still, stills
-from curveline.scene import PEAK, STRAIGHT, VALLEY, Display
+from curveline.scene import Display
 from curveline.simulation.results import Array
 from curveline.units import deg, to_mm
 
@@ -63,42 +68,38 @@ FEW, LARGER = 3, 1.4
 """Displays of more nodes are drawn smaller, so that their arrows must be larger parts of the span."""
 HUB = 0.03
 """An arrow up or down a rail ends that much before the pivot, as a part of the span."""
-ARROW = "#8A2BE2"
-FAINT: dict[str, Any] = {"color": GREY, "alpha": 0.55}
 LISTED = 5
 """Values that a caption lists; of more it says from where to where they go."""
-LETTERS = 10.0
-"""Letters of a title to the inch."""
 TOLD = 12
 """States that a caption lists; more are counted."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """What a panel shows: its heading, the display after the step and before, and which nodes moved from where."""
+    """What a panel shows: heading, the display after a `number` of steps and before the last, what moved from where."""
 
     heading: str
+    number: int
     after: Still
     before: Still | None = None
     moved: tuple[tuple[NodeTarget, NodeTarget], ...] = ()
 
 
 def parts_of(plan: Plan) -> int:
-    """How many parts `draw_plan` reports at most: every panel is filled, and drawn to be measured and for good."""
+    """How many parts `draw` reports at most: every panel is filled, and drawn to be measured and for good."""
     return 3 * len(_chosen(plan))
 
 
-def draw(plan: Plan, kind: str) -> bytes:
-    """As `draw_plan`, on the display as its file says now; InvalidInput if that says nothing of use."""
-    return draw_plan(plan, display_of(plan), kind=kind)
-
-
-def draw_plan(plan: Plan, display: Display, heard: Callable[[int], None] = lambda _: None, *, kind: str) -> bytes:
+def draw(
+    plan: Plan, display: Display | None = None, heard: Callable[[int], None] = lambda _: None, *, kind: str
+) -> bytes:
     """A figure of a plan's steps, "svg", "png" or "pdf", all to one scale; MissingExtra without matplotlib.
 
-    Of a plan with more steps than `MOST_PANELS` those that complete a shape are shown first, and the figure says so.
-    `heard` is told how many of `parts_of` parts are done.
+    A step in which nothing moves has no panel. Of more than `MOST_PANELS` those that complete a shape are shown first,
+    and the figure says so. `heard` is told how many of `parts_of` parts are done. Without a
+    `display` it is the plan's, as its file says now.
     """
+    display = display or display_of(plan)
     panels, chosen = _panels(plan, stills(plan, display)), _chosen(plan)
     width = PANEL_WIDTHS.get(len(plan.wanted), max(WIDE, PER_SEGMENT * len(plan.wanted)))
     across = min(max(1, int(ROW_WIDTH / width)), len(chosen))
@@ -112,7 +113,7 @@ def draw_plan(plan: Plan, display: Display, heard: Callable[[int], None] = lambd
         axes[0].set(xlim=(left, right), ylim=(low, high))
         done = count(1)
         for place, index in zip(axes, chosen, strict=False):
-            _draw_panel(place, panels[index], display, index)
+            _draw_panel(place, panels[index], display)
             heard(next(done))
             _when_drawn(place, lambda: heard(next(done)))
         _dress_edges(axes, across, len(chosen))
@@ -121,9 +122,28 @@ def draw_plan(plan: Plan, display: Display, heard: Callable[[int], None] = lambd
         return bytes_of(figure, kind)
 
 
+def _moving(plan: Plan) -> list[int]:
+    """The steps of a plan in which something moves, by index."""
+    targets = [plan.start, *(step.targets for step in plan.steps)]
+    counts = [tuple(target.counts for target in each) for each in targets]
+    return [index for index, (old, new) in enumerate(pairwise(counts)) if old != new]
+
+
 def _chosen(plan: Plan) -> list[int]:
     """The panels of a plan that are drawn, by number: 0 is the start."""
-    return chosen_of(len(plan.steps) + 1, [index for index, step in enumerate(plan.steps, start=1) if step.shape])
+    complete = [number for number, shape in enumerate(_completed(plan)) if shape]
+    return chosen_of(len(_moving(plan)) + 1, complete)
+
+
+def _completed(plan: Plan) -> list[str]:
+    """What is complete in each panel, shapes and their states by lines; also by steps after it that move nothing."""
+    moving = _moving(plan)
+    lines: list[list[str]] = [[] for _ in range(len(moving) + 1)]
+    for index, step in enumerate(plan.steps):
+        if step.shape or step is plan.steps[-1]:
+            lines[bisect_right(moving, index)].append(f"{step.shape or plan.name}: {told(step.states)}")
+    # A shape that is asked for twice running is complete once.
+    return ["\n".join(dict.fromkeys(each)) for each in lines]
 
 
 def chosen_of(panels: int, complete: Sequence[int] = ()) -> list[int]:
@@ -150,14 +170,15 @@ def _rows(chosen: Sequence[int], across: int) -> list[Sequence[int]]:
 
 
 def _panels(plan: Plan, pictures: Sequence[Still]) -> list[Panel]:
-    """The start, then a panel for every step."""
-    panels = [Panel(f"start\n{_where(plan.start, plan)}", pictures[0])]
+    """The start, then a panel for every step in which something moves."""
     targets = [plan.start, *(step.targets for step in plan.steps)]
-    for step, (old, new), (before, after) in zip(plan.steps, pairwise(targets), pairwise(pictures), strict=True):
-        heading = f"{step.number} {step.action}, {step.seconds:.1f} s\n{_what_moves(step, old, new)}"
-        if step.shape or step is plan.steps[-1]:
-            heading += f"\n{step.shape or plan.name}: {told(step.states)}"
-        panels.append(Panel(heading, after, before, tuple(zip(old, new, strict=True))))
+    complete = [f"\n{lines}" if lines else "" for lines in _completed(plan)]
+    panels = [Panel(f"start\n{_where(plan.start, plan)}{complete[0]}", 0, pictures[0])]
+    for index, lines in zip(_moving(plan), complete[1:], strict=True):
+        step, old, new = plan.steps[index], targets[index], targets[index + 1]
+        heading = f"{step.number} {step.action}, {step.seconds:.1f} s\n{_what_moves(step, old, new)}{lines}"
+        moved = tuple(zip(old, new, strict=True))
+        panels.append(Panel(heading, index + 1, pictures[index + 1], pictures[index], moved))
     return panels
 
 
@@ -177,7 +198,7 @@ def _what_moves(step: Step, old: Sequence[NodeTarget], new: Sequence[NodeTarget]
         parts.append(f"bias {_listed([target.bias_deg for target in new])} deg")
     if any(a.counts[2] != b.counts[2] for a, b in zip(old, new, strict=True)):
         parts.append(f"height {_listed([target.translate_mm for target in new])} mm")
-    return "\n".join(parts) or "nothing moves"
+    return "\n".join(parts)
 
 
 def _listed(values: Sequence[float]) -> str:
@@ -218,17 +239,17 @@ def _enlarged(display: Display) -> float:
     return 1.0 if display.node_count <= FEW else LARGER
 
 
-def _draw_panel(place: Axes, panel: Panel, display: Display, number: int) -> None:
+def _draw_panel(place: Axes, panel: Panel, display: Display) -> None:
     """Rod and nodes after a step, faintly where they were before it, and arrows from there to here."""
     place.set_title(panel.heading, loc="left", fontsize=8.0)
     if panel.before is not None:
         for index, curves in enumerate(panel.before.curves):
             for name, curve in curves.items():
-                place.plot(*_in_mm(curve).T, linewidth=THIN, **FAINT, gid=f"before-{number}-{index + 1}-{name}")
+                place.plot(*_in_mm(curve).T, **BEFORE_LOOK, gid=f"before-{panel.number}-{index + 1}-{name}")
     for index, curves in enumerate(panel.after.curves):
         for name, curve in curves.items():
-            look = _look_of(name, certain=len(curves) == 1)
-            place.plot(*_in_mm(curve).T, **look, gid=f"after-{number}-{index + 1}-{name}")
+            look = look_of(name, is_meant=len(curves) == 1)
+            place.plot(*_in_mm(curve).T, **look, gid=f"after-{panel.number}-{index + 1}-{name}")
     for index, node in enumerate(panel.after.nodes):
         pivot = (index * display.span, node.height)
         draw_node(place, pivot, (math.cos(node.angle), math.sin(node.angle)), BEARING * display.span)
@@ -236,17 +257,6 @@ def _draw_panel(place: Axes, panel: Panel, display: Display, number: int) -> Non
         _draw_moves(place, display, index, (old, new))
     place.set_aspect("equal")
     dress(place, Y_LABEL)
-
-
-def colour_of(name: str) -> str:
-    """The colour of a state's curve."""
-    return COLOURS.get(name, DARK if name == STRAIGHT else OTHER)
-
-
-def _look_of(name: str, *, certain: bool) -> dict[str, Any]:
-    """How the curve of a state is drawn: thin and dashed where it is one of several that the rod may be in."""
-    style = "-" if certain else (0, (4, 2))
-    return {"color": colour_of(name), "linewidth": THICK if certain else THIN, "linestyle": style}
 
 
 def _draw_moves(place: Axes, display: Display, index: int, ways: tuple[NodeTarget, NodeTarget]) -> None:
@@ -282,7 +292,7 @@ def _arrow(place: Axes, points: Sequence[Any] | Array) -> None:
     from matplotlib.path import Path
 
     style: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 7.0, "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0}
-    place.add_patch(FancyArrowPatch(path=Path(np.asarray(points)), color=ARROW, zorder=6, **style))
+    place.add_patch(FancyArrowPatch(path=Path(np.asarray(points)), color=MOTION, zorder=6, **style))
 
 
 def _when_drawn(place: Axes, tell: Callable[[], None]) -> None:
@@ -315,25 +325,20 @@ def _dress_edges(places: Sequence[Axes], across: int, shown: int) -> None:
 
 def _title(plan: Plan, width: float, shown: int) -> str:
     """Name, length and time of a plan, and how much of it is shown, on a figure of `width` [inch]."""
-    length = f"{len(plan.steps)} steps, {plan.seconds:.1f} s"
-    part = "" if shown == len(plan.steps) + 1 else f"; {shown - 1} of the steps are shown"
-    return f"{within(plan.name, width)}\n{length}{part}"
-
-
-def within(name: str, width: float) -> str:
-    """A name as a title of a figure of `width` [inch], shortened if it must be: that of a tour names all its shapes."""
-    return shorten(name, max(8, int(LETTERS * width)), placeholder=" ...")
+    moving = len(_moving(plan))
+    still = len(plan.steps) - moving
+    parts = [f"{len(plan.steps)} steps, {plan.seconds:.1f} s"]
+    parts += [f"in {still} of them nothing moves"] if still else []
+    parts += [f"{shown - 1} of the {'others' if still else 'steps'} are shown"] if shown <= moving else []
+    return f"{within(plan.name, width, BOLD_LETTERS)}\n{'; '.join(parts)}"
 
 
 def _draw_legend(figure: Figure, panels: Sequence[Panel]) -> None:
     """One legend below all panels."""
-    from matplotlib.lines import Line2D
-
-    names = {name for panel in panels for curves in panel.after.curves for name in curves}
-    order = sorted(names, key=lambda name: ((PEAK, VALLEY, name).index(name), name))
-    handles = [Line2D([], [], label=name, **_look_of(name, certain=True)) for name in order]
+    kinds = {kind_of(name) for panel in panels for curves in panel.after.curves for name in curves}
+    entries = [legend_entry(kind, **look_of(kind, is_meant=True)) for kind in by_kind(kinds)]
     if any(len(curves) > 1 for panel in panels for curves in panel.after.curves):
-        handles.append(Line2D([], [], label="dashed: either", **{**_look_of("", certain=False), "color": DARK}))
-    handles.append(Line2D([], [], label="before the step", linewidth=THIN, **FAINT))
-    handles.append(Line2D([], [], label="what moves", linewidth=1.1, color=ARROW))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
+        entries.append(legend_entry("thin: in one of them", linewidth=THIN, color=DARK))
+    entries.append(legend_entry("before the step", **BEFORE_LOOK))
+    entries.append(legend_entry("what moves", linewidth=1.1, color=MOTION))
+    draw_legend(figure, entries)
