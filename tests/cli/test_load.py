@@ -154,6 +154,29 @@ def test_a_map_is_told_drawn_and_written(run: Run, tmp_path: Path) -> None:
     assert all(0.0 < a < b < 1.0 for a, b in found["withstands"][2]["yields_between"])
 
 
+def test_a_fall_is_filmed_or_drawn(run: Run, tmp_path: Path) -> None:
+    film, picture = tmp_path / "fall.gif", tmp_path / "fall.pdf"
+    code, out, err = run("load", SHAPE, "--at", "0.35", "--film", film)
+    assert code == 0
+    assert "snaps through" in out
+    assert err == f"wrote {film}: falls for 0.398 s, lands in valley\n"
+    assert film.read_bytes().startswith(b"GIF89a")
+    assert run("load", SHAPE, "--at", "0.35", "--film", picture).code == 0
+    assert picture.read_bytes().startswith(b"%PDF")
+
+
+def test_what_does_not_snap_has_no_film_and_all_else_is_told(run: Run, tmp_path: Path) -> None:
+    film, figure = tmp_path / "fall.gif", tmp_path / "push.svg"
+    code, out, err = run("load", SHAPE, "--direction", "0,1", "--most-N", "2", "--film", film, "-o", figure)
+    assert code == 1
+    assert "no snap-through up to 2 N" in out
+    assert err.startswith(
+        f"wrote {figure}\nerror: nothing snaps up to 2 N: there is no fall to show\nhint: push harder"
+    )
+    assert figure.exists()
+    assert not film.exists()
+
+
 def test_segments_are_chosen_by_number(run: Run, quad: Path) -> None:
     code, out, err = run("load", quad)
     assert (code, out) == (2, "")
@@ -181,7 +204,14 @@ def test_segments_are_chosen_by_number(run: Run, quad: Path) -> None:
         (("--map", "--at", "0.3"), "error: --at is one point, --map are all\n"),
         (("--points", "7"), "error: --points is for a map\nhint: add --map\n"),
         (("--map", "--most-N", "4"), "error: a map to 4 N does not tell what a finger does to the curve\n"),
-        (("-o", "push.gif"), "error: push.gif: cannot tell the format from the suffix '.gif'\n"),
+        (
+            ("-o", "push.gif"),
+            "error: push.gif: cannot tell the format from the suffix '.gif'\nhint: a fall is filmed with",
+        ),
+        (("--film", "push.json"), "error: push.json: cannot tell the format from the suffix '.json'\n"),
+        (("--film", "no/push.gif"), "no/push.gif:1:1: error[no-such-folder]"),
+        (("--map", "--film", "push.gif"), "error: --film shows one push, --map makes many\n"),
+        (("--film", "push.svg", "-o", "push.svg"), "error: push.svg is named by -o and by --film\n"),
         (("--step-N", "0"), "Usage: curveline load"),
         (("--state", "hill"), "Usage: curveline load"),
     ],

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from enum import StrEnum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from curveline.cli.printing import screen
 from curveline.errors import EXIT_NO, InvalidInput
+
+if TYPE_CHECKING:
+    from curveline.loading.snap_through import Loading
 
 
 class StateOption(StrEnum):
@@ -77,7 +81,17 @@ def load(
     output: Annotated[
         list[str] | None,
         typer.Option(
-            "-o", "--output", metavar="FILE", help="Write .json, .svg or .png; - is JSON on stdout. May be repeated."
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Write .json, .svg, .png or .pdf; - is JSON on stdout. May be repeated.",
+        ),
+    ] = None,
+    film: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="Film the fall of the shape that snaps: .gif, or .svg, .png, .pdf for a strobe picture.",
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
@@ -91,20 +105,23 @@ def load(
 
     With --map every point of the free rod is pushed, and the answer is the weakest point and whether the shape
     withstands 1 N, of a finger that searches for a target, and 2 to 5 N, of one that follows a contour.
+
+    With --film the shape is shown as it is pushed, snaps and falls with its inertia into the state where it lands,
+    slowed down so that it can be watched.
     """
     from curveline.cli.printing import load_report
     from curveline.loading.pushes import Push
     from curveline.loading.results import to_json
-    from curveline.outputs import LOADING, check_output, write_output
+    from curveline.loading.snap_through import Loading
+    from curveline.outputs import LOADING, write_output
     from curveline.shapes.files import read_shape
 
-    if over_all and at is not None:
-        raise InvalidInput("--at is one point, --map are all", "leave one out")
-    if points is not None and not over_all:
+    if over_all:
+        _check_map(at=at, film=film)
+    elif points is not None:
         raise InvalidInput("--points is for a map", "add --map")
     files = [path for path in output or () if path != "-"]
-    for path in files:
-        check_output(LOADING, path, force=force)
+    _check_files(files, film, force=force)
     scene = read_shape(shape)
     index = _index(segment, len(scene.segments))
     push = Push(
@@ -126,9 +143,31 @@ def load(
     for path in files:
         write_output(LOADING, path, (found,), force=force)
         screen.note(f"wrote {path}")
+    if film is not None and isinstance(found, Loading):
+        _film(found, film, force=force)
     if load_report.is_lost(found):
         screen.note("the branch could not be followed to where it ends: the load said is one that it withstands")
         raise typer.Exit(EXIT_NO)
+
+
+def _check_map(at: float | None, film: str | None) -> None:
+    """InvalidInput for what makes sense of one point only."""
+    if at is not None:
+        raise InvalidInput("--at is one point, --map are all", "leave one out")
+    if film is not None:
+        raise InvalidInput("--film shows one push, --map makes many", "leave one out")
+
+
+def _check_files(files: Sequence[str], film: str | None, *, force: bool) -> None:
+    """Refuse what could not be written, before anything is computed."""
+    from curveline.outputs import FALL, LOADING, check_output
+
+    for path in files:
+        check_output(LOADING, path, force=force)
+    if film is not None:
+        check_output(FALL, film, force=force)
+        if film in files:
+            raise InvalidInput(f"{film} is named by -o and by --film", "give each a file of its own")
 
 
 def _index(segment: int | None, count: int) -> int:
@@ -136,3 +175,18 @@ def _index(segment: int | None, count: int) -> int:
     if segment is None and count > 1:
         raise InvalidInput(f"the shape has {count} segments", f"say which to push, with --segment 1 to {count}")
     return (segment or 1) - 1
+
+
+def _film(loading: Loading, path: str, *, force: bool) -> None:
+    """Film the fall of a pushed shape, or draw it; Infeasible if it does not snap."""
+    from curveline.cli.printing.progress_bar import Bar
+    from curveline.figures import falls
+    from curveline.loading.falling import PARTS, fall_of
+    from curveline.outputs import FALL, FILM, write_output
+
+    with Bar("falling, parts", PARTS) as bar:
+        fall = fall_of(loading, bar.reach)
+    is_film = FALL.suffix_of(path) == FILM
+    with Bar("film, frames" if is_film else "figure", falls.parts_of(fall) if is_film else 1) as bar:
+        write_output(FALL, path, (fall, bar.reach), force=force)
+    screen.note(f"wrote {path}: falls for {falls.seconds_of(fall):.3g} s, {falls.ending_of(fall)}")
