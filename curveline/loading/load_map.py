@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,6 +13,7 @@ from curveline.errors import InvalidInput
 from curveline.loading.pushes import Push, Stand, most_on, stand_of
 from curveline.loading.snap_through import before, leaves_plane, limit_of
 from curveline.notebook import html_of, svg_of
+from curveline.rod._jit import clock
 from curveline.scene import Scene
 from curveline.units import to_mm
 
@@ -167,7 +167,7 @@ def load_map(scene: Scene, push: Push, count: int, progress: Callable[[int], obj
     if 0.0 < push.most < FORCES[-1]:
         message = f"a map to {push.most:g} N does not tell what a finger does to the curve"
         raise InvalidInput(message, f"map to {FORCES[-1]:g} N or more")
-    begin = time.perf_counter()
+    begin = clock()
     mapping = _Mapping(scene, push._replace(at=0.5))
     bearing = 0.5 * scene.display.clamp / scene.segments[push.segment].length
     points = []
@@ -179,6 +179,4 @@ def load_map(scene: Scene, push: Push, count: int, progress: Callable[[int], obj
     weakest = mapping.weakest(points)
     known = sorted({*points, *([weakest] if weakest else [])}, key=lambda point: point.at)
     verdicts = tuple(Verdict(force, tuple(mapping.stretches(known, force))) for force in FORCES)
-    return LoadMap(
-        scene, mapping.push, mapping.stand, tuple(points), weakest, verdicts, seconds=time.perf_counter() - begin
-    )
+    return LoadMap(scene, mapping.push, mapping.stand, tuple(points), weakest, verdicts, seconds=clock() - begin)

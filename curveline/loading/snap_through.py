@@ -6,7 +6,6 @@ The load is dead and the nodes stay where they are. In the paper's section VI th
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -16,6 +15,7 @@ import numpy as np
 from curveline.errors import InvalidInput
 from curveline.loading.pushes import MOST_ROWS, ROUGH, TOLERANCE, Push, Stand, most_on, stand_of, step_to
 from curveline.notebook import html_of, svg_of
+from curveline.rod._jit import clock
 from curveline.rod.branches.arclength import TraceReach, trace
 from curveline.rod.branches.continuation import start_along
 from curveline.rod.branches.control_path import ControlPath
@@ -135,7 +135,7 @@ def load(scene: Scene, push: Push, progress: Callable[[int], object] = lambda _:
 
     InvalidInput for a push that makes no sense; Infeasible if there is no such state, or not under the file's loads.
     """
-    begin = time.perf_counter()
+    begin = clock()
     stand = stand_of(scene, push)
     push = push._replace(most=push.most or most_on(stand.rod))
     check_steps(push)
@@ -159,7 +159,7 @@ def load(scene: Scene, push: Push, progress: Callable[[int], object] = lambda _:
         leaves_plane=leaves_plane(stand, states[-1][0]),
         last=states[-1][1],
         branch=tuple(_branch(stand, push.most if limit is None else limit.far)),
-        seconds=time.perf_counter() - begin,
+        seconds=clock() - begin,
     )
 
 

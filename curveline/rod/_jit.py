@@ -4,7 +4,8 @@ numba keys a cached function on its own file only, so a kernel that calls into a
 old code after that module changed (numba issue 1833). Here the cache folder itself is named by a hash over all files
 of `curveline/rod`, the numba and Python versions and the processor's name, which also serves read-only installs.
 numba also takes no kernel from a folder that it cannot write to; here what is there is used, and what cannot be added
-is compiled again next time.
+is compiled again next time. What is compiled is counted and timed, so that people can be told, and no answer is said to
+have taken as long as its kernels did.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -22,7 +24,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 from llvmlite.binding import get_host_cpu_name
-from numba.core import caching
+from numba.core import caching, event
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -98,12 +100,50 @@ def shared_cache() -> Iterator[None]:
             os.environ["CURVELINE_CACHE"] = before
 
 
-_tells: list[Callable[[], object]] = []
+class _Compilation(event.Listener):
+    """What this process had to compile: kernels that are done, and wall seconds.
+
+    A kernel that calls others compiles them on its way, which takes time once. `tell` hears of every beginning and end.
+    """
+
+    def __init__(self) -> None:
+        self.kernels = 0
+        self.tell: Callable[[], object] = lambda: None
+        self._depth = 0
+        self._begin = self._spent = 0.0
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a kernel is being compiled now."""
+        return self._depth > 0
+
+    @property
+    def seconds(self) -> float:
+        """Time spent so far."""
+        return self._spent + (time.perf_counter() - self._begin if self.is_busy else 0.0)
+
+    def on_start(self, event: Any) -> None:
+        """See numba."""
+        if not self.is_busy:
+            self._begin = time.perf_counter()
+        self._depth += 1
+        self.tell()
+
+    def on_end(self, event: Any) -> None:
+        """See numba; also called for what could not be compiled."""
+        self._spent = self.seconds if self._depth == 1 else self._spent
+        self._depth -= 1
+        self.kernels += 1
+        self.tell()
 
 
-def before_compiling(tell: Callable[[], object]) -> None:
-    """Have `tell` called once, as soon as a kernel is wanted that must be compiled."""
-    _tells[:] = [tell]
+COMPILATION = _Compilation()
+event.register("numba:compile", COMPILATION)
+
+
+def clock() -> float:
+    """Seconds that only grow, and that stand still while kernels are compiled."""
+    return time.perf_counter() - COMPILATION.seconds
 
 
 class _Locator(caching.UserProvidedCacheLocator):
@@ -123,13 +163,6 @@ class _Cache(caching.FunctionCache):
     """The compiled forms of one function; a disk that takes no more of them is no reason to stop computing."""
 
     _impl_class = _Kernels
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """See numba."""
-        found = super().load_overload(sig, target_context)
-        while found is None and _tells:
-            _tells.pop()()
-        return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """See numba."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import curveline
-from curveline.cli.printing import screen
+from curveline.cli.printing import screen, terminal
 
 from .conftest import BROKEN, SHAPES, Run
 
@@ -112,7 +112,7 @@ def test_colour_is_for_terminals_that_want_it(monkeypatch: pytest.MonkeyPatch) -
             patch.setenv(name, value)
             assert screen.paint("word", screen.BOLD, Terminal()) == "word"
     monkeypatch.setenv("NO_COLOR", "1")
-    assert screen.is_live(Terminal())
+    assert terminal.is_live(Terminal())
 
 
 def test_a_caret_stands_under_its_column_behind_tabs(run: Run, tmp_path: Path) -> None:

@@ -16,9 +16,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from curveline.cli.printing import progress_bar, screen
+from curveline.cli.printing import progress_bar, terminal
 from curveline.rod import _jit
 from curveline.simulation import batch
 from curveline.system import workers
@@ -323,48 +322,55 @@ class Screen(io.StringIO):
 
 
 @pytest.fixture
-def terminal(monkeypatch: pytest.MonkeyPatch) -> Screen:
-    terminal = Screen()
+def screen_of_its_own(monkeypatch: pytest.MonkeyPatch) -> Screen:
     monkeypatch.setenv("TERM", "xterm-256color")
-
-    def console() -> Console:
-        return Console(file=terminal, highlight=False, width=80, force_terminal=True)
-
-    monkeypatch.setattr(screen, "console", console)
     monkeypatch.setattr(progress_bar, "QUIET_S", 0.0)
     monkeypatch.setattr(progress_bar, "REDRAW_S", 0.0)
-    return terminal
+    terminal.begin()
+    return Screen()
 
 
-def test_a_bar_is_drawn_on_a_terminal_and_gone_at_the_end(terminal: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bar_is_drawn_on_a_terminal_and_gone_at_the_end(
+    screen_of_its_own: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
     # Not in the fixture: pytest sets the streams anew for every phase of a test.
-    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(sys, "stderr", screen_of_its_own)
     with progress_bar.Bar("simulating", 50) as shown:
         shown.reach(20)
-        assert "simulating" in terminal.getvalue()
-        assert "20/50" in terminal.getvalue()
+        told = screen_of_its_own.getvalue()
+        assert "simulating  [##########..............] 20 of 50" in told
         with shown.aside():
-            terminal.write("a result\n")
+            # Whoever writes finds the line empty.
+            assert screen_of_its_own.getvalue().endswith("\r\x1b[J")
+            screen_of_its_own.write("a result\n")
         shown.reach(21)
-    assert "21/50" in terminal.getvalue()
-    # The last thing that happens to the line is that it is erased.
-    assert terminal.getvalue().rpartition("21/50")[2].count("\x1b[2K")
-    assert "\x1b[3" in terminal.getvalue()
-    terminal.truncate(0)
-    monkeypatch.setenv("NO_COLOR", "1")
-    with progress_bar.Bar("simulating", 50) as shown:
-        shown.reach(20)
-    assert "20/50" in terminal.getvalue()
-    assert "\x1b[3" not in terminal.getvalue()
+    assert "21 of 50" in screen_of_its_own.getvalue()
+    assert screen_of_its_own.getvalue().endswith("\r\x1b[J")
+
+
+def test_a_bar_says_how_fast_it_goes_and_what_is_being_done(
+    screen_of_its_own: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stderr", screen_of_its_own)
+    moments = iter([0.0, 10.0, 10.0, 20.0, 20.0])
+    monkeypatch.setattr(progress_bar.time, "monotonic", lambda: next(moments))
+    with progress_bar.Bar("measuring", 300) as shown:
+        shown.detail = "by hand"
+        shown.reach(100)
+        shown.reach(200)
+    *_, last, _ = screen_of_its_own.getvalue().split("\r\x1b[J")
+    assert last == "measuring  [################........] 200 of 300  10/s  10 s to go  by hand"
 
 
 @pytest.mark.parametrize("setting", ["CI", "TERM", "total", "soon"])
-def test_a_bar_is_not_drawn_where_it_is_no_use(terminal: Screen, monkeypatch: pytest.MonkeyPatch, setting: str) -> None:
-    monkeypatch.setattr(sys, "stderr", terminal)
+def test_a_bar_is_not_drawn_where_it_is_no_use(
+    screen_of_its_own: Screen, monkeypatch: pytest.MonkeyPatch, setting: str
+) -> None:
+    monkeypatch.setattr(sys, "stderr", screen_of_its_own)
     if setting in ("CI", "TERM"):
         monkeypatch.setenv(setting, "dumb")
     if setting == "soon":
         monkeypatch.setattr(progress_bar, "QUIET_S", 60.0)
     with progress_bar.Bar("simulating", 1 if setting == "total" else 50) as shown:
         shown.reach(1)
-    assert terminal.getvalue() == ""
+    assert screen_of_its_own.getvalue() == ""

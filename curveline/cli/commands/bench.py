@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from curveline.cli.printing import screen
+from curveline.cli.printing.ticker import patience
+from curveline.cli.printing.trade_table import measured, missed
 from curveline.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -69,12 +71,20 @@ def bench(
 
 
 def _show_rows(rows: Iterable[Measurement], *, hidden: bool) -> list[Measurement]:
-    """The rows, shown as they are measured."""
-    seen = []
-    for row in rows:
+    """The rows, shown as they are measured, and how many goals they miss."""
+    seen: list[Measurement] = []
+    pending = iter(rows)
+    while True:
+        # Each by itself: a line of progress must be gone before a row is printed to the same terminal.
+        with patience(f"measuring, {len(seen)} figures done"):
+            row = next(pending, None)
+        if row is None:
+            break
         seen.append(row)
         if not hidden:
-            screen.result(_line(row))
+            screen.result("\n".join(measured(row)))
+    if not hidden:
+        screen.result(missed(seen))
     return seen
 
 
@@ -117,9 +127,3 @@ def _own_shapes() -> list[Path]:
     if not found:
         raise InvalidInput("no shape files to measure with", "name some: curveline bench SHAPE...")
     return found
-
-
-def _line(row: Measurement) -> str:
-    """One row in 80 columns."""
-    value = f"{row.value:.0f}" if row.value >= 100 or row.value == int(row.value) else f"{row.value:.3g}"
-    return f"{row.name:<33}{value:>8} {row.unit:<3}{row.goal:>8}  {row.how:<25}".rstrip()

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from curveline.cli.options import DisplayOption, RadioOption, RunsOption, require_radio, runs_folder
 from curveline.cli.printing import screen
+from curveline.cli.printing.watching import watching
 from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_LINK, InvalidInput
 
@@ -78,13 +76,15 @@ def _show(status: DisplayStatus, *, as_json: bool) -> None:
 
 def _watch(session: Session, *, as_json: bool) -> None:
     """Ask for ever; Ctrl-C ends it. While somebody who tells nothing has the display, say so and wait."""
+    from curveline.cli.printing.status_text import describe
     from curveline.radio.interface import InUse
 
     is_waiting = False
-    with _screen(as_json=as_json) as update:
+    with watching() as show:
         while True:
             try:
-                update(session.status())
+                status = session.status()
+                screen.emit(status.document()) if as_json else show(list(describe(status)))
                 is_waiting = False
             except InUse as error:
                 if not is_waiting:
@@ -93,18 +93,3 @@ def _watch(session: Session, *, as_json: bool) -> None:
             # So that a run can begin between two.
             session.close()
             time.sleep(POLL_SECONDS)
-
-
-@contextmanager
-def _screen(*, as_json: bool) -> Iterator[Callable[[DisplayStatus], None]]:
-    """Where answers go: written over each other on a terminal, one after the other elsewhere."""
-    if as_json or not screen.is_live(sys.stderr):
-        yield lambda status: _show(status, as_json=as_json)
-        return
-    from rich.live import Live
-    from rich.text import Text
-
-    from curveline.cli.printing.status_text import describe
-
-    with Live(console=screen.console(), auto_refresh=False) as live:
-        yield lambda status: live.update(Text("\n".join(describe(status))), refresh=True)

@@ -7,12 +7,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
-from typing import TYPE_CHECKING
 
-from curveline.cli.printing import screen
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
+from curveline.cli.printing import terminal
 
 QUIET_S = 1.0
 """What is over by then needs no bar."""
@@ -21,23 +17,26 @@ WIDTH = 24
 
 
 class Bar:
-    """How far something has come that has `total` parts, None if nobody knows; gone without a trace at the end."""
+    """How far something has come that has `total` parts, None if nobody knows; gone without a trace at the end.
+
+    `detail` says what is being done at present.
+    """
 
     def __init__(self, what: str, total: int | None) -> None:
+        self.detail = ""
         self._what = what
         self._total = total
         self._done = 0
         self._begin = self._drawn = time.monotonic()
         self._first: tuple[float, int] | None = None
-        self._picture: Progress | None = None
-        self._is_wanted = (total is None or total > 1) and screen.is_live(sys.stderr)
+        self._is_wanted = (total is None or total > 1) and terminal.is_live(sys.stderr)
 
     def __enter__(self) -> Bar:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        if self._picture is not None:
-            self._picture.stop()
+        if self._is_wanted:
+            terminal.erase()
 
     def reach(self, done: int) -> None:
         """So many parts are done."""
@@ -54,47 +53,36 @@ class Bar:
 
     def show(self) -> None:
         """Draw how far it is, even if it has only begun."""
-        if not self._is_wanted:
-            return
-        self._drawn = time.monotonic()
-        if self._picture is None:
-            self._picture = self._new_picture()
-            self._picture.start()
-        self._picture.update(self._picture.task_ids[0], completed=self._done, rate=self._rate())
-        self._picture.refresh()
-
-    def _rate(self) -> str:
-        begin, first = self._first or (self._drawn, self._done)
-        return f"{(self._done - first) / (self._drawn - begin):.0f}/s" if self._done > first else ""
+        if self._is_wanted:
+            self._drawn = time.monotonic()
+            terminal.draw("  ".join(part for part in self._parts() if part))
 
     @contextmanager
     def aside(self) -> Iterator[None]:
         """Take the bar away while something else is written to the terminal."""
-        if self._picture is None:
-            yield
-            return
-        self._picture.stop()
-        self._picture = None
+        terminal.erase()
         yield
 
-    def _new_picture(self) -> Progress:
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    def _parts(self) -> Iterator[str]:
+        yield self._what
+        if self._total is None:
+            yield str(self._done)
+        else:
+            full = round(WIDTH * self._done / max(1, self._total))
+            yield f"[{'#' * full}{'.' * (WIDTH - full)}] {self._done} of {self._total}"
+        pace = self._pace()
+        if pace >= 1.0:
+            yield f"{pace:.0f}/s"
+        if pace > 0.0 and self._total is not None:
+            yield f"{_duration((self._total - self._done) / pace)} to go"
+        yield self.detail
 
-        columns = (
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=WIDTH),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[rate]}"),
-            TimeRemainingColumn(),
-        )
-        # Results go past rich, straight to their stream: they may be meant for a file or another program.
-        picture = Progress(
-            *columns,
-            console=screen.console(),
-            transient=True,
-            auto_refresh=False,
-            redirect_stdout=False,
-            redirect_stderr=False,
-        )
-        picture.add_task(self._what, total=self._total, completed=self._done, rate="")
-        return picture
+    def _pace(self) -> float:
+        """Parts per second, 0 while nobody can tell."""
+        begin, first = self._first or (self._drawn, self._done)
+        return (self._done - first) / (self._drawn - begin) if self._done > first else 0.0
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from curveline.cli.printing import screen
+from curveline.cli.printing import screen, terminal
 from curveline.plan_file import Plan
 from curveline.radio.host.link import Control, OperatorRequest, Progress
 
@@ -26,18 +26,15 @@ WISHES = {
 @contextmanager
 def watch(plan: Plan, control: Control) -> Iterator[Callable[[Progress], None]]:
     """An observer for a send of `plan` that shows what it is told."""
-    if not screen.is_live(sys.stderr):
+    if not terminal.is_live(sys.stderr):
         yield Lines(plan, control)
         return
-    from rich.live import Live
-    from rich.text import Text
-
-    with Live(console=screen.console(), auto_refresh=False) as live:
-        view = Picture(plan, control, lambda text: live.update(Text(text), refresh=True))
-        try:
-            yield view
-        finally:
-            view.finish()
+    view = Picture(plan, control, terminal.draw)
+    try:
+        yield view
+    finally:
+        view.finish()
+        terminal.keep()
 
 
 class Lines:

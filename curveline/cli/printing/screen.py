@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
+from curveline.cli.printing import terminal
+from curveline.cli.printing.terminal import has_colours
 from curveline.errors import CurvelineError, Diagnostic, InvalidInput, SystemRefusal
-from curveline.system.portable import is_hang_up, takes_escapes
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from curveline.system.portable import is_hang_up
 
 BOLD = "1"
 DIM = "2"
@@ -28,6 +26,7 @@ class ReaderGone(Exception):
 
 def result(text: str = "") -> None:
     """Lines of the result; they leave at once, so that a reader need not wait for the next."""
+    terminal.erase()
     try:
         print(text, flush=True)
     except OSError as error:
@@ -44,18 +43,9 @@ def emit(document: Any) -> None:
 
 def note(text: str) -> None:
     """A line beside the result; no run ends because nobody can read what it says."""
+    terminal.erase()
     with suppress(OSError):
         print(text, file=sys.stderr, flush=True)
-
-
-def is_live(stream: TextIO) -> bool:
-    """True if `stream` is a terminal that can be written over and shows colour."""
-    return stream.isatty() and os.environ.get("TERM", "") != "dumb" and not os.environ.get("CI")
-
-
-def has_colours(stream: TextIO) -> bool:
-    """Whether `stream` shows colours and the user wants them."""
-    return is_live(stream) and takes_escapes() and not os.environ.get("NO_COLOR")
 
 
 def paint(text: str, colour: str, stream: TextIO) -> str:
@@ -112,23 +102,6 @@ def advise(hint: str) -> None:
 @cache
 def announce_compilation() -> None:
     """Say once why the very first run takes long, before it does."""
-    from curveline.rod import _jit
+    from curveline.cli.printing import compiling
 
-    if not _jit.FIRST_RUN:
-        how_long = "up to half a minute"
-        _jit.before_compiling(lambda: note(f"compiling kernels that are new here, {how_long}, {_how_often()}"))
-    else:
-        note(f"compiling kernels, about 35 s, {_how_often()}")
-
-
-def _how_often() -> str:
-    from curveline.rod import _jit
-
-    return "once" if _jit.KEEPS else f"in every run: {_jit.WANTED} cannot be written"
-
-
-def console() -> Console:
-    """A terminal on stderr for what is written over."""
-    from rich.console import Console
-
-    return Console(stderr=True, highlight=False)
+    compiling.announce(note)
