@@ -33,7 +33,7 @@ APART = {
 """What a part may not import, although it stands to its left."""
 
 ONLY_IN = {
-    "numba": {"rod"},
+    "numba": {"rod", "bench"},
     "scipy": {"rod"},
     "numpy": {"rod", "bench", "figures", "loading", "planning", "replay", "simulation"},
     "pydantic": {"shapes"},

@@ -85,7 +85,8 @@ def test_the_eight_boundary_conditions_are_those_of_the_reference():
 
 
 def test_the_yardstick_finds_the_same_curve_as_the_rod(clamps: CaseSet):
-    bare = quick.yardstick()
+    from curveline.bench.methods import bare_newton as bare
+
     for case in (*clamps.cases, *cases.shapes([SHAPE]).cases):
         scaled, _, guess, _ = quick._planar_start(case)
         angles = bare.solve(guess, scaled.chord, scaled.ends, scaled.weight, 96)

@@ -5,11 +5,9 @@ Compare the ratios, which are taken in the same run.
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -37,9 +35,6 @@ from curveline.scene import Scene
 from curveline.shapes.files import read_shape
 from curveline.simulation.simulate import simulate, spatial_segment
 from curveline.units import deg, mm, to_mm, to_ms
-
-YARDSTICK = Path(__file__).parents[2] / "tests" / "benchmarks" / "bare_newton.py"
-"""Bare Newton, of the source tree alone: what is measured with it is left out elsewhere."""
 
 BOUNDARY_CONDITIONS = (
     (0.0, 0.0, 0.0, 600.0),
@@ -112,25 +107,12 @@ def _planar_start(case: Case) -> tuple[ScaledRod, Array, Array, Problem]:
 
 def _bare_newton(scaled: ScaledRod, guess: Array, finest: int, relax_it: Callable[[], object]) -> Iterator[Measurement]:
     """A certified state at 0.1 mm against Newton alone from the same guess through the same levels."""
-    bare = yardstick()
-    if bare is None:
-        return
-    solve = partial(bare.solve, guess, scaled.chord, scaled.ends, scaled.weight, finest)
+    from curveline.bench.methods import bare_newton  # its kernels are compiled when it is imported
+
+    solve = partial(bare_newton.solve, guess, scaled.chord, scaled.ends, scaled.weight, finest)
     took = best(solve)
     yield Measurement("bare Newton, same levels", 1e6 * took, "us", "", f"{finest} edges, no error known")
     yield Measurement("relax to 0.1 mm over bare", best(relax_it) / took, "x", "< 3", "same system, same run")
-
-
-def yardstick() -> Any:
-    """The module of bare Newton; None outside the source tree."""
-    if not YARDSTICK.exists():
-        return None
-    found = importlib.util.spec_from_file_location("bare_newton", YARDSTICK)
-    assert found is not None
-    assert found.loader is not None
-    module = importlib.util.module_from_spec(found)
-    found.loader.exec_module(module)
-    return module
 
 
 def _collocation(case: Case, warm: Callable[[], object]) -> Iterator[Measurement]:

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from curveline import __version__
-from curveline.cli.commands import bench, load, plan, send, simulate, status, stop
+from curveline.cli.commands import bench, load, plan, send, shapes, simulate, status, stop
 from curveline.cli.commands.display import check
 from curveline.cli.commands.display import show as show_display
 from curveline.cli.commands.keys import adopt, new
@@ -82,6 +82,7 @@ displays = typer.Typer(
 for _display_command in (check.check, show_display.show):
     displays.command(epilog=EPILOG, no_args_is_help=True)(_reporting(_display_command))
 app.add_typer(displays, name="display", epilog=EPILOG)
+app.command(epilog=EPILOG)(_reporting(shapes.shapes))
 
 runs = typer.Typer(help="The runs on record: how each ended, how far it came, whether it can go on.")
 runs.callback(invoke_without_command=True, epilog=EPILOG)(_reporting(listing.listing))

@@ -27,6 +27,7 @@ from curveline.scene import (
     Segment,
     Vector,
 )
+from curveline.shapes.library import given_shape
 from curveline.shapes.rod_rules import rod_of
 from curveline.shapes.rules import check_display, check_shape
 from curveline.shapes.tables import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, ShapeTable
@@ -52,7 +53,7 @@ MAX_BYTES = 1_000_000
 
 
 def read_shape(path: AnyPath) -> Scene:
-    """The scene that a shape file describes; it may come through a pipe, or through standard input as `-`.
+    """The scene that a shape file describes, or a built-in shape by its name; a pipe will do, or `-`, standard input.
 
     InvalidInput lists every problem of the file, and of the display file that it names.
     """
@@ -82,8 +83,8 @@ class ShapeFile:
 
     @classmethod
     def at(cls, path: AnyPath) -> ShapeFile:
-        """The one at a path; also what comes through a pipe, or through standard input as `-`."""
-        return cls(read_given(path, MAX_BYTES))
+        """The one at a path, or the built-in one of a name; also through a pipe, or through standard input as `-`."""
+        return cls(given_shape(path, MAX_BYTES))
 
     def varied(self, numbers: Mapping[KeyPath, float]) -> Scene:
         """The scene with `numbers` in place of those in the file, in the file's units.

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from curveline.errors import InvalidInput
 from curveline.plan_file import MAX_BYTES, Plan, from_json
+from curveline.shapes.library import given_shape
 from curveline.system.files import AnyPath, decode_text
-from curveline.system.given_files import read_given
 
 if TYPE_CHECKING:
     from curveline.scene import Scene
@@ -34,11 +34,11 @@ def read_inputs(paths: Sequence[str], hint: str, *, takes_plan: bool) -> Plan | 
 
 
 def read_input(path: AnyPath) -> Scene | Plan:
-    """The shape or the plan in a file, in a pipe, or in standard input if the path is `-`.
+    """The shape or the plan in a file, in a pipe, or in standard input if the path is `-`; or a built-in shape.
 
     JSON is a plan, and so is what claims to be JSON by its name. InvalidInput lists every problem of it.
     """
-    given = read_given(path, MAX_BYTES)
+    given = given_shape(path, MAX_BYTES)
     text = decode_text(given.data, given.name)
     if given.name.lower().endswith(PLAN_SUFFIX) or text.lstrip().startswith("{"):
         return from_json(text, given.name)

@@ -56,10 +56,13 @@ def bench(
         return
     from curveline.bench.report import BenchReport, document
     from curveline.outputs import TRADE, check_output, write_output
+    from curveline.system.given_files import is_stream
 
     for path in output or ():
         check_output(TRADE, path, force=force)
     files = [str(path) for path in shapes or _own_shapes()]
+    if any(map(is_stream, files)):
+        raise InvalidInput("shapes are read many times here, and what is piped in only once", "name files")
     screen.announce_compilation()
     rows = _show_rows(_quick_figures(files), hidden=json)
     points = [] if quick else _show_trade(files, hidden=json)
@@ -121,9 +124,7 @@ def _link_figures() -> Iterator[Measurement]:
 
 
 def _own_shapes() -> list[Path]:
-    """The paper's shapes in the source tree that this package runs from: of one segment, named condition and state."""
-    folder = Path(__file__).parents[3] / "shapes"
-    found = sorted(folder.glob("*-*.toml"))
-    if not found:
-        raise InvalidInput("no shape files to measure with", "name some: curveline bench SHAPE...")
-    return found
+    """The paper's shapes, which are built in: of one segment, named condition and state."""
+    from curveline.shapes.library import builtin_shapes
+
+    return [file for name, file in builtin_shapes().items() if "-" in name]

@@ -1,8 +1,8 @@
 """The least that a planar rod can cost: Newton's method on its discrete equations and nothing else, compiled by numba.
 
 The same equations as curveline's planar rod, n equal edges with half cells at the clamps, in units of the length and
-EI, from the same guess; no line search, no stability, no error estimate, nothing kept. Whoever certifies and
-extrapolates pays on top of this, and `curveline bench` says how much.
+EI, from the same guess, but without anything of curveline's: no line search, no stability, no error estimate, nothing
+kept. Whoever certifies and extrapolates pays on top of this, and `curveline bench` says how much.
 """
 
 from __future__ import annotations
