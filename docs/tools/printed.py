@@ -35,6 +35,9 @@ INSTALLING = "pip install"
 LONGEST = 300
 """Seconds that a block may take."""
 
+CACHE = "CURVELINE_CACHE"
+"""The one setting of whoever runs this that counts: kernels that are compiled already."""
+
 DRAWN = re.compile(r"[⠀-⣿]")
 VARIES = re.compile(
     r"[\d.]+ (?:ms\b|us\b|s on \d+ process(?:es)?|[a-z]+ per second)|^[\d.]+ s$"
@@ -116,10 +119,11 @@ def _console(block: Block, folder: Path) -> Printed:
 
 
 def _process(command: list[str], folder: Path) -> Printed:
+    apart = {name: value for name, value in os.environ.items() if not name.startswith("CURVELINE_") or name == CACHE}
     environment = {
-        **os.environ,
-        "CURVELINE_RUNS": str(folder / "runs"),
-        "CURVELINE_KEYS": str(folder / "site.json"),
+        **apart,
+        "CURVELINE_RUNS": "runs",
+        "CURVELINE_KEYS": "site.json",
         "COLUMNS": "80",
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
     }
