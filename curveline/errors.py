@@ -7,7 +7,7 @@
     ├── SystemRefusal        the operating system refused what nobody foresaw; exit code 2
     └── LinkError            radio or node fault; exit code 3
 
-Outcomes of a numerical solve (not converged, unstable) are data, not exceptions: see `rod.equilibrium.Outcome`.
+Outcomes of a numerical solve (not converged, unstable) are data, not exceptions: see `rod.states.equilibrium.Outcome`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What is to be shown: frozen descriptions of rod, display and shape, in SI units and radians.
 
-A `Scene` is complete: physics and planning need nothing else. `shapefile` builds scenes from files.
+A `Scene` is complete: physics and planning need nothing else. `shapes.files` builds scenes from files.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What shape and display files may contain, key by key, in the units people write.
 
 The descriptions are shown to users who left a key out or gave it the wrong type. What depends on more than one key is
-in `shape_rules`.
+in `rules`.
 """
 
 from __future__ import annotations

@@ -119,7 +119,7 @@ def simulate(
 
     Complete for what a planar display can show; `windings` names further full turns of the tangent to look at, whose
     loops are then listed as far as they are met. The scene decides the `model`, unless one is named: see
-    `rod.models.MODELS`. Raises InvalidInput for a model of another name.
+    `rod.models.choice.MODELS`. Raises InvalidInput for a model of another name.
     """
     if model not in MODELS:
         raise InvalidInput(f"there is no model {model!r}", hint=f"choose one of {', '.join(MODELS)}")

@@ -3,7 +3,7 @@
    Duty: tracks the set-points of a move at 1 kHz, tells when all axes have arrived or which has failed, and keeps
    failed axes off until the node, which latches the fault, sets off again.
    Units: counts, ms since power-on, PWM steps.
-   Source: `cl_plant` (plant.h) and the rules of node.py.
+   Source: `cl_plant` (plant.h) and the rules of machine.py.
 
    Where the axes are. `positions` gives encoder counts, except for an axis at rest within the band of its set-point: of
    that it gives the set-point. An axis is as good as where it was told to go once the motor has gone off, and the state

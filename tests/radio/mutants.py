@@ -26,7 +26,7 @@ class Mistake:
 
 
 def with_body(module: ModuleType) -> type[NodeMachine]:
-    """The node, which does without frames what the other `nodebody` says."""
+    """The node, which does without frames what the other `body` says."""
     other = {name: what for name, what in vars(module.NodeBody).items() if name not in vars(NodeMachine)}
     members = {name: what for name, what in other.items() if callable(what) or isinstance(what, property)}
     return type("Node", (NodeMachine,), members)

@@ -1,6 +1,6 @@
 """What a node does without frames: time passes, axes move and rest, zeros are sought, faults and silence stop it.
 
-Half of the executable specification of a node; what frames bring is the other half, in `node.py`.
+Half of the executable specification of a node; what frames bring is the other half, in `machine.py`.
 """
 
 from __future__ import annotations
