@@ -4,7 +4,7 @@ state, events = move_through(poses, segment, start=None)
 events                                              # [Event(FELL, 17, state)], what happened at which pose
 
 In the plane a state is that of a coarse rod, on finer edges where these alone keep it. A rod that leaves its plane goes
-on in space, see `aside`, until it is back.
+on in space, see `out_of_plane`, until it is back.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From a relaxed spatial rod to a curve of known accuracy: levels of halved edges and extrapolation, as in `ladder`."""
+"""From a relaxed spatial rod to a curve of known accuracy: levels of halved edges, as `planar.richardson`."""
 
 from __future__ import annotations
 

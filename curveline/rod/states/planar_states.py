@@ -2,7 +2,7 @@
 
 Energy descent from any set of guesses misses states whose basin is tiny near a fold; the sweeps do not rely on basins.
 What a coarse rod cannot tell, because it has its folds and pitchforks elsewhere by the square of its edges, is asked of
-finer ones: see `pairs`, and `_search_harder`.
+finer ones: see `hidden_pairs`, and `_search_harder`.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
     """Every stable state of `rod`, each refined to `tolerance` [m], named, the highest over the chord first.
 
     Complete for the states a planar display can show; of those with further turns of the tangent, `windings`, it lists
-    the ones it meets. Where the list is empty, `absence.why_none` says what to change.
+    the ones it meets. Where the list is empty, `no_state_reason.why_none` says what to change.
     """
     states: list[Equilibrium] = []
     if rod.free_length <= math.hypot(*rod.free_chord):
