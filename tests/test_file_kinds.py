@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -62,3 +63,16 @@ def test_another_kind_of_file_is_called_by_its_name(name: str, wanted: FileKind,
     assert found.message == f"this is {kind.name}, not {wanted.name}"
     assert kind is RESULT or shlex.quote(str(path)) in found.hint
     assert "5ec7e7" not in str(caught.value) + found.hint
+
+
+def test_what_the_hints_name_are_commands() -> None:
+    from typer.main import get_command
+
+    from curveline.cli.app import app
+
+    known = get_command(app).commands  # type: ignore[attr-defined]
+    for kind, _ in FILES.values():
+        for line in re.findall(r"`curveline ([^`]*)`", kind.use):
+            command, *rest = line.split()
+            assert command in known
+            assert not hasattr(known[command], "commands") or rest[0] in known[command].commands

@@ -62,6 +62,10 @@ def test_a_wheel_reads_built_in_shapes_and_displays_and_makes_new_ones(installed
     assert where.startswith(str(installed.parents[1]))
     assert name == "leaning"
     assert "span_mm" in said(installed, tmp_path, "-m", "curveline", "display", "show", "quad")
+    said(installed, tmp_path, "-m", "curveline", "new", "display", "lab", "--nodes", "3")
+    assert 'display = "lab.toml"' in said(
+        installed, tmp_path, "-m", "curveline", "new", "shape", "--display", "lab.toml", "-o", "-"
+    )
 
 
 def test_a_wheel_finds_the_shapes_to_measure_with_and_the_yardstick(installed: Path, tmp_path: Path) -> None:

@@ -19,6 +19,8 @@ from curveline.cli.commands.display import show as show_display
 from curveline.cli.commands.keys import adopt, new
 from curveline.cli.commands.keys import node as image
 from curveline.cli.commands.keys import show as show_keys
+from curveline.cli.commands.new import display as new_display
+from curveline.cli.commands.new import shape as new_shape
 from curveline.cli.commands.node import clear, home
 from curveline.cli.commands.node import status as node_status
 from curveline.cli.commands.runs import listing
@@ -83,6 +85,10 @@ for _display_command in (check.check, show_display.show):
     displays.command(epilog=EPILOG, no_args_is_help=True)(_reporting(_display_command))
 app.add_typer(displays, name="display", epilog=EPILOG)
 app.command(epilog=EPILOG)(_reporting(shapes.shapes))
+templates = typer.Typer(help="Files to begin with: a shape, or a display of your own.", no_args_is_help=True)
+for _new_command in (new_shape.shape, new_display.display):
+    templates.command(epilog=EPILOG)(_reporting(_new_command))
+app.add_typer(templates, name="new", epilog=EPILOG)
 
 runs = typer.Typer(help="The runs on record: how each ended, how far it came, whether it can go on.")
 runs.callback(invoke_without_command=True, epilog=EPILOG)(_reporting(listing.listing))

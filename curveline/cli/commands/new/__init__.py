@@ -1,0 +1,1 @@
+"""`curveline new`: files to begin with."""

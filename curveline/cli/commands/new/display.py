@@ -1,0 +1,24 @@
+"""`curveline new display`: a display file to begin with."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from curveline.cli.new_file import NameArgument, OutputOption, place_of, put
+
+
+def display(
+    name: NameArgument = None,
+    nodes: Annotated[int, typer.Option(min=2, max=128, metavar="N", help="How many nodes it has.")] = 2,
+    output: OutputOption = None,
+) -> None:
+    """Write a display file to begin with: valid as it is, and every key explained.
+
+    It goes to NAME.toml, and never over a file that exists: curveline new display lab --nodes 3
+    """
+    from curveline.shapes.templates import new_display
+
+    place = place_of(name, output, "my-display")
+    put(new_display(place.name, nodes), place, "curveline display check {}")
