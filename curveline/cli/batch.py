@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from curveline.cli.printing import screen
 from curveline.cli.printing.progress_bar import Bar
+from curveline.cli.remarks import remark_on
 from curveline.errors import EXIT_DONE, EXIT_NO, EXIT_USAGE, CurvelineError, InvalidInput
 from curveline.outputs import SIMULATION, write_output
 from curveline.shapes import files
@@ -52,6 +53,7 @@ def tasks_of(shapes: Sequence[str]) -> Iterator[Task]:
         except CurvelineError as error:
             yield Task(path, error)
             continue
+        remark_on(path, scene)
         screen.announce_compilation()
         yield Task(path, scene)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from curveline.cli import consent
 from curveline.cli.printing import plan_text, run_text, screen
+from curveline.cli.remarks import remark_on_each
 from curveline.cli.terminal import TERMINAL
 from curveline.drive_settings import DEFAULT_DISPLAY
 from curveline.driving.dry_run import DrySite, dry_run_of
@@ -62,6 +63,8 @@ def wish_of_named(named: Named, runs: Path, *, touched: bool = False) -> Wish:
         raise InvalidInput(
             "--touched is for shapes and for --home: this plan is made already", "send the shape instead"
         )
+    if isinstance(wish, Tour):
+        remark_on_each(wish.scenes)
     return wish
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from curveline.cli.batch import BatchRequest
 from curveline.cli.printing import screen
 from curveline.cli.printing.progress_bar import Bar
+from curveline.cli.remarks import remark_on
 from curveline.errors import EXIT_DONE, EXIT_NO, CurvelineError, InvalidInput
 from curveline.outputs import open_sweep
 from curveline.simulation.batch import Maker, Order, Simulated, Task, jobs_for, line_of, run
@@ -27,6 +28,7 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchReques
     if len(shapes) != 1:
         raise InvalidInput(f"--sweep is for one shape, not {len(shapes)}", "sweep one shape after the other")
     sweep = Sweep(shapes[0], ranges)
+    remark_on(shapes[0], sweep.file.scene)
     with Bar("checking", len(sweep)) as bar:
         sweep.check(bar.reach)
     screen.announce_compilation()

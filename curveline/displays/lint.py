@@ -23,6 +23,7 @@ from curveline.planning.funnels import ANGLES
 from curveline.scene import DOWN, Display
 from curveline.sections import Rectangle
 from curveline.shapes.files import builtin_displays, read_display
+from curveline.shapes.radians import look_like_radians
 from curveline.units import gpa, mm, rounded_down, to_deg, to_gpa, to_mm, told_apart
 
 SPANS = (mm(100.0), mm(3000.0))
@@ -189,6 +190,12 @@ def _rod(display: Display, held: Held) -> Iterator[Suspicion]:
 def _geometry(display: Display) -> Iterator[Suspicion]:
     """Numbers that look like those of another unit, or another display."""
     span, clamp = display.span, display.clamp
+    angle = display.limits.angle
+    ends = [float(f"{to_deg(end):.12g}") for end in (angle.low, angle.high)]
+    if look_like_radians(ends):
+        message = f"{ends[0]:g} to {ends[1]:g} look like radians, and are taken as degrees"
+        hint = f"is it in degrees? {ends[1]:g} rad would be {to_deg(ends[1]):.4g} deg"
+        yield Suspicion("radians", "limits.angle_deg", message, hint)
     if not SPANS[0] <= span <= SPANS[1]:
         yield Suspicion("odd-span", "span_mm", f"the nodes stand {to_mm(span):g} mm apart", "is it in mm?")
     if clamp == 0.0:

@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
+from curveline.drive_settings import MAX_NODES
 from curveline.errors import InvalidInput
-from curveline.plan_file import MAX_NODES
 from curveline.scene import Display, Range
 from curveline.shapes.files import ShapeFile, builtin_text
 from curveline.shapes.tables import (

@@ -171,6 +171,7 @@ def test_a_measured_display_of_ones_own_has_no_warnings(run: Run, write: Write) 
         ("height_mm = [-220.0, 220.0]", "height_mm = [20.0, 400.0]", "no-home"),
         ("angle_deg = [-75.0, 75.0]", "angle_deg = [5.0, 75.0]", "no-home"),
         ("length_mm = [500.0, 900.0]", "length_mm = [550.0, 900.0]", "no-home"),
+        ("angle_deg = [-75.0, 75.0]", "angle_deg = [-1.309, 1.309]", "radians"),
         ("gravity = true ", "gravity = [0.0, -0.8, 0.6] ", "no-plan"),
         ("total_length_mm = 2000.0", "total_length_mm = 515.0", "short-rod"),
         ("total_length_mm = 2000.0", "total_length_mm = 880.0", "short-rod"),

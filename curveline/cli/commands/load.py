@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from curveline.cli.printing import screen
+from curveline.cli.remarks import remark_on
 from curveline.errors import EXIT_NO, InvalidInput
 
 if TYPE_CHECKING:
@@ -123,6 +124,7 @@ def load(
     files = [path for path in output or () if path != "-"]
     _check_files(files, film, force=force)
     scene = read_shape(shape)
+    remark_on(shape, scene)
     index = _index(segment, len(scene.segments))
     push = Push(
         index,

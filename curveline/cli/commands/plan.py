@@ -85,6 +85,7 @@ def plan(
 
 def _made(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
     """A plan that was worked out before, or one through some shapes, and home."""
+    from curveline.cli.remarks import remark_on_each
     from curveline.cli.terminal import TERMINAL
     from curveline.driving.tours import Whereabouts, plan_tour, tour_of
     from curveline.plan_file import Plan
@@ -98,6 +99,7 @@ def _made(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
     if isinstance(given, Plan):
         return given
     tour = tour_of(given, ends_home=goes_home)
+    remark_on_each(given)
     if begin is None:
         return plan_tour(tour, Whereabouts(), TERMINAL)
     from curveline.planning.tours import start_at
