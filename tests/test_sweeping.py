@@ -89,6 +89,35 @@ def test_the_keys_are_all_quantities_of_the_file(shape: Path) -> None:
             Sweep(shape, [f"{key}=1:2:2"])
 
 
+MEANT = {
+    "nodes.0.angle_deg": "tables are counted from 1: did you mean nodes.1.angle_deg? ",
+    "nodes[0].angle_deg": "tables are counted from 1: did you mean nodes.1.angle_deg? ",
+    "segments.0.length_mm": "tables are counted from 1: did you mean segments.1.length_mm? ",
+    "loads.1.force_N.0": "tables are counted from 1: did you mean loads.1.force_N.1? ",
+    "nodes[2].angle_deg": "did you mean nodes.2.angle_deg? ",
+    "nodes.3.angle_deg": "did you mean nodes.2.angle_deg? ",
+    "nodes.999999999999.angle_deg": "did you mean nodes.2.angle_deg? ",
+    "nodes.2.angel_deg": "did you mean nodes.2.angle_deg? ",
+    "node.2.height": "did you mean nodes.2.height_mm? ",
+    "Nodes.2.Height_mm": "did you mean nodes.2.height_mm? ",
+    "loads.1.force_n.2": "did you mean loads.1.force_N.2? ",
+    "angle_deg": "did you mean nodes.1.angle_deg? ",
+    "height": "did you mean nodes.1.height_mm? ",
+    "display": "this file has ",
+    "": "this file has ",
+}
+
+
+@pytest.mark.parametrize(("key", "hint"), MEANT.items())
+def test_a_key_that_is_none_leads_to_one_that_is(shape: Path, key: str, hint: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        Sweep(shape, [f"{key}=0.5:0.6:2"])
+    assert caught.value.hint.startswith(hint)
+    for meant in re.findall(r"did you mean (\S+)\?", caught.value.hint):
+        start = "650:651" if "length" in meant else "0.5:0.6"
+        assert len(Sweep(shape, [f"{meant}={start}:2"])) == 2
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

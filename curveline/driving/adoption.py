@@ -11,6 +11,7 @@ from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError
 from curveline.radio.host.scan import ScannedNode, problems, scan
 from curveline.radio.interface import open_radio
+from curveline.radio.mock.spec import parse_spec
 from curveline.radio.site import key_file
 from curveline.radio.site.key_file import UNKNOWN_CHIP, SiteFile
 
@@ -27,14 +28,22 @@ class Adoption:
         return key_file.adopt(self.site, {each.address: each.chip for each in self.found})
 
 
-def find_devices(spec: str, drive: DriveSettings, runs: Path, site: SiteFile) -> Adoption:
-    """Ask every address; LinkError unless exactly one fitting device answers on each.
+def check_adoptable(spec: str) -> None:
+    """InvalidInput for a mock display whose nodes hold the mock's own key, as they do unless it is told otherwise."""
+    name, _, settings = spec.partition(":")
+    if name == "mock" and not parse_spec(settings).keys:
+        trial = "CURVELINE_KEYS=trial.json"
+        raise InvalidInput(
+            "the nodes of a mock display are known already, and need no keys: there is nothing to adopt",
+            f"to try how adopting goes: `{trial} curveline keys new`, then "
+            f"`{trial} curveline keys adopt --radio {name}:{','.join(filter(None, [settings, 'keys']))}`",
+        )
 
-    InvalidInput for a radio whose nodes hold no key of the site.
-    """
+
+def find_devices(spec: str, drive: DriveSettings, runs: Path, site: SiteFile) -> Adoption:
+    """Ask every address; LinkError unless exactly one fitting device answers on each."""
+    check_adoptable(spec)
     with key_file.lenient(), closing(open_radio(spec, drive, runs)) as radio:
-        if radio.site.master != site.master:
-            raise InvalidInput("the nodes of this radio hold no key of a site", "for a trial, use --radio mock:keys")
         found = scan(radio, drive)
     wrong = [text for each in found for text in problems(each, UNKNOWN_CHIP, drive)]
     if wrong:

@@ -33,6 +33,5 @@ def remark_on_radians(scene: Scene) -> str:
         return ""
     first = next(value for value in shown[odd[0]] if value != round(value))
     ask, say = ("is", "it is") if len(odd) == 1 else ("are", "they are")
-    return (
-        f"{ask} {' and '.join(odd)} in radians? {say} taken as degrees: {first:g} rad would be {to_deg(first):.4g} deg"
-    )
+    keys, other = " and ".join(odd), f"{first:g} rad would be {to_deg(first):.4g} deg"
+    return f"{ask} {keys} in radians? {say} taken as degrees: {other}"

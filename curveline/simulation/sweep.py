@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from typing import NamedTuple
 
 from curveline.errors import InvalidInput
 from curveline.rod.states.equilibrium import Outcome
 from curveline.scene import Scene
 from curveline.shapes.files import ShapeFile
-from curveline.shapes.toml_document import counted, nearest, shown
+from curveline.shapes.toml_document import counted, shown
 from curveline.shapes.toml_location import KeyPath
 from curveline.simulation.batch import Task
 from curveline.simulation.results import ShapeReport
@@ -110,8 +112,8 @@ def _axis(text: str, known: dict[str, KeyPath]) -> SweepAxis:
     if not has_range or len(parts) != 3:
         raise InvalidInput(f"--sweep {shown(text)} is no range", FORM)
     if key not in known:
-        hint = f"{nearest(key, list(known))}this file has {_listed(list(known))}"
-        raise InvalidInput(f"--sweep {key}: there is no such number in the file", hint)
+        hint = f"{_meant(key, list(known))}this file has {_listed(list(known))}"
+        raise InvalidInput(f"--sweep {shown(key)}: there is no such number in the file", hint)
     try:
         start, stop, count = float(parts[0]), float(parts[1]), int(parts[2])
     except ValueError:
@@ -129,6 +131,31 @@ def _axis(text: str, known: dict[str, KeyPath]) -> SweepAxis:
 def _key(path: KeyPath) -> str:
     """A key path as it is typed, with arrays counted from 1: `nodes.2.angle_deg`."""
     return ".".join(str(part + 1) if isinstance(part, int) else part for part in path)
+
+
+def _meant(key: str, known: Sequence[str]) -> str:
+    """The first part of a hint: the known key that was probably meant, with the nearest numbers that there are."""
+    names = list(dict.fromkeys(_words(each) for each in known))
+    words = _words(key)
+    close = get_close_matches(words, names, n=1) or [
+        name for name in names if words and words in name.split(".", 1)[-1]
+    ]
+    if not close:
+        return ""
+    numbers = [int(number) for number in re.findall(r"(?:^|[.\[])(\d{1,9})", key)]
+    alike = [each for each in known if _words(each) == close[0]]
+    likeliest = min(alike, key=lambda each: [abs(a - b) for a, b in zip(_numbers(each), numbers, strict=False)])
+    why = "tables are counted from 1: " if 0 in numbers else ""
+    return f"{why}did you mean {likeliest}? "
+
+
+def _words(key: str) -> str:
+    """A key without its numbers, in small letters: `nodes.angle_deg`."""
+    return ".".join(re.findall(r"[a-z_]+", key[:100].lower()))
+
+
+def _numbers(key: str) -> list[int]:
+    return [int(part) for part in key.split(".") if part.isdecimal()]
 
 
 def _listed(keys: list[str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import stat
 import subprocess
@@ -99,6 +100,24 @@ def test_without_keys_the_hint_says_how_to_make_them(run: Run, monkeypatch: pyte
         assert "curveline keys new" in err
     assert run("status", "--radio", "mock").code == 0
     assert run("status", "--radio", "mock:keys", "--scan").code == 0
+
+
+@pytest.mark.parametrize("radio", ["mock", "mock:seed=3"])
+@pytest.mark.parametrize("has_keys", [False, True])
+def test_a_mock_display_is_not_adopted_but_trying_it_works_as_told(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, radio: str, has_keys: bool
+) -> None:
+    if has_keys:
+        assert run("keys", "new").code == 0
+    code, out, err = run("keys", "adopt", "--radio", radio, "--yes")
+    assert (code, out) == (2, "")
+    assert "there is nothing to adopt" in err
+    monkeypatch.chdir(tmp_path)
+    lines = re.findall(r"`CURVELINE_KEYS=(\S+) curveline ([^`]*)`", err)
+    assert len(lines) == 2
+    for keys, line in lines:
+        monkeypatch.setenv("CURVELINE_KEYS", keys)
+        assert run(*line.split(), *(["--yes"] if "adopt" in line else [])).code == 0
 
 
 def test_encoders_that_are_too_fast_for_a_node_pass_neither_a_check_nor_into_an_image(

@@ -26,11 +26,12 @@ def adopt(
     From then on only these devices are obeyed and believed. Do it once, with nobody else's display switched on.
     """
     from curveline.drive_settings import drive_settings
-    from curveline.driving.adoption import find_devices
+    from curveline.driving.adoption import check_adoptable, find_devices
     from curveline.radio.site.key_file import default_path, read_site
     from curveline.shapes.files import given_display
 
     spec = require_radio(radio)
+    check_adoptable(spec)
     drive = drive_settings(given_display(display))
     site = read_site(default_path())
     if not yes:
