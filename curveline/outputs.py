@@ -15,6 +15,7 @@ from curveline.system.files import AnyPath, NewFile, check_writable, write_file
 
 if TYPE_CHECKING:
     from curveline.simulation.results import Settings
+    from curveline.simulation.sweep import Sweep
     from curveline.simulation.sweep_files import SweepFile
 
 Encoder = Callable[..., bytes]
@@ -70,12 +71,14 @@ SIMULATION = ResultKind(
 """Of a sequence of reports of shapes."""
 
 SWEEP = ResultKind(
-    {
-        ".json": "curveline.simulation.sweep_files:JsonFile",
-        ".csv": "curveline.simulation.sweep_files:CsvFile",
-        ".npz": "curveline.simulation.sweep_files:NpzFile",
-    },
-    advice="a sweep is not drawn: name a file that ends in",
+    _with_pictures(
+        {
+            ".json": "curveline.simulation.sweep_files:JsonFile",
+            ".csv": "curveline.simulation.sweep_files:CsvFile",
+            ".npz": "curveline.simulation.sweep_files:NpzFile",
+        },
+        "curveline.figures.sweeps:SweepPicture",
+    )
 )
 """Of a sweep; written by `open_sweep` while its points come in."""
 
@@ -120,10 +123,18 @@ def write_output(kind: ResultKind, path: AnyPath, content: Sequence[object], *, 
 
 
 @contextmanager
-def open_sweep(path: AnyPath, keys: Sequence[str], settings: Settings, *, force: bool = False) -> Iterator[SweepFile]:
-    """A file for a sweep over `keys`; it appears when the context is left without an exception."""
-    make: Callable[..., SweepFile] = SWEEP.encoder(SWEEP.suffix_of(path))  # type: ignore[assignment]
+def open_sweep(
+    path: AnyPath, sweep: Sweep, settings: Settings, *, plot: str = "", force: bool = False
+) -> Iterator[SweepFile]:
+    """A file for what a sweep shows; it appears when the context is left without an exception.
+
+    `plot` is what a figure shows over one key, as in `figures.sweeps.SweepView`.
+    """
+    suffix = SWEEP.suffix_of(path)
+    make: Callable[..., SweepFile] = SWEEP.encoder(suffix)  # type: ignore[assignment]
+    if suffix in PICTURES:
+        make = partial(make, plot=plot)
     with NewFile(path, force=force) as file:
-        sweep_file = make(file, keys, settings)
+        sweep_file = make(file, sweep, settings)
         yield sweep_file
         sweep_file.finish()

@@ -10,10 +10,12 @@ import pytest
 
 from curveline.bench.report import BenchReport
 from curveline.errors import InvalidInput
+from curveline.loading.falling import fall_of
 from curveline.loading.load_map import load_map
 from curveline.loading.pushes import Push
 from curveline.loading.snap_through import load
 from curveline.outputs import (
+    FALL,
     FILM,
     LOADING,
     PICTURES,
@@ -30,9 +32,10 @@ from curveline.planning.tours import make_plan
 from curveline.shapes.files import read_display, read_shape
 from curveline.simulation.results import Settings, ShapeReport
 from curveline.simulation.simulate import simulate
+from curveline.simulation.sweep import Sweep
 
 SHAPE = Path(__file__).parents[1] / "shapes" / "level-up-peak.toml"
-KINDS = {"simulation": SIMULATION, "loading": LOADING, "map": LOADING, "plan": PLAN, "trade": TRADE}
+KINDS = {"simulation": SIMULATION, "loading": LOADING, "map": LOADING, "fall": FALL, "plan": PLAN, "trade": TRADE}
 WRITTEN = [(name, suffix) for name, kind in KINDS.items() for suffix in kind.suffixes if suffix != FILM]
 SIGNS = {".svg": b"<?xml", ".png": b"\x89PNG", ".pdf": b"%PDF-", ".json": b"{", ".npz": b"PK", ".csv": b"shape,"}
 
@@ -45,6 +48,7 @@ def contents() -> dict[str, tuple[object, ...]]:
         "simulation": ([ShapeReport(scene, tuple(simulate(scene)), Settings(points=5), 0.0)],),
         "loading": (load(scene, Push(step=2.0)),),
         "map": (load_map(scene, Push(), 3),),
+        "fall": (fall_of(load(scene, Push(at=0.35, step=2.0))),),
         "plan": (make_plan(scene),),
         "trade": (BenchReport([], []),),
     }
@@ -94,14 +98,17 @@ def places(tmp_path: Path) -> Sequence[tuple[Path, str]]:
 def test_a_file_that_could_not_be_made_is_refused_before_anything_is_computed(kind: ResultKind, tmp_path: Path) -> None:
     for path, code in places(tmp_path):
         with pytest.raises(InvalidInput) as caught:
-            check_output(kind, path)
+            check_output(kind, path.with_suffix(kind.suffixes[0]))
         assert caught.value.diagnostics[0].code == code
 
 
 def test_the_file_of_a_sweep_appears_when_it_is_whole(tmp_path: Path) -> None:
-    path = tmp_path / "out.json"
-    with open_sweep(path, ["nodes.0.angle_deg"], Settings()):
-        assert not path.exists()
-    assert path.exists()
-    with pytest.raises(InvalidInput, match="exists"), open_sweep(path, [], Settings()):
-        pass
+    sweep = Sweep(SHAPE, ["nodes.1.angle_deg=0:10:2"])
+    for suffix in SWEEP.suffixes:
+        path = tmp_path / f"out{suffix}"
+        check_output(SWEEP, path)
+        with open_sweep(path, sweep, Settings()):
+            assert not path.exists()
+        assert path.read_bytes()[:4].startswith(SIGNS[suffix][:4] if suffix in (*PICTURES, ".npz") else b"")
+        with pytest.raises(InvalidInput, match="exists"), open_sweep(path, sweep, Settings()):
+            pass

@@ -12,9 +12,10 @@ from curveline.cli.printing import screen
 from curveline.cli.printing.progress_bar import Bar
 from curveline.cli.remarks import remark_on
 from curveline.errors import EXIT_DONE, EXIT_NO, CurvelineError, InvalidInput
-from curveline.outputs import open_sweep
+from curveline.outputs import PICTURES, SWEEP, open_sweep
 from curveline.simulation.batch import Maker, Order, Simulated, Task, jobs_for, line_of, run
 from curveline.simulation.sweep import Sweep, SweepTally, digests
+from curveline.simulation.sweep_view import view_of
 
 MOST_COMPLAINTS = 5
 """Points that failed, of which each is told of; then they are only counted."""
@@ -23,11 +24,17 @@ Sink = tuple[Maker, Callable[[Any], None]]
 """What is made of every report, and who takes it."""
 
 
-def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchRequest) -> int:
-    """Simulate a shape over ranges of its numbers; the exit code."""
+def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchRequest, plot: str = "") -> int:
+    """Simulate a shape over ranges of its numbers; the exit code.
+
+    `plot` is what figures show over one key, empty for the usual.
+    """
     if len(shapes) != 1:
         raise InvalidInput(f"--sweep is for one shape, not {len(shapes)}", "sweep one shape after the other")
     sweep = Sweep(shapes[0], ranges)
+    if any(SWEEP.suffix_of(path) in PICTURES for path in request.files):
+        # Refused now, not when all points have been simulated.
+        view_of(sweep, plot)
     remark_on(shapes[0], sweep.file.scene)
     with Bar("checking", len(sweep)) as bar:
         sweep.check(bar.reach)
@@ -36,7 +43,7 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchReques
     jobs = jobs_for(request.jobs, len(sweep))
     begin = time.perf_counter()
     with ExitStack() as stack:
-        sinks = list(_sinks(sweep, tally, request, stack))
+        sinks = [(digests, tally.add), *_sinks(sweep, request, plot, stack)]
         order = Order(request.settings, tuple(make for make, _ in sinks))
         answers = stack.enter_context(closing(run(sweep.tasks(), order, jobs, len(sweep))))
         bar = stack.enter_context(Bar("simulating", len(sweep)))
@@ -51,14 +58,12 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchReques
     return EXIT_DONE if tally.good == len(sweep) else EXIT_NO
 
 
-def _sinks(sweep: Sweep, tally: SweepTally, request: BatchRequest, stack: ExitStack) -> Iterator[Sink]:
-    """Who wants to know of every point."""
-    yield digests, tally.add
+def _sinks(sweep: Sweep, request: BatchRequest, plot: str, stack: ExitStack) -> Iterator[Sink]:
+    """Who wants to know of every point, besides the summary."""
     if request.as_json:
         yield line_of, screen.result
-    keys = [axis.key for axis in sweep.axes]
     for path in request.files:
-        file = stack.enter_context(open_sweep(path, keys, request.settings, force=request.force))
+        file = stack.enter_context(open_sweep(path, sweep, request.settings, plot=plot, force=request.force))
         yield file.make, file.take
 
 

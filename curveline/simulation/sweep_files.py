@@ -6,7 +6,7 @@ import csv
 import io
 import json
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from curveline.simulation.batch import Maker, Task, line_of
 from curveline.simulation.results import Settings, ShapeReport, curve_mm, depth_mm, document
+from curveline.simulation.sweep import Sweep
 from curveline.system.files import NewFile
 from curveline.units import to_mm
 
@@ -47,6 +48,8 @@ CLAMPS = (
     "left_moment_Nmm",
     "right_moment_Nmm",
 )
+COLUMNS = ("segment", "state", *SCALARS, *SPACE, *CLAMPS)
+"""Of a row, after its point and the swept values."""
 
 
 class SweepFile:
@@ -54,9 +57,9 @@ class SweepFile:
 
     make: Maker
 
-    def __init__(self, file: NewFile, keys: Sequence[str], settings: Settings) -> None:
+    def __init__(self, file: NewFile, sweep: Sweep, settings: Settings) -> None:
         self._file = file
-        self._keys = tuple(keys)
+        self._keys = tuple(axis.key for axis in sweep.axes)
         self._settings = settings
         self._begin()
 
@@ -124,7 +127,7 @@ class CsvFile(SweepFile):
     make = staticmethod(rows_of)
 
     def _begin(self) -> None:
-        self._write([("point", *self._keys, "segment", "state", *SCALARS, *SPACE, *CLAMPS)])
+        self._write([("point", *self._keys, *COLUMNS)])
 
     def take(self, product: list[Row]) -> None:
         """The rows of a point."""

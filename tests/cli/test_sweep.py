@@ -155,7 +155,15 @@ def test_a_bad_point_stops_a_sweep_before_it_starts(run: Run, tmp_path: Path) ->
     ("arguments", "words"),
     [
         ((PEAK, PEAK, "--sweep", ANGLE), "--sweep is for one shape, not 2"),
-        ((PEAK, "--sweep", ANGLE, "-o", "out.svg"), "a sweep is not drawn"),
+        ((PEAK, "--sweep", ANGLE, "-o", "out.gif"), "out.gif: cannot tell the format from the suffix '.gif'"),
+        (
+            (PEAK, *GRID, "--sweep", "nodes.2.angle_deg=0:10:2", "-o", "out.svg"),
+            "a figure shows a sweep over one key or two, not 3",
+        ),
+        ((PEAK, *GRID, "--plot", "energy_mJ", "-o", "out.svg"), "over two keys the figure is a map"),
+        ((PEAK, "--sweep", ANGLE, "--plot", "weight", "-o", "out.svg"), "--plot weight: states have no such number"),
+        ((PEAK, "--sweep", ANGLE, "--plot", "energy_mJ", "-o", "out.csv"), "--plot is for the figure of a sweep"),
+        ((PEAK, "--plot", "energy_mJ", "-o", "out.svg"), "--plot is for the figure of a sweep"),
         ((BROKEN / "many-problems.toml", "--sweep", ANGLE), "error[unknown-key]"),
         ((PEAK, "--sweep", "nodes.1.angle_deg"), "KEY=START:STOP:COUNT"),
         ((PEAK, "--jobs", "-1"), "--jobs"),
@@ -166,6 +174,29 @@ def test_what_cannot_be_swept_is_refused(run: Run, arguments: tuple[object, ...]
     assert (code, out) == (2, "")
     assert words in err
     assert "Traceback" not in err
+
+
+def test_figures_are_the_same_on_any_number_of_processes(run: Run, tmp_path: Path) -> None:
+    for options in (("--sweep", ANGLE, "--plot", "energy_mJ"), GRID):
+        made = []
+        for jobs in (1, 2):
+            figure, rows = tmp_path / f"{jobs}.svg", tmp_path / f"{jobs}.csv"
+            result = run("simulate", PEAK, *options, "-o", figure, "-o", rows, "-j", jobs, "--force")
+            assert f"wrote {figure}\nwrote {rows}\n" in result.err
+            made.append(figure.read_text())
+        assert made[0] == made[1]
+    assert ">peak, valley</text>" in made[0]
+
+
+def test_what_cannot_be_drawn_is_refused_before_any_point_is_looked_at(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("curveline.simulation.sweep.Sweep.check", lambda *_: pytest.fail("a point was checked"))
+    third = ("--sweep", "nodes.2.angle_deg=0:10:2", "-o", tmp_path / "out.png", "-o", tmp_path / "out.csv")
+    code, out, err = run("simulate", PEAK, *GRID, *third)
+    assert (code, out) == (2, "")
+    assert "hint: give all but two of them one value, KEY=VALUE:VALUE:1, or write .csv or .npz" in err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_dead_worker_costs_its_point_and_no_more(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

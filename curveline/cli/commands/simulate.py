@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import Annotated
 
@@ -44,7 +45,7 @@ def simulate(
             "-o",
             "--output",
             metavar="FILE",
-            help="Write .json, .npz, .csv, .svg or .png; - is JSON on stdout. May be repeated.",
+            help="Write .json, .npz, .csv, .svg, .png or .pdf; - is JSON on stdout. May be repeated.",
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
@@ -57,6 +58,13 @@ def simulate(
             metavar="KEY=START:STOP:COUNT",
             help="Run a number of the shape through a range, such as nodes.1.angle_deg=-60:60:41, counted from 1. May "
             "be repeated: every combination is simulated.",
+        ),
+    ] = None,
+    plot: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KEY",
+            help="What the figure of a sweep over one key shows, such as energy_mJ.  [default: mean_height_mm]",
         ),
     ] = None,
     jobs: Annotated[
@@ -82,7 +90,8 @@ def simulate(
     the plane and twists. A model that was asked for is used whatever it leaves out, which is then said.
 
     With --sweep one shape is simulated at every point of a grid. Its table counts the points at which each combination
-    of states is stable; --json is a document per point, .csv a row and .npz a row and a curve per state.
+    of states is stable; --json is a document per point, .csv a row and .npz a row and a curve per state. A figure shows
+    a value of every state over one key, a map of which states exist over two.
     """
     from curveline.cli.batch import BatchRequest, run_batch
     from curveline.outputs import SIMULATION, SWEEP, check_output
@@ -93,11 +102,24 @@ def simulate(
     as_json = json or len(files) < len(output or ())
     for path in files:
         check_output(SWEEP if sweep else SIMULATION, path, force=force)
+    if plot is not None:
+        _check_plot(plot, files if sweep else ())
     windings = (0, *(sign * turn for turn in range(1, turns + 1) for sign in (1, -1)))
     settings = Settings(mm(tolerance_mm), points, windings, tuple(sys.argv[1:]), model.value, explain)
     request = BatchRequest(settings, tuple(files), force, as_json, not no_drawing, jobs)
     if sweep:
         from curveline.cli.sweep import run_sweep
 
-        raise typer.Exit(run_sweep(shapes, sweep, request))
+        raise typer.Exit(run_sweep(shapes, sweep, request, plot or ""))
     raise typer.Exit(run_batch(shapes, request))
+
+
+def _check_plot(plot: str, files: Sequence[str]) -> None:
+    """InvalidInput unless there is a figure of a sweep among the files, and this can be plotted."""
+    from curveline.errors import InvalidInput
+    from curveline.outputs import PICTURES, SWEEP
+    from curveline.simulation.sweep_view import check_plot
+
+    if not any(SWEEP.suffix_of(path) in PICTURES for path in files):
+        raise InvalidInput("--plot is for the figure of a sweep", "add --sweep KEY=START:STOP:COUNT -o FILE.svg")
+    check_plot(plot)
