@@ -119,6 +119,18 @@ def test_no_figure_has_an_empty_band(reports: list[ShapeReport], count: int) -> 
     assert max(gaps) < 0.3
 
 
+def test_panels_of_any_label_are_true_to_aspect_and_fill_their_places() -> None:
+    for high in (0.3, 2.0):
+        with common.new_figure(5.0, 7.0, "svg") as figure:
+            panel = figure.subplots()
+            Frame(0.0, 12345.0, 0.0, 12345.0 * high).show_in(panel)
+            common.fit_height(figure, [[panel]])
+            common.bytes_of(figure, "svg")
+            box, place = panel.get_position(), panel.get_position(original=True)
+            assert box.height * figure.get_figheight() == pytest.approx(high * box.width * figure.get_figwidth())
+            assert (box.height, box.width) == pytest.approx((place.height, place.width), rel=0.02)
+
+
 def test_long_rows_are_wide_and_flat_ones_have_a_scale(reports: list[ShapeReport]) -> None:
     roof = report_on("roofline")
     image = imread(io.BytesIO(shapes.draw([roof], "png")))

@@ -143,11 +143,15 @@ def test_what_does_not_stay_is_dashed_and_what_cannot_be_shown_dotted() -> None:
     found = ValueCurves(view_over(SweepAxis("nodes.1.angle_deg", ("nodes", 0, "angle_deg"), 0.0, 3.0, 4)))
     for number in range(4):
         loop = StateValue(0, "loop-1", 2.0, stays=True, can_be_shown=False)
-        found.take((number, [StateValue(0, "buckled-1", float("nan"), stays=number < 2, can_be_shown=True), loop]))
+        found.take((number, [StateValue(0, "buckled-1", float(number), stays=number < 2, can_be_shown=True), loop]))
     text = sweeps.draw(found, kind="svg").decode()
     for said in ("buckled", "dashed: does not stay", "not for a planar display"):
         assert f">{said}</text>" in text
     assert "thick" not in text
+    # One solid piece and one dashed, then the line of the legend.
+    buckled = [part for part in re.findall(r'style="([^"]*)"', text) if COLOURS["buckled"].lower() in part]
+    lines = ["stroke-dasharray" in part for part in buckled if "fill: none" in part]
+    assert lines == [False, True, False]
     assert re.search(rf"stroke-dasharray: [^;]*; stroke-dashoffset: 0; stroke: {GREY}; stroke-width: 0.9", text)
 
 

@@ -26,7 +26,9 @@ def bench(
     link: Annotated[bool, typer.Option("--link", help="The radio link instead, on a model of the radios.")] = False,
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Write the trade as .svg, .png or .json. May be repeated."),
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Write the trade as .svg, .png, .pdf or .json. May be repeated."
+        ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,

@@ -35,8 +35,8 @@ def plan(
             "-o",
             "--output",
             metavar="FILE",
-            help="Write the plan (.json), its steps as a figure (.svg, .png) or a film (.gif); - is JSON on stdout. "
-            "May be repeated.",
+            help="Write the plan (.json), its steps as a figure (.svg, .png, .pdf) or a film (.gif); - is JSON on "
+            "stdout. May be repeated.",
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
