@@ -44,9 +44,10 @@ class Diagnostic:
 
 
 class CurvelineError(Exception):
-    """Base of all errors raised on purpose; `hint` says what to do about it."""
+    """Base of all errors raised on purpose; `hint` says what to do about it, `code` is what scripts know it by."""
 
     exit_code = EXIT_NO
+    code = "failed"
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -58,6 +59,7 @@ class InvalidInput(CurvelineError):
     """Input that cannot be used; `diagnostics` lists every problem found, in file order."""
 
     exit_code = EXIT_USAGE
+    code = "invalid-input"
 
     def __init__(self, message: str, hint: str = "", diagnostics: Iterable[Diagnostic] = ()) -> None:
         super().__init__(message, hint)
@@ -68,24 +70,32 @@ class Infeasible(CurvelineError):
     """The scene or plan is well formed, but what it asks for does not exist or is not safe."""
 
     exit_code = EXIT_NO
+    code = "infeasible"
 
 
 class MissingExtra(CurvelineError):
     """An optional dependency is needed and absent."""
 
     exit_code = EXIT_USAGE
+    code = "missing-extra"
 
 
 class SystemRefusal(CurvelineError):
     """The operating system refused something that nobody foresaw: a full disk, no rights, too many open files."""
 
     exit_code = EXIT_USAGE
+    code = "system"
 
 
 class LinkError(CurvelineError):
-    """The radio or a node failed, or refused; `node` is its number from 1, 0 when it concerns all."""
+    """The radio or a node failed, or refused; `node` is its number from 1, 0 when it concerns all.
+
+    `cause` is what scripts know the fault by that ended a run, such as `stall`; empty where no run was under way.
+    """
 
     exit_code = EXIT_LINK
+    code = "link"
+    cause = ""
 
     def __init__(self, message: str, hint: str = "", node: int = 0) -> None:
         super().__init__(message, hint)

@@ -12,6 +12,7 @@ Value = TypeVar("Value")
 
 NO_BREAK = "\xa0"
 WIDTH = 80
+"""Columns of a terminal of which nobody knows more."""
 MOST_RUNS = 8
 """Runs of equal states that are told one by one; of more, only how many segments are in which."""
 
@@ -44,11 +45,22 @@ def spans(numbers: Iterable[int]) -> str:
     return ", ".join("-".join(map(str, part)) for part in parts)
 
 
-def wrapped(text: str, indent: int = 0) -> list[str]:
-    """Lines of a sentence, indented, those after the first a little more; a command between marks is not broken."""
+def wrapped(text: str, indent: int = 0, width: int = WIDTH, hang: int = 2) -> list[str]:
+    """Lines of a sentence, indented, those after the first a little more.
+
+    Neither a long word nor a command between marks is broken: they are to be copied.
+    """
     kept = re.sub("`[^`]*`", lambda command: command[0].replace(" ", NO_BREAK), text)
-    left = " " * indent
-    lines = textwrap.wrap(
-        kept, WIDTH, initial_indent=left, subsequent_indent=f"{left}  ", break_on_hyphens=False, break_long_words=False
-    )
+    wrapper = textwrap.TextWrapper(width, break_on_hyphens=False, break_long_words=False)
+    wrapper.initial_indent, wrapper.subsequent_indent = " " * indent, " " * (indent + hang)
+    lines = wrapper.wrap(kept)
     return [line.replace(NO_BREAK, " ") for line in lines]
+
+
+def fitted(text: str, width: int) -> list[str]:
+    """Lines of text, those that are too long for so many columns wrapped at words."""
+    lines: list[str] = []
+    for line in text.split("\n"):
+        indent = len(line) - len(line.lstrip())
+        lines += [line] if len(line) <= width else wrapped(line.strip(), indent, width)
+    return lines

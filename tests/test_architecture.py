@@ -51,6 +51,8 @@ MODULE_LINES = 400
 FUNCTION_LINES = 40
 KERNEL_LINES = 100
 PARAMETERS = 5
+TYPER_HOOKS = ("app._show_version", "completion.install", "completion.show", "options.shorten")
+"""What typer calls with the value of a flag."""
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -242,7 +244,7 @@ def test_functions_take_few_parameters_and_no_flags_by_position(module: tuple[Pa
         count = len(positional) + len(arguments.kwonlyargs)
         assert count <= PARAMETERS, f"{function.name} takes {count} parameters"
         flags = [each.arg for each in positional if each.annotation and ast.unparse(each.annotation) == "bool"]
-        is_typer_hook = part_of(path) == "cli" and function.name == "_show_version"
+        is_typer_hook = part_of(path) == "cli" and f"{path.stem}.{function.name}" in TYPER_HOOKS
         assert not flags or is_typer_hook, f"{function.name} takes {flags} by position"
 
 

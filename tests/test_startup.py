@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import pytest
 
+import curveline
 from curveline.drive_settings import drive_settings
 from curveline.plan_file import NodeTarget, Plan, Step, sealed, write_plan
 from curveline.shapes.files import read_display
@@ -68,7 +69,9 @@ def load(tmp_path: Path):
     (tmp_path / "wire.py").write_text(textwrap.dedent(WIRE))
 
     def run(*arguments: str) -> Loaded:
-        environment = {**os.environ, "CURVELINE_RUNS": str(tmp_path / "runs"), "PYTHONPATH": str(tmp_path)}
+        # This tree, whichever other one is installed.
+        paths = os.pathsep.join([str(tmp_path), str(Path(curveline.__file__).parents[1])])
+        environment = {**os.environ, "CURVELINE_RUNS": str(tmp_path / "runs"), "PYTHONPATH": paths}
         environment.pop("CURVELINE_RADIO", None)
         command = [sys.executable, "-c", SCRIPT, json.dumps(arguments)]
         done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True)

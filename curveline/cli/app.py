@@ -5,14 +5,16 @@ from __future__ import annotations
 import io
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import wraps
+from inspect import Parameter, signature
 from typing import Annotated, Any
 
 import typer
 
 from curveline import __version__
+from curveline.cli import completion
 from curveline.cli.commands import bench, load, plan, send, shapes, simulate, status, stop
 from curveline.cli.commands.display import check
 from curveline.cli.commands.display import show as show_display
@@ -25,26 +27,37 @@ from curveline.cli.commands.node import clear, home
 from curveline.cli.commands.node import status as node_status
 from curveline.cli.commands.runs import listing
 from curveline.cli.commands.runs import show as show_run
-from curveline.cli.printing import screen
-from curveline.cli.usage import WordedCommands
+from curveline.cli.misuse import misuse_of
+from curveline.cli.printing import failures, manner, screen, terminal
+from curveline.cli.printing.failures import Interrupted
+from curveline.cli.printing.help_pages import HelpCommand, HelpGroup
 from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError, LinkError, SystemRefusal
 from curveline.system.portable import is_hang_up
 from curveline.system.refusals import hint_of, message_of
 
-EPILOG = (
-    "Exit codes: 0 done; 1 it ran and the answer is no (no such state, infeasible plan, tolerance not reached, a shape "
-    "of a batch failed); 2 usage, an invalid file, or the system refused (no room, no rights); 3 radio or node fault, "
-    "or the system refused while a radio was in use; 130 interrupted. Results go to stdout, everything else to stderr."
-)
+EPILOG = """
+Words: a node's feed (mm), angle (deg) and height (mm) are the extrude, bias and translate of the paper; its motors
+feed, turn and lift.
+
+Exit codes: 0 done; 1 it ran and the answer is no (no such state, infeasible plan, tolerance not reached, a shape of a
+batch failed); 2 usage, an invalid file, or the system refused (no room, no rights); 3 radio or node fault, or the
+system refused while a radio was in use; 130 interrupted. Results go to stdout, everything else to stderr.
+""".strip()
+HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 LINKED = (send.send, status.status, stop.stop, adopt.adopt, node_status.status, clear.clear, home.home)
 """Commands that have a radio in use."""
 
+COMPUTING = "Compute"
+DRIVING = "Drive a display"
+SETTING_UP = "Set up and measure"
+
 app = typer.Typer(
+    cls=HelpGroup,
     name="curveline",
-    cls=WordedCommands,
     help="Simulate, plan and drive shape displays made of flexible rods.",
     epilog=EPILOG,
+    context_settings=HELP_OPTIONS,
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
@@ -62,38 +75,68 @@ def _reporting(command: Callable[..., None]) -> Callable[..., None]:
             command(*arguments, **options)
         except OSError as error:
             raise refusal(message_of(error), hint_of(error)) from error
+        except KeyboardInterrupt:
+            failures.answer(Interrupted("interrupted"))
+            raise
 
     return run
 
 
-for _command in (simulate.simulate, plan.plan, send.send, status.status, stop.stop, load.load, bench.bench):
-    app.command(epilog=EPILOG, no_args_is_help=_command not in (status.status, stop.stop, bench.bench))(
-        _reporting(_command)
-    )
-keys = typer.Typer(help="The keys of a site: make them, load them, learn who the nodes are.", no_args_is_help=True)
-for _key_command in (new.new, image.node, adopt.adopt, show_keys.show):
-    keys.command(epilog=EPILOG)(_reporting(_key_command))
-app.add_typer(keys, name="keys", epilog=EPILOG)
-one = typer.Typer(help="One node: how it is, and what brings it back to work.", no_args_is_help=True)
-for _node_command in (node_status.status, clear.clear, home.home):
-    one.command(epilog=EPILOG, no_args_is_help=True)(_reporting(_node_command))
-app.add_typer(one, name="node", epilog=EPILOG)
-displays = typer.Typer(
-    help="The displays: what is built in, and whether a file of your own is sound.", no_args_is_help=True
-)
-for _display_command in (check.check, show_display.show):
-    displays.command(epilog=EPILOG, no_args_is_help=True)(_reporting(_display_command))
-app.add_typer(displays, name="display", epilog=EPILOG)
-app.command(epilog=EPILOG)(_reporting(shapes.shapes))
-templates = typer.Typer(help="Files to begin with: a shape, or a display of your own.", no_args_is_help=True)
-for _new_command in (new_shape.shape, new_display.display):
-    templates.command(epilog=EPILOG)(_reporting(_new_command))
-app.add_typer(templates, name="new", epilog=EPILOG)
+def _add(to: typer.Typer, command: Callable[..., None], panel: str | None = None) -> None:
+    """Add a command; one that does nothing without arguments explains itself when it has none."""
+    is_enough = all(parameter.default is not Parameter.empty for parameter in signature(command).parameters.values())
+    needs = not is_enough or command in (plan.plan, send.send)
+    to.command(cls=HelpCommand, epilog=EPILOG, no_args_is_help=needs, rich_help_panel=panel)(_reporting(command))
 
-runs = typer.Typer(help="The runs on record: how each ended, how far it came, whether it can go on.")
-runs.callback(invoke_without_command=True, epilog=EPILOG)(_reporting(listing.listing))
-runs.command(epilog=EPILOG, no_args_is_help=True)(_reporting(show_run.show))
-app.add_typer(runs, name="runs", epilog=EPILOG)
+
+def _group(name: str, what: str, panel: str, commands: Sequence[Callable[..., None]]) -> typer.Typer:
+    """Add a group of commands."""
+    group = typer.Typer(cls=HelpGroup, help=what, no_args_is_help=True)
+    for command in commands:
+        _add(group, command)
+    app.add_typer(group, name=name, epilog=EPILOG, rich_help_panel=panel)
+    return group
+
+
+COMMANDS: dict[str, Sequence[Callable[..., None]]] = {
+    COMPUTING: (simulate.simulate, plan.plan, load.load),
+    DRIVING: (send.send, status.status, stop.stop),
+    SETTING_UP: (shapes.shapes, bench.bench),
+}
+for _panel, _commands in COMMANDS.items():
+    for _command in _commands:
+        _add(app, _command, _panel)
+_group(
+    "node",
+    "One node: how it is, and what brings it back to work.",
+    DRIVING,
+    (node_status.status, clear.clear, home.home),
+)
+runs = _group(
+    "runs",
+    "The runs on record: how each ended, how far it came, whether it can go on.",
+    DRIVING,
+    (show_run.show,),
+)
+runs.callback(invoke_without_command=True, no_args_is_help=False)(_reporting(listing.listing))
+_group(
+    "new",
+    "Files to begin with: a shape, or a display of your own.",
+    SETTING_UP,
+    (new_shape.shape, new_display.display),
+)
+_group(
+    "display",
+    "The displays: what is built in, and whether a file of your own is sound.",
+    SETTING_UP,
+    (check.check, show_display.show),
+)
+_group(
+    "keys",
+    "The keys of a site: make them, load them, learn who the nodes are.",
+    SETTING_UP,
+    (new.new, image.node, adopt.adopt, show_keys.show),
+)
 
 
 def _show_version(wanted: bool) -> None:
@@ -105,7 +148,25 @@ def _show_version(wanted: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+        bool, typer.Option("-V", "--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+    install_completion: Annotated[
+        bool,
+        typer.Option(
+            "--install-completion",
+            callback=completion.install,
+            is_eager=True,
+            help="Teach this shell (bash, zsh, fish) to complete commands, options and names, and exit.",
+        ),
+    ] = False,
+    show_completion: Annotated[
+        bool,
+        typer.Option(
+            "--show-completion",
+            callback=completion.show,
+            is_eager=True,
+            help="Show what that would have the shell read, and exit.",
+        ),
     ] = False,
 ) -> None:
     pass
@@ -114,32 +175,43 @@ def _options(
 def main() -> None:
     """Entry point: run the command line and leave with the exit code that the design promises."""
     _make_streams_safe()
+    manner.begin(sys.argv[1:])
+    terminal.begin()
     try:
         code = _run()
+        failures.conclude(code)
     except KeyboardInterrupt:
         code = EXIT_INTERRUPTED
+    except screen.ReaderGone:
+        code = EXIT_NO
+    terminal.end()
     sys.exit(_let_go(code))
 
 
 def _run() -> int:
     try:
-        app(prog_name="curveline")
+        return int(app(prog_name="curveline", standalone_mode=False) or 0)
     except CurvelineError as error:
-        screen.complain(error)
-        return error.exit_code
-    except screen.ReaderGone:
-        return EXIT_NO
+        return _failed(error)
+    except typer.TyperException as error:
+        misuse = misuse_of(error)
+        if misuse.usage:
+            screen.note(misuse.usage)
+        return _failed(misuse)
     except OSError as error:
         return _refused(error)
-    except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else EXIT_NO
-    return 0
+
+
+def _failed(error: CurvelineError) -> int:
+    """Tell what went wrong; the exit code."""
+    screen.complain(error)
+    failures.answer(error)
+    return error.exit_code
 
 
 def _refused(error: OSError) -> int:
     """Tell what the system refused outside of any command; the exit code."""
-    screen.complain(SystemRefusal(message_of(error), hint_of(error)))
-    return SystemRefusal.exit_code
+    return _failed(SystemRefusal(message_of(error), hint_of(error)))
 
 
 def _let_go(code: int) -> int:

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
-from curveline.cli.printing import screen
+from curveline.cli.printing import failures, screen
+from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.progress_bar import Bar
 from curveline.cli.remarks import remark_on
 from curveline.errors import EXIT_DONE, EXIT_NO, EXIT_USAGE, CurvelineError, InvalidInput
@@ -88,6 +89,7 @@ class _Batch:
             _show(answer.products[-1], drawn=self.request.is_drawn)
 
     def _complain(self, task: Task, error: CurvelineError) -> None:
+        failures.answer(error, file=task.label)
         # Diagnostics name their file; what happened while a sound file was simulated does not.
         is_named = isinstance(error, InvalidInput) and error.diagnostics
         screen.complain(error if is_named else CurvelineError(f"{task.label}: {error.message}", error.hint))
@@ -120,6 +122,8 @@ def _show(report: ShapeReport, *, drawn: bool) -> None:
     from curveline.cli.printing.state_table import describe, sketch
 
     screen.result("\n".join(describe(report)))
+    if MANNER.is_brief:
+        return
     if drawn:
         screen.result("\n".join(sketch(report)))
     screen.result()

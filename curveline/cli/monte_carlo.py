@@ -21,34 +21,55 @@ if TYPE_CHECKING:
 MOST_RUNS = 1_000_000
 MOST_JOBS = 256
 LARGEST_SEED = 2**53
+MONTE_CARLO = "Many runs with errors (--monte-carlo)"
 
 
 def _size(default: str, text: str) -> Any:
-    return typer.Option(min=0.0, metavar="SIZE", show_default=default, help=f"With --monte-carlo: {text}")
+    return typer.Option(min=0.0, metavar="SIZE", show_default=default, rich_help_panel=MONTE_CARLO, help=text)
 
 
 Runs = Annotated[
     int | None,
     typer.Option(
-        min=1, max=MOST_RUNS, metavar="RUNS", help="Play the plan so often with errors of the nodes drawn at random."
+        min=1,
+        max=MOST_RUNS,
+        metavar="RUNS",
+        rich_help_panel=MONTE_CARLO,
+        help="Play the plan so often with errors of the nodes drawn at random.",
     ),
 ]
 Seed = Annotated[
-    int, typer.Option(min=0, max=LARGEST_SEED, metavar="N", help="With --monte-carlo: the first run's; then N+1, ...")
+    int,
+    typer.Option(
+        min=0, max=LARGEST_SEED, metavar="N", rich_help_panel=MONTE_CARLO, help="Seed of the first run; then N+1, ..."
+    ),
 ]
-FeedError = Annotated[float | None, _size("0.3", "constant error and play of the feed.")]
-FeedScale = Annotated[float | None, _size("0.2", "error in what a node feeds per turn, in percent.")]
-AngleError = Annotated[float | None, _size("1.0", "constant error and play of the angle.")]
-HeightError = Annotated[float | None, _size("0.3", "constant error and play of the height.")]
-Bow = Annotated[float | None, _size("5.0", "bow of the straight rod.")]
-Unevenness = Annotated[float | None, _size("0.5", "how late or early an axis is, as a part of a step's time.")]
+FeedError = Annotated[float | None, _size("0.3", "Constant error and play of the feed, in mm.")]
+FeedScale = Annotated[float | None, _size("0.2", "Error in what a node feeds per turn, in percent.")]
+AngleError = Annotated[float | None, _size("1.0", "Constant error and play of the angle, in deg.")]
+HeightError = Annotated[float | None, _size("0.3", "Constant error and play of the height, in mm.")]
+Bow = Annotated[float | None, _size("5.0", "Bow of the straight rod, in mm.")]
+Unevenness = Annotated[float | None, _size("0.5", "How late or early an axis is, as a part of a step's time.")]
 LeastShare = Annotated[
-    float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="With --monte-carlo: below it the exit code is 1.")
+    float,
+    typer.Option(
+        min=0.0,
+        max=1.0,
+        metavar="SHARE",
+        rich_help_panel=MONTE_CARLO,
+        help="Share of good runs below which the exit code is 1.",
+    ),
 ]
 Jobs = Annotated[
     int | None,
     typer.Option(
-        "-j", "--jobs", min=0, max=MOST_JOBS, metavar="N", help="With --monte-carlo: processes; 0 is one per core."
+        "-j",
+        "--jobs",
+        min=0,
+        max=MOST_JOBS,
+        metavar="N",
+        rich_help_panel=MONTE_CARLO,
+        help="Processes to compute with; 0 is one per core.",
     ),
 ]
 

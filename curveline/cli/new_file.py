@@ -12,7 +12,7 @@ from curveline.cli.printing import screen
 from curveline.system.files import refuse_file, write_file
 
 NameArgument = Annotated[
-    str | None, typer.Argument(metavar="[NAME]", help="Its name, which is also that of the file, or the file.")
+    str | None, typer.Argument(metavar="NAME", help="Its name, which is also that of the file, or the file.")
 ]
 OutputOption = Annotated[
     str | None,

@@ -1,4 +1,4 @@
-"""Options that several commands have: the radio, the display, the folder of runs."""
+"""Options that many commands have, and the sections of a help in which options stand."""
 
 from __future__ import annotations
 
@@ -7,20 +7,64 @@ from typing import Annotated
 
 import typer
 
+from curveline.cli import completion
+from curveline.cli.printing.manner import MANNER
 from curveline.errors import InvalidInput
+
+RESULTS = "Results"
+LINK = "Radio and records"
+
+
+def shorten(is_wanted: bool) -> bool:
+    """What the option --brief does."""
+    MANNER.is_brief = is_wanted
+    return is_wanted
+
 
 RadioOption = Annotated[
     str | None,
-    typer.Option("--radio", envvar="CURVELINE_RADIO", metavar="SPEC", help="How to reach the nodes, such as mock."),
+    typer.Option(
+        "-r",
+        "--radio",
+        envvar="CURVELINE_RADIO",
+        metavar="SPEC",
+        autocompletion=completion.radios,
+        rich_help_panel=LINK,
+        help="How to reach the nodes: mock, which is a model of them, serial:PORT or nrf24:CE,CSN.",
+    ),
 ]
 RunsOption = Annotated[
     str | None,
     typer.Option(
-        "--runs", metavar="DIR", help="Folder of the records of runs, instead of the user's or CURVELINE_RUNS."
+        "--runs",
+        metavar="DIR",
+        rich_help_panel=LINK,
+        help="Folder of the records of runs, instead of the user's or CURVELINE_RUNS.",
     ),
 ]
 DisplayOption = Annotated[
-    str, typer.Option("--display", metavar="NAME|FILE", help="A built-in display, or a display file.")
+    str,
+    typer.Option(
+        "-d",
+        "--display",
+        metavar="NAME|FILE",
+        autocompletion=completion.displays,
+        rich_help_panel=LINK,
+        help="A built-in display, or a display file.",
+    ),
+]
+YesOption = Annotated[bool, typer.Option("-y", "--yes", help="Do not ask before anything moves.")]
+ForceOption = Annotated[
+    bool, typer.Option("-f", "--force", rich_help_panel=RESULTS, help="Overwrite files that exist.")
+]
+JsonOption = Annotated[
+    bool, typer.Option("--json", rich_help_panel=RESULTS, help="JSON on stdout, one document; errors, too.")
+]
+BriefOption = Annotated[
+    bool,
+    typer.Option(
+        "-b", "--brief", callback=shorten, rich_help_panel=RESULTS, help="A few short lines, easy to look through."
+    ),
 ]
 
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing
 from typing import Any
 
 from curveline.cli.batch import BatchRequest
-from curveline.cli.printing import screen
+from curveline.cli.printing import failures, screen
 from curveline.cli.printing.progress_bar import Bar
 from curveline.cli.remarks import remark_on
 from curveline.errors import EXIT_DONE, EXIT_NO, CurvelineError, InvalidInput
 from curveline.outputs import PICTURES, SWEEP, open_sweep
+from curveline.rod._jit import clock
 from curveline.simulation.batch import Maker, Order, Simulated, Task, jobs_for, line_of, run
 from curveline.simulation.sweep import Sweep, SweepTally, digests
 from curveline.simulation.sweep_view import view_of
@@ -41,7 +41,7 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchReques
     screen.announce_compilation()
     tally = SweepTally.of(len(sweep.file.scene.segments))
     jobs = jobs_for(request.jobs, len(sweep))
-    begin = time.perf_counter()
+    begin = clock()
     with ExitStack() as stack:
         sinks = [(digests, tally.add), *_sinks(sweep, request, plot, stack)]
         order = Order(request.settings, tuple(make for make, _ in sinks))
@@ -54,7 +54,7 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchReques
             with bar.aside() if request.as_json else ExitStack():
                 _take(task, answer, sinks, tally)
             bar.reach(task.number)
-    _sum_up(sweep, tally, request, (time.perf_counter() - begin, jobs))
+    _sum_up(sweep, tally, request, (clock() - begin, jobs))
     return EXIT_DONE if tally.good == len(sweep) else EXIT_NO
 
 
@@ -69,6 +69,7 @@ def _sinks(sweep: Sweep, request: BatchRequest, plot: str, stack: ExitStack) -> 
 
 def _take(task: Task, answer: Simulated | CurvelineError, sinks: Sequence[Sink], tally: SweepTally) -> None:
     if isinstance(answer, CurvelineError):
+        failures.answer(answer, point=task.number, swept=dict(task.swept))
         tally.failed += 1
         if tally.failed <= MOST_COMPLAINTS:
             where = ", ".join(f"{key}={value:g}" for key, value in task.swept)

@@ -7,29 +7,15 @@ from collections.abc import Mapping
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
 
 NUMBER = {"float_parsing": "number", "int_parsing": "whole number", "int_from_float": "whole number"}
 MINUS = "\N{MINUS SIGN}"
 BOUNDS = frozenset({"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"})
 
 
-class WordedCommands(TyperGroup):
-    """The commands of the program; what the validation of an option says of Python's types is said in words."""
-
-    def invoke(self, ctx: Any) -> Any:
-        """See TyperGroup."""
-        try:
-            return super().invoke(ctx)
-        except typer.BadParameter as error:
-            error.message = in_words(error)
-            raise
-
-
 def in_words(error: typer.BadParameter) -> str:
-    """The message about an option's value; as it is where the value was not refused for its type or its size."""
+    """What is wrong with an option's value; "" where it was not refused for its type or its size."""
     from curveline.shapes.key_units import unit_of
-    from curveline.shapes.toml_document import nearest
 
     details = _details(error)
     names = [name.replace("-", "_") for name in getattr(error.param, "opts", ())]
@@ -39,9 +25,7 @@ def in_words(error: typer.BadParameter) -> str:
         return f"{given[:40]!r} is no {NUMBER[kind]}{_better(given, NUMBER[kind], unit)}"
     if kind in BOUNDS:
         return f"{given[:40]}{unit} is not allowed: give {_allowed(error.param, details)}{unit}"
-    choices = getattr(getattr(error.param, "type_descriptor", None), "choices", None) or ()
-    guess = nearest(given, [str(getattr(choice, "value", choice)) for choice in choices])
-    return f"{error.message.removeprefix('Value error, ').rstrip('.')}{guess and f'; {guess.strip()}'}"
+    return ""
 
 
 def _details(error: typer.BadParameter) -> Mapping[str, Any]:

@@ -42,6 +42,8 @@ class Answer:
 class RadioGone(LinkError):
     """The radio itself went away, not a node; while it `may_return`, a further exchange tries to reach it again."""
 
+    code = "radio-gone"
+
     def __init__(self, message: str, hint: str = "", *, may_return: bool) -> None:
         super().__init__(message, hint)
         self.may_return = may_return
@@ -49,6 +51,8 @@ class RadioGone(LinkError):
 
 class InUse(LinkError):
     """Another process of this computer has the radio, or the mock display, most likely for a run."""
+
+    code = "in-use"
 
 
 class Radio(Protocol):

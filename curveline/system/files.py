@@ -14,7 +14,7 @@ from typing import BinaryIO, NoReturn
 from curveline.errors import Diagnostic, InvalidInput
 from curveline.system import portable
 
-EXCERPT = 120
+EXCERPT = 76
 """Characters of a source line that a diagnostic shows."""
 
 AnyPath = str | os.PathLike[str]

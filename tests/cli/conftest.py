@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -31,6 +32,19 @@ class Result(NamedTuple):
 
 
 Run = Callable[..., Result]
+
+FAILURE_KEYS = {"code", "message", "hint", "exit_code", "diagnostics", "node", "cause"}
+
+
+def failure(out: str, exit_code: int) -> dict[str, Any]:
+    """What went wrong, as a command said it in JSON that had nothing else to say."""
+    (line,) = out.splitlines()
+    document = json.loads(line)
+    assert set(document) == {"curveline", "error"}
+    error: dict[str, Any] = document["error"]
+    assert set(error) == FAILURE_KEYS
+    assert error["exit_code"] == exit_code
+    return error
 
 
 @pytest.fixture(autouse=True, scope="session")

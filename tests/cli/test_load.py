@@ -19,7 +19,7 @@ from curveline.loading.pushes import Push, Stand
 from curveline.loading.snap_through import Limit, limit_of, load
 from curveline.shapes.files import read_shape
 
-from .conftest import BROKEN, SHAPES, Run
+from .conftest import BROKEN, SHAPES, Run, failure
 
 SHAPE = SHAPES / "level-up-peak.toml"
 
@@ -218,7 +218,8 @@ def test_segments_are_chosen_by_number(run: Run, quad: Path) -> None:
 )
 def test_what_makes_no_sense_is_refused(run: Run, arguments: tuple[str, ...], message: str) -> None:
     code, out, err = run("load", SHAPE, *arguments, "--json")
-    assert (code, out) == (2, "")
+    assert code == 2
+    assert failure(out, 2)["message"] in err
     assert err.startswith(message)
 
 
@@ -238,7 +239,8 @@ def test_a_state_that_is_not_there_is_exit_1(run: Run, no_valley: Path, tmp_path
 
 def test_an_invalid_file_and_a_shape_in_space_are_refused(run: Run) -> None:
     code, out, err = run("load", BROKEN / "syntax-no-equals.toml", "--json")
-    assert (code, out) == (2, "")
+    assert code == 2
+    assert failure(out, 2)["diagnostics"]
     assert ": error[" in err
     (code, out, err) = run("load", SHAPES / "space" / "pushed.toml")
     assert (code, out) == (2, "")

@@ -92,8 +92,8 @@ def test_homing_asks_where_there_is_somebody_to_ask(run: Run) -> None:
     [
         (("status", "3"), 2, "there is no node 3: display 'single' has nodes 1 to 2"),
         (("home", "0", "--yes"), 2, "there is no node 0"),
-        (("home", "1", "--axis", "yaw", "--yes"), 2, "'yaw' is not one of"),
-        (("status",), 2, "Missing argument"),
+        (("home", "1", "--axis", "yaw", "--yes"), 2, "--axis takes extrude, bias or translate, not yaw"),
+        (("status",), 2, "Usage: curveline node status [OPTIONS] N"),
     ],
 )
 def test_what_is_not_there_is_refused(run: Run, arguments: tuple[str, ...], code: int, message: str) -> None:

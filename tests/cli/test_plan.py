@@ -11,7 +11,7 @@ import pytest
 
 from curveline.plan_file import from_json, read_plan, sealed, write_plan
 
-from .conftest import BROKEN, SHAPES, Run
+from .conftest import BROKEN, SHAPES, Run, failure
 
 SHAPE = SHAPES / "staggered-up-valley.toml"
 
@@ -130,7 +130,8 @@ def test_a_plan_may_begin_at_a_shape_and_end_at_home(run: Run) -> None:
 )
 def test_what_is_no_tour(run: Run, arguments: tuple[str | Path, ...], reason: str) -> None:
     code, out, err = run("plan", *arguments, "--json")
-    assert (code, out) == (2, "")
+    assert code == 2
+    assert failure(out, 2)["code"] == "invalid-input"
     assert reason in err
     assert "hint: " in err
 
@@ -153,5 +154,6 @@ def test_a_state_that_does_not_exist_cannot_be_planned(run: Run, no_valley: Path
 
 def test_an_invalid_shape_is_refused(run: Run) -> None:
     code, out, err = run("plan", BROKEN / "syntax.toml", "--json")
-    assert (code, out) == (2, "")
+    assert code == 2
+    assert failure(out, 2)["diagnostics"][0]["path"] == str(BROKEN / "syntax.toml")
     assert ": error[" in err

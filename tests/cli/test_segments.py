@@ -100,7 +100,8 @@ def test_segments_are_told_only_where_a_step_changes_them() -> None:
         ["3", "4", "531.0", "peak"],
     ]
     # Of the targets, too: the first step leaves the node in the middle, the last one moves but the last node.
-    targets = lines[lines.index("targets in mm and deg, then in encoder counts from home") + 2 :]
+    first = lines.index("targets, where a step moves a node") + 3
+    targets = lines[first : lines.index("", first)]
     assert len(targets) == 4 + 5 + 1
     assert targets[-1].split()[:5] == ["3", "5", "-61.00", "15.00", "-12.50"]
 
@@ -120,13 +121,13 @@ def test_a_table_that_nobody_would_read_is_not_shown() -> None:
     steps = [replace(plan.steps[i % 2], number=i + 1) for i in range(6)]
     lines = list(describe(replace(plan, steps=tuple(steps))))
     assert len(lines) < 310
-    assert lines[-1] == "  389 rows, too many for a terminal: --json, or the file that -o writes, has them"
+    assert "  389 rows, too many for a terminal: --json, or the file that -o writes, has them" in lines
 
 
 def test_a_step_that_moves_nothing_still_shows_where_the_nodes_are() -> None:
     plan = row_plan(2)
     stays = replace(plan, steps=(replace(plan.steps[0], targets=plan.start),))
-    assert sum(line.endswith("0          0") for line in describe(stays)) == 3
+    assert sum(line.split()[-3:] == ["0", "0", "0"] for line in describe(stays)) == 3
 
 
 def test_a_row_is_sent_and_its_status_asked_on_80_columns(run: Run, tmp_path: Path) -> None:

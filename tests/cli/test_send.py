@@ -15,7 +15,7 @@ from curveline.radio.host.journal import read_journal
 from curveline.radio.protocol.frames import decode_drive
 from curveline.radio.protocol.keys import KEY_BYTES
 
-from .conftest import BROKEN, SHAPES, Run, promising, small_plan
+from .conftest import BROKEN, SHAPES, Run, failure, promising, small_plan
 
 SHAPE = SHAPES / "level-up-peak.toml"
 NODE_KEYS = {"node", "address", "state", "boot", "started", "finished", "staged", "fault", "obstacle", "counts"}
@@ -174,7 +174,10 @@ def test_a_plan_from_elsewhere_is_a_fault_of_the_display(run: Run, plan_file: Pa
 
 def test_a_stalled_motor_is_a_fault_and_the_rod_is_remembered(run: Run, plan_file: Path) -> None:
     code, out, err = run("send", plan_file, "--radio", "mock:stall=2@step2", "--yes", "--json")
-    assert (code, out) == (3, "")
+    assert code == 3
+    error = failure(out, 3)
+    assert (error["code"], error["cause"], error["node"]) == ("halted", "stall", 2)
+    assert f"error: {error['message']}\nhint: {error['hint']}\n" in err
     assert "error: node 2 has stalled in step 2" in err
     assert "segment 1: the rod is in the valley" in err
     assert json.loads(run("status", "--radio", "mock", "--json").out)["rod"] == ["valley"]

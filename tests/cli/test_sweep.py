@@ -38,7 +38,8 @@ def comparable(text: str) -> list[object]:
     for line in text.splitlines():
         if line.startswith("{"):
             document = json.loads(line)
-            del document["seconds"], document["provenance"]["argv"]
+            if "error" not in document:
+                del document["seconds"], document["provenance"]["argv"]
             found.append(json.dumps(document))
         else:
             found.append(line)
@@ -50,11 +51,13 @@ def test_a_batch_is_the_same_on_any_number_of_processes(run: Run, no_valley: Pat
     one, two = (run("simulate", *shapes, "--json", "--jobs", jobs) for jobs in (1, 2))
     assert one.code == two.code == 1
     assert comparable(one.out) == comparable(two.out)
-    assert len(one.out.splitlines()) == 10
+    assert len(one.out.splitlines()) == 12
     assert one.err == two.err
     assert one.err.index("many-problems.toml:4:1") < one.err.index("has no valley") < one.err.index("no such file")
     # Apart from the digits of `seconds` it is the very bytes: same keys, same order, same spaces.
-    assert [len(json.loads(line)) for line in one.out.splitlines()] == [6] * 10
+    assert [len(json.loads(line)) for line in one.out.splitlines()] == [3, *[6] * 10, 3]
+    files = [json.loads(line).get("file") for line in one.out.splitlines()]
+    assert files == [str(shapes[0]), *[None] * 10, "missing.toml"]
 
 
 def test_a_sweep_is_the_same_on_any_number_of_processes(run: Run, tmp_path: Path) -> None:
@@ -212,7 +215,10 @@ def test_a_dead_worker_costs_its_point_and_no_more(run: Run, monkeypatch: pytest
     monkeypatch.setattr(batch, "perform", killed)
     code, out, err = run("simulate", PEAK, "--sweep", "nodes.1.angle_deg=10:30:3", "--json")
     assert code == 1
-    assert [json.loads(line)["point"] for line in out.splitlines()] == [1, 3]
+    documents = [json.loads(line) for line in out.splitlines()]
+    assert [each["point"] for each in documents] == [1, 2, 3]
+    assert [each["swept"]["nodes.1.angle_deg"] for each in documents] == [10.0, 20.0, 30.0]
+    assert documents[1]["error"]["message"] == "the process that computed it was killed"
     assert "point 2, nodes.1.angle_deg=20: the process that computed it was killed" in err
     assert err.endswith("2 of 3 points as asked for\n  failed: 1\n")
 
@@ -241,7 +247,7 @@ def test_kernels_are_compiled_before_workers_start(run: Run, monkeypatch: pytest
     monkeypatch.setattr(workers, "Workers", Here)
     code, out, err = run("simulate", "none.toml", PEAK, STAGGERED, "--json", "--jobs", 2)
     assert code == 1
-    assert len(out.splitlines()) == 2
+    assert len(out.splitlines()) == 3
     # The broken file and the first sound one were looked at before.
     assert [task.label for task in handed_over] == [str(STAGGERED)]
     assert err.index("none.toml") < err.index("compiling kernels")

@@ -87,12 +87,12 @@ def test_help_states_the_usual_errors(run: Run) -> None:
     text = " ".join(run("plan", "--help").out.split())
     usual = Errors()
     sizes = {
-        "the feed.": to_mm(usual.feed),
+        "the feed, in mm.": to_mm(usual.feed),
         "in percent.": 100.0 * usual.feed_scale,
-        "the angle.": to_deg(usual.angle),
-        "the height.": to_mm(usual.height),
-        "straight rod.": to_mm(usual.bow),
+        "the angle, in deg.": to_deg(usual.angle),
+        "the height, in mm.": to_mm(usual.height),
+        "straight rod, in mm.": to_mm(usual.bow),
         "step's time.": usual.unevenness,
     }
     for words, size in sizes.items():
-        assert f"{words} [default: ({size:.1f});" in text
+        assert f"{words} [at least 0; default: {size:.1f}]" in text

@@ -20,7 +20,10 @@ ROWS = [
     (("simulate", SHAPE, "--tolerance-mm", "1cm"), "'1cm' is no number: give the number of mm alone"),
     (("simulate", SHAPE, "--points", "1"), "1 is not allowed: give 2 to 100001"),
     (("simulate", SHAPE, "--points", "2.5"), "'2.5' is no whole number"),
-    (("simulate", SHAPE, "--model", "planer"), "'spatial'; did you mean planar?"),
+    (
+        ("simulate", SHAPE, "--model", "planer"),
+        "--model takes auto, planar, extensible or spatial, not planer; did you mean planar?",
+    ),
     (("load", SHAPE, "--segment", "0"), "0 is not allowed: give at least 1"),
     (("load", SHAPE, "--step-N", "3N"), "'3N' is no number: write 3, it is in N"),
     (("plan", SHAPE, "--feed-error-mm", "-1"), "-1 mm is not allowed: give at least 0 mm"),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from curveline.cli.options import ForceOption, JsonOption
 from curveline.cli.printing import screen
 from curveline.cli.printing.ticker import patience
 from curveline.cli.printing.trade_table import measured, missed
@@ -20,18 +21,16 @@ if TYPE_CHECKING:
 
 def bench(
     shapes: Annotated[
-        list[Path] | None, typer.Argument(metavar="[SHAPE]...", help="Shape files; the project's own if none is named.")
+        list[Path] | None, typer.Argument(metavar="SHAPE", help="Shape files; the project's own if none is named.")
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Only the figures that are held against goals.")] = False,
+    quick: Annotated[bool, typer.Option("-q", "--quick", help="Only the figures that are held against goals.")] = False,
     link: Annotated[bool, typer.Option("--link", help="The radio link instead, on a model of the radios.")] = False,
     output: Annotated[
         list[Path] | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="Write the trade as .svg, .png, .pdf or .json. May be repeated."
-        ),
+        typer.Option("-o", "--output", metavar="FILE", help="Write the trade as .svg, .png, .pdf or .json."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")] = False,
+    force: ForceOption = False,
+    json: JsonOption = False,
 ) -> None:
     """Measure speed and accuracy on this machine: about two minutes, one with --quick.
 
@@ -40,7 +39,8 @@ def bench(
     else beats in both. "one level" is the bare discrete rod, "one state" is refined to a tolerance in mm, "simulate"
     finds every state. PyElastica and MuJoCo are measured where they are installed (curveline[peers]).
 
-    Timings vary from run to run; the ratios are taken in one run and vary less. Nothing here passes or fails.
+    Timings vary from run to run; the ratios are taken in one run and vary less. Nothing here passes or fails; ! marks a
+    figure that misses its goal.
 
     With --link host and nodes talk through modelled air at 2 Mbit/s: how often nodes are polled, what lost packets
     cost, how soon a step is released. The times of SPI (0.6 ms a poll) and of a dongle (2 ms a request of up to 16

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from curveline.cli.options import RESULTS, BriefOption, ForceOption, JsonOption
 from curveline.cli.printing import screen
 from curveline.cli.remarks import remark_on
 from curveline.errors import EXIT_NO, InvalidInput
 
 if TYPE_CHECKING:
     from curveline.loading.snap_through import Loading
+PUSH = "The push"
 
 
 class StateOption(StrEnum):
@@ -42,21 +44,42 @@ def _positive(value: float | None) -> float | None:
 def load(
     shape: Annotated[str, typer.Argument(metavar="SHAPE", help="Shape file (.toml).")],
     at: Annotated[
-        float | None, typer.Option(metavar="FRACTION", help="Where, along the rod from pivot to pivot.  [default: 0.5]")
+        float | None,
+        typer.Option(
+            metavar="FRACTION",
+            rich_help_panel=PUSH,
+            show_default="0.5",
+            help="Where, along the rod from pivot to pivot.",
+        ),
     ] = None,
     segment: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Segment, from 1; needed where there are several.")
+        int | None,
+        typer.Option(
+            "-s",
+            "--segment",
+            min=1,
+            metavar="N",
+            rich_help_panel=PUSH,
+            help="Segment, from 1; needed where there are several.",
+        ),
     ] = None,
     direction: Annotated[
         str,
         typer.Option(
-            metavar="down|normal|X,Y", help="Which way; normal is across the unloaded curve, from above like a finger."
+            metavar="down|normal|X,Y",
+            rich_help_panel=PUSH,
+            help="Which way; normal is across the unloaded curve, from above like a finger.",
         ),
     ] = "down",
     step_n: Annotated[
         float | None,
         typer.Option(
-            "--step-N", callback=_positive, metavar="N", help="By how much the load grows.  [default: 0.5, as --most-N]"
+            "--step-N",
+            callback=_positive,
+            metavar="N",
+            rich_help_panel=PUSH,
+            show_default="0.5, or as suits the rod",
+            help="By how much the load grows, in N.",
         ),
     ] = None,
     most_n: Annotated[
@@ -65,19 +88,40 @@ def load(
             "--most-N",
             callback=_positive,
             metavar="N",
-            help="The largest load.  [default: 20, or by powers of ten more or less, as suits the rod]",
+            rich_help_panel=PUSH,
+            show_default="20, or by powers of ten more or less, as suits the rod",
+            help="The largest load, in N.",
         ),
     ] = None,
     state: Annotated[
-        StateOption | None, typer.Option(help="The state to push, in place of the one that the shape wants.")
+        StateOption | None,
+        typer.Option(rich_help_panel=PUSH, help="The state to push, in place of the one that the shape wants."),
     ] = None,
     model: Annotated[
         PushModelOption,
-        typer.Option(help="What of the rod is computed: extensible also stretches; with auto the scene decides."),
+        typer.Option(
+            "-m",
+            "--model",
+            metavar="MODEL",
+            rich_help_panel=PUSH,
+            help="What of the rod is computed: extensible also stretches; with auto the scene decides.",
+        ),
     ] = PushModelOption.AUTO,
-    over_all: Annotated[bool, typer.Option("--map", help="Push all points of the curve, one after another.")] = False,
+    over_all: Annotated[
+        bool, typer.Option("--map", rich_help_panel=PUSH, help="Push all points of the curve, one after another.")
+    ] = False,
     points: Annotated[
-        int | None, typer.Option(min=3, max=10_001, metavar="N", help="Points of a map.  [default: 41]")
+        int | None,
+        typer.Option(
+            "-p",
+            "--points",
+            min=3,
+            max=10_001,
+            metavar="N",
+            rich_help_panel=PUSH,
+            show_default="41",
+            help="Points of a map.",
+        ),
     ] = None,
     output: Annotated[
         list[str] | None,
@@ -85,18 +129,21 @@ def load(
             "-o",
             "--output",
             metavar="FILE",
-            help="Write .json, .svg, .png or .pdf; - is JSON on stdout. May be repeated.",
+            rich_help_panel=RESULTS,
+            help="Write .json, .svg, .png or .pdf; - is JSON on stdout.",
         ),
     ] = None,
     film: Annotated[
         str | None,
         typer.Option(
             metavar="FILE",
+            rich_help_panel=RESULTS,
             help="Film the fall of the shape that snaps: .gif, or .svg, .png, .pdf for a strobe picture.",
         ),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    force: ForceOption = False,
+    json: JsonOption = False,
+    brief: BriefOption = False,
 ) -> None:
     """Push at a point of the curve, harder and harder, until it snaps through.
 

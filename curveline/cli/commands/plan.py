@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from curveline.cli import monte_carlo as trials
+from curveline.cli.options import RESULTS, BriefOption, ForceOption
 from curveline.cli.plan_outputs import write_outputs
 from curveline.cli.printing import screen
 from curveline.errors import InvalidInput
@@ -15,6 +16,8 @@ from curveline.outputs import PLAN, check_output
 
 if TYPE_CHECKING:
     from curveline.plan_file import Plan
+
+WAY = "The way"
 
 
 def plan(
@@ -24,10 +27,16 @@ def plan(
     ] = None,
     begin: Annotated[
         str | None,
-        typer.Option("--from", metavar="SHAPE", help="Begin where the display shows this shape, and not at home."),
+        typer.Option(
+            "--from",
+            metavar="SHAPE",
+            rich_help_panel=WAY,
+            help="Begin where the display shows this shape, and not at home.",
+        ),
     ] = None,
     home: Annotated[
-        bool, typer.Option("--home", help="End at home: nodes level and upright, the rod straight.")
+        bool,
+        typer.Option("--home", rich_help_panel=WAY, help="End at home: nodes level and upright, the rod straight."),
     ] = False,
     output: Annotated[
         list[str] | None,
@@ -35,12 +44,16 @@ def plan(
             "-o",
             "--output",
             metavar="FILE",
+            rich_help_panel=RESULTS,
             help="Write the plan (.json), its steps as a figure (.svg, .png, .pdf) or a film (.gif); - is JSON on "
-            "stdout. May be repeated.",
+            "stdout.",
         ),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print the plan's JSON.")] = False,
+    force: ForceOption = False,
+    json: Annotated[
+        bool, typer.Option("--json", rich_help_panel=RESULTS, help="The plan's JSON on stdout; errors, too.")
+    ] = False,
+    brief: BriefOption = False,
     monte_carlo: trials.Runs = None,
     seed: trials.Seed = 1,
     feed_error_mm: trials.FeedError = None,

@@ -6,46 +6,70 @@ from typing import Annotated
 
 import typer
 
-from curveline.cli.options import RadioOption, RunsOption, require_radio, runs_folder
+from curveline.cli import completion
+from curveline.cli.options import (
+    BriefOption,
+    JsonOption,
+    RadioOption,
+    RunsOption,
+    YesOption,
+    require_radio,
+    runs_folder,
+)
+
+WHAT = "What to send"
 
 
 def send(
     what: Annotated[
         list[str] | None,
-        typer.Argument(metavar="PLAN|SHAPE...", help="Plan (.json), or shapes (.toml) to plan and send in a row."),
+        typer.Argument(metavar="PLAN|SHAPE", help="Plan (.json), or shapes (.toml) to plan and send in a row."),
     ] = None,
     home: Annotated[
         bool,
         typer.Option(
-            "--home", help="Bring the display home, after the shapes if any: level, upright, the rod straight."
+            "--home",
+            rich_help_panel=WHAT,
+            help="Bring the display home, after the shapes if any: level, upright, the rod straight.",
         ),
     ] = False,
     display: Annotated[
         str | None,
         typer.Option(
+            "-d",
             "--display",
             metavar="NAME|FILE",
+            autocompletion=completion.displays,
+            rich_help_panel=WHAT,
             help="The display to bring home, single if not given; or whose last run is meant.",
         ),
     ] = None,
     resume: Annotated[
         str | None,
         typer.Option(
-            "--resume", metavar="RUN", help="Go on with a run: its folder, its name, or `last`, the newest that can."
+            "--resume",
+            metavar="RUN",
+            autocompletion=completion.runs,
+            rich_help_panel=WHAT,
+            help="Go on with a run: its folder, its name, or `last`, the newest that can.",
         ),
     ] = None,
     touched: Annotated[
-        bool, typer.Option("--touched", help="Somebody touched the rod: which curve it is in is not known.")
+        bool,
+        typer.Option(
+            "--touched", rich_help_panel=WHAT, help="Somebody touched the rod: which curve it is in is not known."
+        ),
     ] = False,
     radio: RadioOption = None,
-    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before moving.")] = False,
+    yes: YesOption = False,
     takeover: Annotated[
         bool, typer.Option("--takeover", help="Take nodes over from another host, if all stand still.")
     ] = False,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Print what would be sent, decoded; nothing moves.")
+        bool, typer.Option("-n", "--dry-run", help="Print what would be sent, decoded; nothing moves.")
     ] = False,
-    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    json: JsonOption = False,
+    brief: BriefOption = False,
     runs: RunsOption = None,
 ) -> None:
     """Take a display through a plan, to a shape or several in a row, or home, or go on with a run that was broken off.

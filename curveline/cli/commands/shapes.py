@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
+from curveline.cli.options import JsonOption
 from curveline.cli.printing import screen
 
 if TYPE_CHECKING:
     from curveline.scene import Scene
 
 
-def shapes(json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False) -> None:
+def shapes(json: JsonOption = False) -> None:
     """List the built-in shapes, each of which can be named wherever a shape file can.
 
-    A file of the same name comes first: curveline simulate level-up-peak
+    A file of the same name comes first.
     """
     from curveline import __version__
     from curveline.shapes.files import read_shape

@@ -9,6 +9,9 @@ from typing import Annotated
 
 import typer
 
+from curveline.cli.options import RESULTS, BriefOption, ForceOption
+
+COMPUTED = "What is computed"
 MOST_JOBS = 256
 SMALLEST_TOLERANCE_MM = 1e-6
 LARGEST_TOLERANCE_MM = 10.0
@@ -24,20 +27,46 @@ class ModelOption(StrEnum):
 
 
 def simulate(
-    shapes: Annotated[list[str], typer.Argument(metavar="SHAPE...", help="Shape files (.toml).")],
+    shapes: Annotated[list[str], typer.Argument(metavar="SHAPE", help="Shape files (.toml).")],
     tolerance_mm: Annotated[
         float,
         typer.Option(
-            min=SMALLEST_TOLERANCE_MM, max=LARGEST_TOLERANCE_MM, metavar="MM", help="Largest error of a curve."
+            "-t",
+            "--tolerance-mm",
+            min=SMALLEST_TOLERANCE_MM,
+            max=LARGEST_TOLERANCE_MM,
+            metavar="MM",
+            rich_help_panel=COMPUTED,
+            help="Largest error of a curve.",
         ),
     ] = 0.1,
     points: Annotated[
-        int, typer.Option(min=2, max=100_001, metavar="N", help="Points of a curve in the output.")
+        int,
+        typer.Option(
+            "-p",
+            "--points",
+            min=2,
+            max=100_001,
+            metavar="N",
+            rich_help_panel=RESULTS,
+            help="Points of a curve in files and JSON.",
+        ),
     ] = 201,
-    turns: Annotated[int, typer.Option(min=0, max=3, metavar="N", help="Look for loops of up to N further turns.")] = 0,
+    turns: Annotated[
+        int,
+        typer.Option(
+            min=0, max=3, metavar="N", rich_help_panel=COMPUTED, help="Look for loops of up to N further turns."
+        ),
+    ] = 0,
     model: Annotated[
         ModelOption,
-        typer.Option(help="What of the rod is computed; with auto the scene decides, segment by segment."),
+        typer.Option(
+            "-m",
+            "--model",
+            metavar="MODEL",
+            rich_help_panel=COMPUTED,
+            help="What of the rod is computed; with auto the scene decides, segment by segment.",
+        ),
     ] = ModelOption.AUTO,
     output: Annotated[
         list[str] | None,
@@ -45,19 +74,32 @@ def simulate(
             "-o",
             "--output",
             metavar="FILE",
-            help="Write .json, .npz, .csv, .svg, .png or .pdf; - is JSON on stdout. May be repeated.",
+            rich_help_panel=RESULTS,
+            help="Write .json, .npz, .csv, .svg, .png or .pdf; - is JSON on stdout.",
         ),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document per shape and line.")] = False,
-    no_drawing: Annotated[bool, typer.Option("--no-drawing", help="Tables only.")] = False,
-    explain: Annotated[bool, typer.Option("--explain", help="Say in words what was modelled and why.")] = False,
+    force: ForceOption = False,
+    json: Annotated[
+        bool,
+        typer.Option(
+            "--json",
+            rich_help_panel=RESULTS,
+            help="JSON on stdout: a document, or an error, per shape and line.",
+        ),
+    ] = False,
+    brief: BriefOption = False,
+    no_drawing: Annotated[bool, typer.Option("--no-drawing", rich_help_panel=RESULTS, help="Tables only.")] = False,
+    explain: Annotated[
+        bool,
+        typer.Option("-e", "--explain", rich_help_panel=RESULTS, help="Say in words what was modelled and why."),
+    ] = False,
     sweep: Annotated[
         list[str] | None,
         typer.Option(
             metavar="KEY=START:STOP:COUNT",
-            help="Run a number of the shape through a range, such as nodes.1.angle_deg=-60:60:41, counted from 1. May "
-            "be repeated: every combination is simulated.",
+            rich_help_panel=COMPUTED,
+            help="Run a number of the shape through a range, such as nodes.1.angle_deg=-60:60:41, counted from 1. Of "
+            "several, every combination is simulated.",
         ),
     ] = None,
     plot: Annotated[
@@ -83,8 +125,8 @@ def simulate(
 
     Each comes with an error bar, and what the model leaves out with a bound in mm. The table gives the height of the
     curve over its chord, on average and in the middle (in space: how far it comes out of the plane), energy, error,
-    lowest eigenvalue of the second variation in EI/L^2, and force and moment at the left and the right clamp; * marks
-    what the shape asks for.
+    stability, which is the lowest eigenvalue of the second variation in EI/L^2, and force and moment at the left and
+    the right clamp; * marks what the shape asks for.
 
     The planar model bends in the display's plane, the extensible one also stretches, the spatial one also bends out of
     the plane and twists. A model that was asked for is used whatever it leaves out, which is then said.

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curveline.cli.options import DisplayOption, RadioOption, RunsOption, require_radio, runs_folder
+from curveline.cli.options import (
+    RESULTS,
+    BriefOption,
+    DisplayOption,
+    RadioOption,
+    RunsOption,
+    require_radio,
+    runs_folder,
+)
 from curveline.cli.printing import screen
 from curveline.cli.printing.watching import watching
 from curveline.cli.terminal import TERMINAL
@@ -23,14 +31,17 @@ POLL_SECONDS = 1.0
 def status(
     radio: RadioOption = None,
     display: DisplayOption = "single",
-    watch: Annotated[bool, typer.Option("--watch", help="Ask again every second, until Ctrl-C.")] = False,
+    watch: Annotated[bool, typer.Option("-w", "--watch", help="Ask again every second, until Ctrl-C.")] = False,
     scan: Annotated[
         bool, typer.Option("--scan", help="Who is on the air: chips, doubles, refused frames, loss. Needs no keys.")
     ] = False,
     radio_test: Annotated[
         bool, typer.Option("--radio-test", help="Test the radio chips: whole answers, repeats dropped. Needs no keys.")
     ] = False,
-    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document per poll and line.")] = False,
+    json: Annotated[
+        bool, typer.Option("--json", rich_help_panel=RESULTS, help="JSON on stdout, one document per poll and line.")
+    ] = False,
+    brief: BriefOption = False,
     runs: RunsOption = None,
 ) -> None:
     """Say how every node is: state, position, faults, link.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from curveline.cli.options import DisplayOption, RadioOption, RunsOption, require_radio, runs_folder
+from curveline.cli.options import DisplayOption, JsonOption, RadioOption, RunsOption, require_radio, runs_folder
 from curveline.cli.printing import screen
 from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_LINK
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def stop(
     radio: RadioOption = None,
     display: DisplayOption = "single",
-    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    json: JsonOption = False,
     runs: RunsOption = None,
 ) -> None:
     """Stop every node of a display, whoever drives it.

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import sys
-import textwrap
 from collections.abc import Iterator, Sequence
 from typing import TypeVar
 
 from curveline.cli.printing import screen
+from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.progress_bar import Bar
+from curveline.cli.printing.tables import fitting
 from curveline.loading.load_map import LoadMap, MapPoint, Verdict, load_map
 from curveline.loading.pushes import Push, Stand
 from curveline.loading.results import EITHER, either
 from curveline.loading.snap_through import LOST, Loading, load
+from curveline.phrases import wrapped
 from curveline.scene import Scene
 from curveline.units import decimals_of, to_mm, to_n_per_mm
 
 MAP_POINTS = 41
 ROWS = 21
 """Of a table, so that it fits a screen with what is said around it."""
-WIDTH = 80
 Row = TypeVar("Row")
 TASKS = {1.0: "searching for a target", 2.0: "following a contour, lightly", 5.0: "following a contour, firmly"}
 """What fingers do with the forces of a map [N]."""
@@ -39,9 +40,33 @@ def is_lost(found: Loading | LoadMap) -> bool:
 
 def describe(found: Loading | LoadMap) -> Iterator[str]:
     """Lines of text on what was found."""
+    if MANNER.is_brief:
+        yield from wrapped(_briefly(found))
+        return
     head = _of_loading(found) if isinstance(found, Loading) else _of_map(found)
     yield screen.paint(found.scene.name, screen.BOLD, sys.stdout)
     yield from head
+
+
+def _briefly(found: Loading | LoadMap) -> str:
+    """What is pushed, and what it takes to make it snap."""
+    push, name = found.push, found.stand.state.name
+    what = f"{found.scene.name}, segment {push.segment + 1}, {name}"
+    if isinstance(found, LoadMap):
+        weakest = found.weakest
+        return f"{what}, weakest: " + (
+            _withstood(push) if weakest is None else f"{weakest.force:.4g} N at {weakest.at:.4g}"
+        )
+    snap, where = found.snap, f"{what} at {push.at:g}:"
+    if snap is None:
+        return f"{where} {_withstood(push)}"
+    if snap.kind == LOST:
+        return f"{where} followed to {snap.force:.4g} N, and lost there"
+    return f"{where} snaps through at {snap.force:.4g} N, lands in {_or(either(snap.landings, 'name'))}"
+
+
+def _withstood(push: Push) -> str:
+    return f"no snap-through up to {push.most:g} N"
 
 
 def _of_loading(loading: Loading) -> Iterator[str]:
@@ -51,18 +76,17 @@ def _of_loading(loading: Loading) -> Iterator[str]:
     yield f"at {loading.push.at:g} of its length: {place}"
     decimals = _decimals(3, *(to_mm(deflection) for _, deflection in loading.rows))
     rows = ((f"{force:.4g}", f"{to_mm(deflection):.{decimals}f}") for force, deflection in thinned(loading.rows))
-    lines = screen.table([("force N", "deflection mm"), *rows], frozenset())
-    yield screen.paint(lines[0], screen.DIM, sys.stdout)
-    yield from lines[1:]
+    head, shown = ("force N", "deflection mm"), list(rows)
+    yield from screen.headed(fitting([head, *shown], frozenset()), head, shown)
     stiffness = "not known" if loading.stiffness is None else f"{to_n_per_mm(loading.stiffness):.4g} N/mm"
     yield f"stiffness without load: {stiffness}"
     if snap is None:
-        yield f"no snap-through up to {loading.push.most:g} N"
+        yield _withstood(loading.push)
     elif snap.kind == LOST:
         yield f"followed to {snap.force:.4g} N, and lost there"
     else:
         sentence = f"snaps through at {snap.force:.4g} N ({snap.kind}), lands in {_or(either(snap.landings, 'name'))}"
-        yield from textwrap.wrap(f"{sentence}; released it is in {_or(either(snap.landings, 'released'))}", WIDTH)
+        yield from wrapped(f"{sentence}; released it is in {_or(either(snap.landings, 'released'))}")
     if loading.leaves_plane is not None:
         yield f"from {loading.leaves_plane:.4g} N on the rod would leave its plane, which is not modelled"
     yield f"curves known to {to_mm(loading.error):.1g} mm, {1e3 * loading.seconds:.0f} ms"
@@ -72,10 +96,8 @@ def _of_map(found: LoadMap) -> Iterator[str]:
     yield f"{_what(found.push, found.stand)}, at {len(found.points)} points"
     head = ("at", "x mm", "y mm", "snaps at N", "how")
     decimals = _decimals(3, *(point.force or 0.0 for point in found.points))
-    rows = (_cells(found.stand, point, decimals) for point in thinned(found.points))
-    lines = screen.table([head, *rows], frozenset({4}))
-    yield screen.paint(lines[0], screen.DIM, sys.stdout)
-    yield from lines[1:]
+    rows = [_cells(found.stand, point, decimals) for point in thinned(found.points)]
+    yield from screen.headed(fitting([head, *rows], frozenset({4})), head, rows)
     if found.weakest is None:
         yield f"weakest point: none, all of them withstand {found.push.most:g} N"
     else:
@@ -85,9 +107,9 @@ def _of_map(found: LoadMap) -> Iterator[str]:
         least = min(point.leaves_plane for point in leaving if point.leaves_plane is not None)
         points = f"{len(leaving)} point{'s' if len(leaving) > 1 else ''}"
         text = f"pushed at {points} the rod would leave its plane before it snaps, at {least:.4g} N or more"
-        yield from textwrap.wrap(f"{text}: that is not modelled", WIDTH, subsequent_indent="  ")
+        yield from wrapped(f"{text}: that is not modelled")
     for verdict in found.verdicts:
-        yield from textwrap.wrap(_verdict(verdict), WIDTH, subsequent_indent="  ")
+        yield from wrapped(_verdict(verdict))
     yield f"{found.seconds:.1f} s"
 
 

@@ -6,6 +6,8 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from curveline.cli.printing import screen
+from curveline.cli.printing.manner import MANNER
+from curveline.cli.printing.tables import Heading, Row, fitting
 from curveline.driving.tours import granted, summary
 from curveline.phrases import alike, spans, wrapped
 from curveline.plan_file import NodeTarget, Plan, Step
@@ -16,40 +18,63 @@ SINGLE_HEAD = ("rod mm", "state after")
 SEGMENT_HEAD = ("step", "segment", "rod mm", "state after")
 MOST_ROWS = 300
 """Rows of a table that are shown."""
-TARGET_HEAD = ("step", "node", "extrude mm", "bias deg", "height mm", "extrude", "bias", "translate")
+TARGET_HEAD = ("step", "node", "feed mm", "angle deg", "height mm", "feed", "angle", "height")
+TARGET_GROUPS = (Heading("position", 2, 4), Heading("encoder counts from home", 5, 7))
 
 
 def describe(plan: Plan) -> Iterator[str]:
-    """Lines of text: the steps with what was proven of them, the rod of every segment, then where every node goes."""
+    """Lines of text: where every node goes, then the steps with what was proven of them, the rod of every segment."""
+    if MANNER.is_brief:
+        yield from _briefly(plan)
+        return
     yield screen.paint(plan.name, screen.BOLD, sys.stdout)
     yield from wrapped(summary(plan))
     if any(plan.shows):
         yield from wrapped(f"takes for granted that the display shows: {granted(plan)}")
-    is_single = len(plan.wanted) == 1
-    head = STEP_HEAD[:3] + SINGLE_HEAD * is_single + STEP_HEAD[3:]
-    rows = [_step_cells(step, is_single=is_single) for step in plan.steps]
-    yield from _headed(screen.table([head, *rows], frozenset({1, 4} if is_single else {1})))
+    yield from _section("targets, where a step moves a node")
+    yield from _unless_many(TARGET_HEAD, list(_target_rows(plan)), frozenset(), TARGET_GROUPS)
+    yield from _section("steps, and what was proven of them")
+    yield from _steps(plan)
     for text, numbers in _margins(plan):
         yield from wrapped(f"margin of step {spans(numbers)}: {text}")
     yield from _remarks(plan)
-    if not is_single:
-        yield "rod and states after a step, where it changes them"
-        yield from _unless_many([SEGMENT_HEAD, *_segment_rows(plan)], frozenset({1, 3}))
-    yield "targets in mm and deg, then in encoder counts from home"
-    yield from _unless_many([TARGET_HEAD, *_target_rows(plan)], frozenset())
+    if len(plan.wanted) > 1:
+        yield from _section("rod and states after a step, where it changes them")
+        yield from _unless_many(SEGMENT_HEAD, list(_segment_rows(plan)), frozenset({1, 3}))
 
 
-def _unless_many(rows: Sequence[tuple[str, ...]], left: frozenset[int]) -> Iterator[str]:
+def _briefly(plan: Plan) -> Iterator[str]:
+    """What it is, where it may be interrupted by a shape, and how far it stays from a snap."""
+    yield from wrapped(f"{plan.name}: {summary(plan)}")
+    if any(plan.shows):
+        yield from wrapped(f"takes for granted that the display shows: {granted(plan)}")
+    yield from _complete(plan)
+    if plan.steps:
+        least = min(plan.steps, key=lambda step: step.margin)
+        yield from wrapped(f"least margin: {least.margin:.2f} in step {least.number}, {least.margin_of}")
+
+
+def _section(title: str) -> Iterator[str]:
+    yield ""
+    yield screen.paint(title, screen.BOLD, sys.stdout)
+
+
+def _steps(plan: Plan) -> Iterator[str]:
+    """The table of the steps; force and moment are the largest of any node."""
+    is_single = len(plan.wanted) == 1
+    head = STEP_HEAD[:3] + SINGLE_HEAD * is_single + STEP_HEAD[3:]
+    rows = [_step_cells(step, is_single=is_single) for step in plan.steps]
+    moment = head.index("N mm")
+    groups = (Heading("moment", moment, moment),)
+    yield from screen.headed(fitting([head, *rows], frozenset({1, 4} if is_single else {1}), groups), head, rows)
+
+
+def _unless_many(head: Row, rows: Sequence[Row], left: frozenset[int], groups: Sequence[Heading] = ()) -> Iterator[str]:
     """A table that a person may want to read, or how many rows it would have."""
     if len(rows) > MOST_ROWS:
-        yield f"  {len(rows) - 1} rows, too many for a terminal: --json, or the file that -o writes, has them"
+        yield f"  {len(rows)} rows, too many for a terminal: --json, or the file that -o writes, has them"
     else:
-        yield from _headed(screen.table(rows, left))
-
-
-def _headed(lines: Sequence[str]) -> Iterator[str]:
-    yield screen.paint(lines[0], screen.DIM, sys.stdout)
-    yield from lines[1:]
+        yield from screen.headed(fitting([head, *rows], left, groups), head, rows)
 
 
 def _margins(plan: Plan) -> Iterator[tuple[str, list[int]]]:
@@ -61,10 +86,15 @@ def _margins(plan: Plan) -> Iterator[tuple[str, list[int]]]:
 
 
 def _remarks(plan: Plan) -> Iterator[str]:
-    """What was followed besides the steps in lockstep, and where each shape of a tour is complete."""
+    """What was followed besides the steps in lockstep, and where the shapes are complete."""
     corners = sum(step.corners for step in plan.steps)
     if corners:
         yield f"{corners} mixture{'s' if corners > 1 else ''} of uneven progress were followed"
+    yield from _complete(plan)
+
+
+def _complete(plan: Plan) -> Iterator[str]:
+    """Where each shape of a tour is complete."""
     complete = [f"{step.shape} after step {step.number}" for step in plan.steps if step.shape]
     if len(complete) > 1:
         yield from wrapped(f"complete: {', '.join(complete)}")

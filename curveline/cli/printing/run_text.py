@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 
 from curveline.cli.printing import node_table
+from curveline.cli.printing.manner import MANNER
 from curveline.driving.rod_report import rod_lines
 from curveline.driving.run_result import RunResult
 from curveline.driving.runs import Run, RunEnding
@@ -23,6 +24,9 @@ def describe(result: RunResult) -> Iterator[str]:
 
 def lines(run: Run) -> list[str]:
     """A run as text: what it is, how it ended, and what to do."""
+    if MANNER.is_brief:
+        how_far = f"{run.steps_done} of {run.steps} steps" if run.steps else "no step"
+        return wrapped(f"{run.name}: {run.ending.value}, {how_far}{', can go on' if run.can_resume else ''}")
     told = [line for sentence in (_what(run), run.ended, _advice(run)) for line in wrapped(sentence, 2)]
     return [run.name, *told, *([f"  to go on: {run.command}"] if run.can_resume else [])]
 

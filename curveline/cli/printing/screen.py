@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import cache
 from typing import Any, TextIO
 
 from curveline.cli.printing import terminal
+from curveline.cli.printing.manner import MANNER
+from curveline.cli.printing.tables import Columns, Row, fitting
 from curveline.cli.printing.terminal import has_colours
 from curveline.errors import CurvelineError, Diagnostic, InvalidInput, SystemRefusal
+from curveline.phrases import fitted
 from curveline.system.portable import is_hang_up
 
 BOLD = "1"
@@ -27,6 +30,7 @@ class ReaderGone(Exception):
 def result(text: str = "") -> None:
     """Lines of the result; they leave at once, so that a reader need not wait for the next."""
     terminal.erase()
+    MANNER.has_answered = True
     try:
         print(text, flush=True)
     except OSError as error:
@@ -42,10 +46,19 @@ def emit(document: Any) -> None:
 
 
 def note(text: str) -> None:
-    """A line beside the result; no run ends because nobody can read what it says."""
+    """Lines beside the result, wrapped on a terminal; no run ends because nobody can read what they say."""
+    _say(_wrapped(text))
+
+
+def _wrapped(text: str) -> list[str]:
+    """Lines that fit the terminal, if stderr is one: what reads a file or a pipe looks for whole sentences."""
+    return fitted(text, terminal.columns(sys.stderr)) if sys.stderr.isatty() else text.split("\n")
+
+
+def _say(lines: Sequence[str]) -> None:
     terminal.erase()
     with suppress(OSError):
-        print(text, file=sys.stderr, flush=True)
+        print("\n".join(lines), file=sys.stderr, flush=True)
 
 
 def paint(text: str, colour: str, stream: TextIO) -> str:
@@ -53,17 +66,16 @@ def paint(text: str, colour: str, stream: TextIO) -> str:
     return f"\x1b[{colour}m{text}\x1b[0m" if has_colours(stream) else text
 
 
-def table(rows: Sequence[Sequence[str]], left: frozenset[int] = frozenset({0})) -> list[str]:
-    """Lines of a table, the first row its head; columns in `left` are left-aligned, numbers are not."""
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    lines = []
-    for row in rows:
-        cells = zip(row, widths, strict=True)
-        line = "  ".join(
-            cell.ljust(width) if index in left else cell.rjust(width) for index, (cell, width) in enumerate(cells)
-        )
-        lines.append(line.rstrip())
-    return lines
+def table(rows: Sequence[Row], left: frozenset[int] = frozenset({0})) -> list[str]:
+    """Lines of a table, the first row its heading; columns in `left` are left-aligned, numbers are not."""
+    return fitting(rows, left).lines(rows)
+
+
+def headed(table: Columns, head: Row, rows: Sequence[Row]) -> Iterator[str]:
+    """Rows of a table under its heading, which is dim where there are colours."""
+    for line in table.heading(head):
+        yield paint(line, DIM, sys.stdout)
+    yield from table.lines(rows)
 
 
 def decimal(value: float, decimals: int = 2) -> str:
@@ -73,30 +85,37 @@ def decimal(value: float, decimals: int = 2) -> str:
 
 def complain(error: CurvelineError) -> None:
     """What is wrong and what to do about it, every problem of a file in the form that compilers use."""
+    MANNER.complaint = error
     diagnostics = error.diagnostics if isinstance(error, InvalidInput) else ()
     for diagnostic in diagnostics:
         _complain_about(diagnostic)
     if not diagnostics:
-        note(f"{paint('error:', RED, sys.stderr)} {error.message}")
+        _label("error:", RED, error.message)
         advise(error.hint)
 
 
 def _complain_about(found: Diagnostic) -> None:
-    place = f"{found.path}:{found.line}:{found.column}:"
-    label = paint(f"error[{found.code}]:", RED, sys.stderr)
-    note(f"{paint(place, BOLD, sys.stderr)} {label} {found.message}")
+    place, label = f"{found.path}:{found.line}:{found.column}:", f"error[{found.code}]:"
+    first, *rest = _wrapped(f"{place} {label} {found.message}")
+    painted = {place: paint(place, BOLD, sys.stderr), label: paint(label, RED, sys.stderr)}
+    _say([" ".join(painted.get(word, word) for word in first.split(" ")), *rest])
     if found.source:
         # Tabs are kept, so that the caret stands under its column whatever their width.
         indent = "".join("\t" if character == "\t" else " " for character in found.source[: found.caret - 1])
-        note(f"  {found.source}")
-        note(f"  {indent}{paint('^', RED, sys.stderr)}")
+        _say([f"  {found.source}", f"  {indent}{paint('^', RED, sys.stderr)}"])
     advise(found.hint)
 
 
 def advise(hint: str) -> None:
     """What to do about it, on stderr; nothing if nobody knows."""
     if hint:
-        note(f"{paint('hint:', BLUE, sys.stderr)} {hint}")
+        _label("hint:", BLUE, hint)
+
+
+def _label(label: str, colour: str, text: str) -> None:
+    """Text after a label in colour."""
+    first, *rest = _wrapped(f"{label} {text}")
+    _say([paint(label, colour, sys.stderr) + first[len(label) :], *rest])
 
 
 @cache

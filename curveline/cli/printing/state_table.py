@@ -4,22 +4,31 @@ from __future__ import annotations
 
 import math
 import sys
-import textwrap
 from collections.abc import Iterator, Sequence
 
 from curveline.cli.printing import screen
 from curveline.cli.printing.canvas import Canvas
+from curveline.cli.printing.manner import MANNER
+from curveline.cli.printing.tables import Columns, Heading, fitting
+from curveline.phrases import wrapped
 from curveline.rod.states.equilibrium import SPATIAL, Equilibrium
 from curveline.simulation.explanation import deepest, explain
 from curveline.simulation.results import ShapeReport, curve_mm
 from curveline.simulation.simulate import SegmentStates
 from curveline.units import to_mj, to_mm, to_nmm
 
-HEAD = ("  state", "mean mm", "mid mm", "energy mJ", "err mm", "eigen", "clamps N", "N mm")
-DEPTH = "out mm"
+HEAD = ("  state", "mean", "middle", "mJ", "mm", "stability", "left", "right", "left", "right")
+GROUPS = (
+    Heading("height mm", 1, 2),
+    Heading("energy", 3, 3),
+    Heading("error", 4, 4),
+    Heading("force N", 6, 7),
+    Heading("moment N mm", 8, 9),
+)
+IN_SPACE = "depth"
 """Head of the column that states in space have in place of the height in the middle."""
-DEPTH_COLUMN = 2
-WIDTH = 80
+MIDDLE_COLUMN = 2
+LEGEND = "stability: lowest eigenvalue of the second variation, in EI/L^2"
 MARK = "*"
 UNKNOWN = "?"
 DOTTED = 3
@@ -28,58 +37,81 @@ DOTTED = 3
 
 def describe(report: ShapeReport) -> Iterator[str]:
     """Lines of text on every segment of a shape."""
+    if MANNER.is_brief:
+        yield from _briefly(report)
+        return
     scene, milliseconds = report.scene, 1e3 * report.seconds
     yield screen.paint(scene.name, screen.BOLD, sys.stdout)
     yield (
         f"display {scene.display.name}, tolerance {to_mm(report.settings.tolerance):g} mm, "
         f"{len(report.segments)} segment{'s' if len(report.segments) > 1 else ''} in {milliseconds:.1f} ms"
     )
-    for number, segment in enumerate(report.segments, start=1):
+    rows = {
+        number: [_cells(state, segment.model) for state in segment.states]
+        for number, segment in enumerate(report.segments)
+    }
+    table = fitting([HEAD, *(row for some in rows.values() for row in some)], groups=GROUPS)
+    for number, segment in enumerate(report.segments):
         wanted = f"{to_mm(segment.length):g} mm of rod, {segment.wanted_name} wanted"
-        yield f"segment {number}: {wanted}, {segment.model} model"
-        yield from _state_lines(segment)
+        yield f"segment {number + 1}: {wanted}, {segment.model} model"
+        yield from _state_lines(segment, table, rows[number])
         if segment.states and segment.left_out:
             yield f"left out, at most: {', '.join(_left_out(segment))}"
         if report.settings.explained:
             for sentence in explain(segment):
-                yield from textwrap.wrap(sentence, WIDTH, subsequent_indent="  ")
+                yield from wrapped(sentence)
+    if any(rows.values()):
+        yield LEGEND
 
 
-def _state_lines(segment: SegmentStates) -> Iterator[str]:
+def _briefly(report: ShapeReport) -> Iterator[str]:
+    """A line per segment: whether it is as wanted, how exact, and what else there is."""
+    for number, segment in enumerate(report.segments, start=1):
+        wanted = [state for state in segment.states if state.wanted]
+        found = (
+            f"{segment.wanted_name}, as wanted, to {_error(wanted[0])} mm" if wanted else f"no {segment.wanted_name}"
+        )
+        others = [state.name for state in segment.states if not state.wanted]
+        also = f"; also {', '.join(others)}" if others else ""
+        yield from wrapped(f"{report.scene.name}, segment {number}: {found}{also}")
+
+
+def _state_lines(segment: SegmentStates, table: Columns, rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
     """The table of a segment's states, the wanted one marked."""
     if not segment.states:
         yield "no stable state was found"
         return
-    rows = [HEAD, *map(_cells, segment.states)]
-    if segment.model == SPATIAL:
-        depths = (DEPTH, *(f"{to_mm(deepest(state)):.2f}" for state in segment.states))
-        rows = [(*row[:DEPTH_COLUMN], depth, *row[DEPTH_COLUMN + 1 :]) for row, depth in zip(rows, depths, strict=True)]
-    lines = screen.table(rows)
-    yield screen.paint(lines[0], screen.DIM, sys.stdout)
-    for state, line in zip(segment.states, lines[1:], strict=True):
+    is_spatial = segment.model == SPATIAL
+    head = (*HEAD[:MIDDLE_COLUMN], IN_SPACE, *HEAD[MIDDLE_COLUMN + 1 :]) if is_spatial else HEAD
+    lines = list(screen.headed(table, head, rows))
+    yield from lines[: -len(rows)]
+    for state, line in zip(segment.states, lines[-len(rows) :], strict=True):
         colour = screen.BOLD if state.wanted else "" if state.simple else screen.DIM
         yield screen.paint(line, colour, sys.stdout) if colour else line
     if not all(state.is_untangled for state in segment.states):
-        yield "loops, crossings and wrapped curves are stable, but a planar display cannot show them"
+        yield from wrapped("loops, crossings and wrapped curves are stable, but a planar display cannot show them")
     leaving = [state.name for state in segment.states if state.leaves_plane]
     if leaving:
-        yield from textwrap.wrap(f"unstable in the plane, which the rod leaves: {', '.join(leaving)}", WIDTH)
+        yield from wrapped(f"unstable in the plane, which the rod leaves: {', '.join(leaving)}")
 
 
-def _cells(state: Equilibrium) -> tuple[str, ...]:
+def _cells(state: Equilibrium, model: str) -> tuple[str, ...]:
     forces = state.clamp_force if state.space is None else state.space.forces
-    left, right = (math.hypot(*force) for force in forces.tolist())
-    start, end = (to_nmm(float(moment)) for moment in state.clamp_moment)
+    middle = deepest(state) if model == SPATIAL else _height_at_middle(state)
     return (
         f"{MARK if state.wanted else ' '} {state.name}",
         f"{to_mm(state.mean_height):.2f}",
-        f"{to_mm(float(_height_at_middle(state))):.2f}",
+        f"{to_mm(float(middle)):.2f}",
         f"{to_mj(state.energy):.2f}",
-        f"{to_mm(state.error):.1g}" if math.isfinite(state.error) else UNKNOWN,
+        _error(state),
         f"{state.lowest_eigenvalue:.3g}" if math.isfinite(state.lowest_eigenvalue) else UNKNOWN,
-        f"{left:.2f} {right:.2f}",
-        f"{start:.0f} {end:.0f}",
+        *(f"{math.hypot(*force):.2f}" for force in forces.tolist()),
+        *(f"{to_nmm(float(moment)):.0f}" for moment in state.clamp_moment),
     )
+
+
+def _error(state: Equilibrium) -> str:
+    return f"{to_mm(state.error):.1g}" if math.isfinite(state.error) else UNKNOWN
 
 
 def _height_at_middle(state: Equilibrium) -> float:

@@ -7,12 +7,14 @@ import sys
 from collections.abc import Iterator, Mapping
 
 from curveline.cli.printing import screen
+from curveline.cli.printing.manner import MANNER
+from curveline.cli.printing.tables import fitting
+from curveline.phrases import wrapped
 from curveline.scene import Scene
 from curveline.simulation.results import Settings
 from curveline.simulation.sweep import Group, Sweep, SweepTally
 from curveline.units import to_mm
 
-WIDTH = 80
 MOST_ROWS = 12
 STATES_WIDTH = 34
 
@@ -20,6 +22,11 @@ STATES_WIDTH = 34
 def describe(sweep: Sweep, tally: SweepTally, settings: Settings) -> Iterator[str]:
     """Lines on what was asked for and what every segment came to."""
     scene: Scene = sweep.file.scene
+    if MANNER.is_brief:
+        for number, (segment, unwanted) in enumerate(zip(scene.segments, tally.unwanted, strict=True), start=1):
+            share = f"{len(sweep) - unwanted:,} of {len(sweep):,} points have the {segment.state}"
+            yield from wrapped(f"{scene.name}, segment {number}: {share}")
+        return
     yield screen.paint(scene.name, screen.BOLD, sys.stdout)
     yield f"display {scene.display.name}, tolerance {to_mm(settings.tolerance):g} mm, {len(sweep):,} points"
     for axis in sweep.axes:
@@ -40,10 +47,9 @@ def _rows(groups: Mapping[str, Group]) -> Iterator[str]:
     """The table of a segment, the most frequent states first."""
     often = sorted(groups.items(), key=lambda item: (-item[1].points, item[0]))
     total = sum(group.points for group in groups.values())
-    head = ("  stable states", "points", "%", "lowest eigenvalue", "error mm")
-    lines = screen.table([head, *(_cells(states, group, total) for states, group in often[:MOST_ROWS])])
-    yield screen.paint(lines[0], screen.DIM, sys.stdout)
-    yield from lines[1:]
+    head = ("  stable states", "points", "%", "stability in EI/L^2", "error mm")
+    rows = [_cells(states, group, total) for states, group in often[:MOST_ROWS]]
+    yield from screen.headed(fitting([head, *rows]), head, rows)
     if len(often) > MOST_ROWS:
         yield f"  and {len(often) - MOST_ROWS} rarer combinations"
 

@@ -12,10 +12,9 @@ import threading
 from contextlib import suppress
 from typing import TextIO
 
+from curveline.phrases import WIDTH
 from curveline.system.portable import takes_escapes
 
-WIDTH = 80
-"""Columns of what is printed, where the terminal is not narrower."""
 NARROWEST = 40
 """Columns for which text is still wrapped; narrower terminals break it themselves."""
 ROWS = 24

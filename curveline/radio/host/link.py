@@ -124,9 +124,12 @@ Observer = Callable[[Progress], None]
 class Halted(LinkError):
     """A run that its conductor halted, once all that can be held are held; `halt` says why."""
 
+    code = "halted"
+
     def __init__(self, halt: Halt) -> None:
         super().__init__(halt.message, halt.hint, halt.node)
         self.halt = halt
+        self.cause = halt.cause.name.lower().replace("_", "-")
 
 
 def send_plan(

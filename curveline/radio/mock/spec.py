@@ -14,6 +14,8 @@ from curveline.errors import InvalidInput
 from curveline.radio.mock.air import Weather
 from curveline.radio.mock.fault_injection import MISHAPS, Form, Mishap
 
+NAMES = "a name alone, such as mock:stall, is answered with how it is written; there are"
+
 
 @dataclass(frozen=True)
 class MockSpec:
@@ -60,21 +62,29 @@ def _read(key: str, value: str) -> object:
     try:
         return reader(value)
     except ValueError:
-        raise InvalidInput(f"the mock radio's {key}={value} is not {form}", hint=_takes()) from None
+        raise _malformed(f"{key}={value}", f"{key}={form}") from None
+
+
+def _malformed(text: str, form: str) -> InvalidInput:
+    return InvalidInput(f"the mock radio's {text} cannot be read", f"write it as {form}")
 
 
 def _unknown(key: str) -> InvalidInput:
-    close = difflib.get_close_matches(key, [*_READERS, *_FLAGS, *MISHAPS], n=1)
-    guess = f"; did you mean {close[0]!r}?" if close else ""
-    if key in _READERS or key in _FLAGS:
-        guess = "; it takes a value" if key in _READERS else "; it takes no value"
-    return InvalidInput(f"the mock radio has no setting {key!r} of this form{guess}", hint=_takes())
+    if key in _READERS:
+        return InvalidInput(f"the mock radio's {key} takes a value", f"write it as {key}={_READERS[key][1]}")
+    if key in _FLAGS:
+        return InvalidInput(f"the mock radio's {key} takes no value", f"write it as {key}")
+    forms = _forms()
+    close = difflib.get_close_matches(key, forms, n=1)
+    hint = f"did you mean {close[0]}? Written as {forms[close[0]]}" if close else f"{NAMES}: {', '.join(forms)}"
+    return InvalidInput(f"the mock radio has no setting {key!r}", hint)
 
 
-def _takes() -> str:
-    examples = [f"{key}={form}" for key, (_, form) in _READERS.items()]
-    faults = [key + row.form.value for key, row in MISHAPS.items()]
-    return "it takes, separated by commas: " + ", ".join([*examples, *_FLAGS, *faults])
+def _forms() -> dict[str, str]:
+    """Every setting, and how it is written."""
+    settings = {key: f"{key}={form}" for key, (_, form) in _READERS.items()}
+    faults = {key: key + row.form.value for key, row in MISHAPS.items()}
+    return {**settings, **{key: key for key in _FLAGS}, **faults}
 
 
 def _mishap(key: str, value: str) -> Mishap:
@@ -89,7 +99,7 @@ def _mishap(key: str, value: str) -> Mishap:
         axis = AXES.index(found["axis"]) + 1 if "axis" in found else 0
         return Mishap(key, int(found.get("node", 0)), int(found.get("step", 0)), chance, axis)
     except ValueError:
-        raise InvalidInput(f"the mock radio's {key}{value} is not {key}{form.value}", hint=_takes()) from None
+        raise _malformed(f"{key}{value}", f"{key}{form.value}") from None
 
 
 def _chance(text: str) -> float:

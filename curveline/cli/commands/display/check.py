@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import sys
-import textwrap
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from curveline.cli import completion
+from curveline.cli.options import JsonOption
 from curveline.cli.printing import screen
+from curveline.cli.printing.tables import fitting
+from curveline.phrases import wrapped
 from curveline.units import to_mm
 
 if TYPE_CHECKING:
@@ -18,14 +21,20 @@ if TYPE_CHECKING:
     from curveline.planning.reachability import Access
     from curveline.scene import Display
 
-WIDTH = 80
 AXIS_HEAD = ("axis", "from", "to", "unit", "counts", "per unit", "per s", "takes s")
 BUDGET_HEAD = ("rod, mm", "a segment", "all of them", "each tail")
 
 
 def check(
-    file: Annotated[str, typer.Argument(metavar="NAME|FILE", help="A display file (.toml), or a built-in display.")],
-    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME|FILE",
+            autocompletion=completion.displays,
+            help="A display file (.toml), or a built-in display.",
+        ),
+    ],
+    json: JsonOption = False,
 ) -> None:
     """Check a display file and say what the display can do.
 
@@ -113,17 +122,17 @@ class _Checked(NamedTuple):
         bearing = f"{to_mm(display.clamp):g} mm of rod in each bearing"
         yield f"{display.node_count} nodes, {to_mm(display.span):g} mm apart, {across:g} mm across; {bearing}"
         yield from self._rod_lines()
-        yield from _headed(screen.table([BUDGET_HEAD, *self._budget_rows()]))
+        yield from _table(BUDGET_HEAD, list(self._budget_rows()))
         yield from self._axis_lines()
-        yield from _wrapped(f"level nodes: {self._held_text()}")
+        yield from wrapped(f"level nodes: {self._held_text()}")
         if (entries := self.ability.departures.entries) and all(entry.is_open for entry in entries):
             yield "from home a plan leads to every kind of shape"
         radio = display.radio
         yield f"radio: channel {radio.channel} ({2400 + radio.channel} MHz), {radio.data_rate}, addresses"
-        yield from _wrapped(" ".join(radio.addresses), "  ")
+        yield from wrapped(" ".join(radio.addresses), 2, hang=0)
         for each in self.odd:
-            yield from _wrapped(f"warning[{each.code}]: {each.key}: {each.message}")
-            yield from _wrapped(f"  hint: {each.hint}")
+            yield from wrapped(f"warning[{each.code}]: {each.key}: {each.message}")
+            yield from wrapped(f"hint: {each.hint}", 2)
         if not self.odd:
             yield "nothing looks odd"
 
@@ -131,11 +140,11 @@ class _Checked(NamedTuple):
         rod = self._rod()
         modulus = f"E {rod['youngs_modulus_GPa']:.3g} GPa, G {rod['shear_modulus_GPa']:.3g} GPa"
         source = ", from the bending stiffness as measured" if self.display.rod.is_stiffness_measured else ""
-        yield from _wrapped(f"{self.display.rod.section}; {modulus}{source}")
+        yield from wrapped(f"{self.display.rod.section}; {modulus}{source}")
         stiffness = (
             f"bending {rod['bending_stiffness_Nm2']:.3g} N m2, twisting {rod['twisting_stiffness_Nm2']:.3g} N m2"
         )
-        yield from _wrapped(f"stiffness: {stiffness}, stretching {rod['stretching_stiffness_N']:.3g} N")
+        yield from wrapped(f"stiffness: {stiffness}, stretching {rod['stretching_stiffness_N']:.3g} N")
         weight = f"weight {rod['weight_N_per_m']:.3g} N/m"
         bends = f"bends to a radius of {rod['smallest_radius_mm']:.0f} mm at least"
         yield f"{weight}; {bends}"
@@ -154,7 +163,7 @@ class _Checked(NamedTuple):
         from curveline.displays.capability import reaches
 
         found = reaches(self.display)
-        yield from _headed(screen.table([AXIS_HEAD, *map(_axis_cells, found)], frozenset({0, 3})))
+        yield from _table(AXIS_HEAD, list(map(_axis_cells, found)), frozenset({0, 3}))
         if all(reach.fits_target and reach.fits_status for reach in found):
             yield f"counts fit the 24 bits of a target, and a status, which tells {found[0].status_end:.0f} mm at most"
         else:
@@ -220,10 +229,5 @@ def _mm_or_none(length: float | None) -> float | None:
     return None if length is None else to_mm(length)
 
 
-def _headed(lines: Sequence[str]) -> Iterator[str]:
-    yield screen.paint(lines[0], screen.DIM, sys.stdout)
-    yield from lines[1:]
-
-
-def _wrapped(text: str, indent: str = "") -> list[str]:
-    return textwrap.wrap(text, WIDTH, initial_indent=indent, subsequent_indent=indent or "  ", break_on_hyphens=False)
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]], left: frozenset[int] = frozenset({0})) -> Iterator[str]:
+    yield from screen.headed(fitting([head, *rows], left), head, rows)

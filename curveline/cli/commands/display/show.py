@@ -6,10 +6,16 @@ from typing import Annotated
 
 import typer
 
+from curveline.cli import completion
 from curveline.cli.printing import screen
 
 
-def show(name: Annotated[str, typer.Argument(metavar="NAME", help="A built-in display: single or quad.")]) -> None:
+def show(
+    name: Annotated[
+        str,
+        typer.Argument(metavar="NAME", autocompletion=completion.displays, help="A built-in display: single or quad."),
+    ],
+) -> None:
     """Print the file of a built-in display.
 
     Copy it and change the copy: curveline display show single > mine.toml

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def adopt(
     radio: RadioOption = None,
     display: DisplayOption = "single",
-    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before recording.")] = False,
+    yes: Annotated[bool, typer.Option("-y", "--yes", help="Do not ask before recording.")] = False,
     runs: RunsOption = None,
 ) -> None:
     """Ask every node of a display which chip it is, and record that.

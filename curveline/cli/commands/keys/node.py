@@ -16,7 +16,7 @@ from curveline.errors import InvalidInput
 def node(
     number: Annotated[int, typer.Argument(metavar="N", min=1, help="Number of the node in its display, from 1.")],
     hex: Annotated[str, typer.Option("--hex", metavar="FILE", help="The node.hex that the firmware's build wrote.")],
-    output: Annotated[str, typer.Option("--output", "-o", metavar="FILE", help="Where to write the node's own image.")],
+    output: Annotated[str, typer.Option("-o", "--output", metavar="FILE", help="Where to write the node's own image.")],
     display: DisplayOption = "single",
 ) -> None:
     """Write the image of one node: program, number, address, limits, key.

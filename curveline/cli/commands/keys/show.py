@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import typer
-
+from curveline.cli.options import JsonOption
 from curveline.cli.printing import screen
 
 
-def show(json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False) -> None:
+def show(json: JsonOption = False) -> None:
     """Show where the keys are, their fingerprint, and which devices are known; never the key."""
     from curveline import __version__
     from curveline.radio.site.key_file import default_path, read_site

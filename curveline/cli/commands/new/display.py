@@ -16,7 +16,7 @@ def display(
 ) -> None:
     """Write a display file to begin with: valid as it is, and every key explained.
 
-    It goes to NAME.toml, and never over a file that exists: curveline new display lab --nodes 3
+    It goes to NAME.toml, and never over a file that exists.
     """
     from curveline.shapes.templates import new_display
 

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from curveline.cli.new_file import NameArgument, OutputOption, place_of, put
+from curveline.cli.options import DisplayOption
 
 
 class NewState(StrEnum):
@@ -20,15 +21,13 @@ class NewState(StrEnum):
 
 def shape(
     name: NameArgument = None,
-    display: Annotated[
-        str, typer.Option("--display", metavar="NAME|FILE", help="The display that is to show it.")
-    ] = "single",
+    display: DisplayOption = "single",
     state: Annotated[NewState, typer.Option(help="What every segment is to show.")] = NewState.PEAK,
     output: OutputOption = None,
 ) -> None:
     """Write a shape file to begin with: valid as it is, and every key explained.
 
-    It goes to NAME.toml, and never over a file that exists: curveline new shape arch --state valley
+    It goes to NAME.toml, and never over a file that exists.
     """
     from curveline.shapes.files import read_display
     from curveline.shapes.templates import check_new_shape, new_shape

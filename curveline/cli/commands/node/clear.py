@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import typer
 
 from curveline.cli.commands.node.common import NumberArgument, session_of, show_report
-from curveline.cli.options import DisplayOption, RadioOption, RunsOption
+from curveline.cli.options import DisplayOption, JsonOption, RadioOption, RunsOption
 from curveline.errors import EXIT_DONE, EXIT_LINK
 
 
@@ -15,7 +13,7 @@ def clear(
     number: NumberArgument,
     radio: RadioOption = None,
     display: DisplayOption = "single",
-    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    json: JsonOption = False,
     runs: RunsOption = None,
 ) -> None:
     """Make a node forget its fault, once the reason is gone. Nothing moves.

@@ -11,7 +11,7 @@ import typer
 
 from curveline.cli import consent
 from curveline.cli.commands.node.common import NumberArgument, session_of, show_report
-from curveline.cli.options import DisplayOption, RadioOption, RunsOption
+from curveline.cli.options import DisplayOption, JsonOption, RadioOption, RunsOption, YesOption
 from curveline.cli.printing import screen
 from curveline.errors import EXIT_DONE, EXIT_LINK, EXIT_NO, LinkError
 
@@ -32,12 +32,12 @@ def home(
     number: NumberArgument,
     axis: Annotated[
         list[AxisOption] | None,
-        typer.Option("--axis", help="Only this axis; may be given several times. All by default."),
+        typer.Option("--axis", metavar="AXIS", show_default="all", help="Only this axis."),
     ] = None,
     radio: RadioOption = None,
     display: DisplayOption = "single",
-    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before moving.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    yes: YesOption = False,
+    json: JsonOption = False,
     runs: RunsOption = None,
 ) -> None:
     """Let a node find the zeros of its axes and go there; Ctrl-C stops it where it is.

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from curveline.cli.options import RunsOption, runs_folder
+from curveline.cli import completion
+from curveline.cli.options import BriefOption, JsonOption, RunsOption, runs_folder
 from curveline.cli.printing import screen
 from curveline.errors import InvalidInput
 
@@ -17,10 +18,18 @@ SHOWN = 20
 def listing(
     context: typer.Context,
     display: Annotated[
-        str | None, typer.Option("--display", metavar="NAME|FILE", help="Only runs of this display.")
+        str | None,
+        typer.Option(
+            "-d",
+            "--display",
+            metavar="NAME|FILE",
+            autocompletion=completion.displays,
+            help="Only runs of this display.",
+        ),
     ] = None,
-    everything: Annotated[bool, typer.Option("--all", help=f"All of them, not only the newest {SHOWN}.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="JSON on stdout, one document.")] = False,
+    everything: Annotated[bool, typer.Option("-a", "--all", help=f"All of them, not only the newest {SHOWN}.")] = False,
+    json: JsonOption = False,
+    brief: BriefOption = False,
     runs: RunsOption = None,
 ) -> None:
     """List the runs on record, the newest first: how each ended, how far it came, whether it can go on and how.
@@ -28,7 +37,7 @@ def listing(
     `curveline runs show RUN` has the log of one.
     """
     if context.invoked_subcommand is not None:
-        if display is not None or everything or json or runs is not None:
+        if display is not None or everything or json or brief or runs is not None:
             hint = f"name them after `{context.invoked_subcommand}`"
             raise InvalidInput("options before a command of `curveline runs` mean nothing", hint)
         return

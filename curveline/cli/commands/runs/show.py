@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from curveline.cli import completion
 from curveline.cli.options import RunsOption, runs_folder
 from curveline.cli.printing import screen
 from curveline.errors import EXIT_USAGE, InvalidInput
@@ -16,7 +17,10 @@ if TYPE_CHECKING:
 
 
 def show(
-    run: Annotated[str, typer.Argument(metavar="RUN", help="The run: its folder, its name, or `last`.")],
+    run: Annotated[
+        str,
+        typer.Argument(metavar="RUN", autocompletion=completion.runs, help="The run: its folder, its name, or `last`."),
+    ],
     json: Annotated[bool, typer.Option("--json", help="JSON on stdout: the run and its records.")] = False,
     runs: RunsOption = None,
 ) -> None:

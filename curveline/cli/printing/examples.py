@@ -1,0 +1,106 @@
+"""What people do with each command: examples for its help."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+Example = tuple[str, str]
+"""A command as it is typed, and what it does."""
+
+EXAMPLES: Mapping[str, Sequence[Example]] = {
+    "curveline": (
+        ("curveline simulate shapes/level-up-peak.toml", "every curve that a rod can take between two nodes"),
+        ("curveline send shapes/level-up-peak.toml --radio mock", "bring a model of a display into that shape"),
+    ),
+    "curveline simulate": (
+        ("curveline simulate shapes/level-up-peak.toml", "a table and a drawing"),
+        ("curveline simulate shapes/*.toml --brief", "a line per segment of many shapes"),
+        (
+            "curveline simulate shapes/level-up-peak.toml -o peak.csv -o peak.svg",
+            "the curves as points and as a figure",
+        ),
+        (
+            "curveline simulate shapes/level-up-peak.toml --sweep nodes.1.angle_deg=-30:30:21",
+            "which states there are while an angle changes",
+        ),
+    ),
+    "curveline plan": (
+        (
+            "curveline plan shapes/staggered-down-peak.toml -o plan.json",
+            "the steps from home, as text and as a file to send",
+        ),
+        ("curveline plan plan.json --brief", "what a plan comes to, in a few lines"),
+        (
+            "curveline plan shapes/level-up-peak.toml shapes/level-down-valley.toml --home",
+            "two shapes in a row, and home",
+        ),
+        ("curveline plan shapes/level-up-peak.toml --monte-carlo 100", "how often it ends well if nodes err"),
+    ),
+    "curveline send": (
+        ("curveline send plan.json --radio mock -n", "what would be sent; nothing moves"),
+        (
+            "curveline send shapes/level-up-peak.toml --radio serial:/dev/ttyACM0",
+            "plan from where the display stands, ask, and send",
+        ),
+        ("curveline send --resume last --radio mock", "go on with a run that was cut short"),
+        ("curveline send --home --radio mock --yes", "bring the display home, without a question"),
+    ),
+    "curveline status": (
+        ("curveline status --radio mock", "every node in a row of a table"),
+        ("curveline status --radio mock --brief", "a line per node, for scripts to look through"),
+        ("curveline status --radio serial:/dev/ttyACM0 --watch", "again every second, until Ctrl-C"),
+    ),
+    "curveline stop": (("curveline stop --radio mock", "hold all nodes, whoever moves them"),),
+    "curveline load": (
+        (
+            "curveline load shapes/level-neutral-peak.toml --at 0.35",
+            "push at a third of the rod's length, until it snaps",
+        ),
+        ("curveline load shapes/level-up-peak.toml --map --points 11", "where the shape is weakest"),
+    ),
+    "curveline bench": (
+        ("curveline bench --quick", "what is held against goals"),
+        ("curveline bench --link", "the radio link, on a model of the radios"),
+    ),
+    "curveline keys": (("curveline keys new", "once per site"),),
+    "curveline keys new": (("curveline keys new", "make the site's keys, in the usual place"),),
+    "curveline keys node": (
+        (
+            "curveline keys node 1 --hex firmware/build/node.hex -o node1.hex",
+            "the program of node 1 of display single, ready to be flashed",
+        ),
+    ),
+    "curveline keys adopt": (
+        ("curveline keys adopt --radio serial:/dev/ttyACM0", "learn which chip listens where"),
+        ("curveline keys adopt --radio mock:keys --yes", "the same with a model of the display, to try it"),
+    ),
+    "curveline keys show": (("curveline keys show", "where the keys are, and which nodes are known"),),
+    "curveline node": (("curveline node status 1 --radio mock", "all about the first node"),),
+    "curveline node status": (("curveline node status 1 --radio mock", "all about the first node"),),
+    "curveline node clear": (("curveline node clear 2 --radio mock", "end the fault of the second node"),),
+    "curveline node home": (("curveline node home 2 --radio mock --yes", "find the zeros of the second node"),),
+    "curveline display": (("curveline display check single", "what a built-in display can do"),),
+    "curveline display check": (
+        ("curveline display check single", "what a built-in display can do"),
+        ("curveline display check mine.toml", "whether a file of your own is sound"),
+    ),
+    "curveline display show": (("curveline display show single > mine.toml", "a file to start from"),),
+    "curveline runs": (
+        ("curveline runs --brief", "a line per run, the newest first"),
+        ("curveline runs show last", "the log of the newest"),
+    ),
+    "curveline runs show": (("curveline runs show last", "the log of the newest run"),),
+    "curveline shapes": (
+        ("curveline shapes", "what there is"),
+        ("curveline simulate level-up-peak", "one of them, by its name"),
+    ),
+    "curveline new": (
+        ("curveline new shape arch --state valley", "a shape in arch.toml"),
+        ("curveline new display lab --nodes 3", "a display in lab.toml"),
+    ),
+    "curveline new shape": (
+        ("curveline new shape arch --state valley", "a shape in arch.toml"),
+        ("curveline new shape arch --display lab.toml -o -", "one for a display of your own, on stdout"),
+    ),
+    "curveline new display": (("curveline new display lab --nodes 3", "a display in lab.toml"),),
+}
