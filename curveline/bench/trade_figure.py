@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from curveline.bench.report import BenchReport
 from curveline.bench.trade import TradePoint
-from curveline.figures.common import bytes_of, new_figure
+from curveline.figures.common import DARK, bytes_of, draw_legend, legend_entry, new_figure
 from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL
 
 if TYPE_CHECKING:
@@ -32,8 +32,7 @@ def draw(report: BenchReport, kind: str) -> bytes:
             panel.set_xlabel("time of a scene [ms]")
             panel.label_outer()
         panels[0].set_ylabel("largest true error [mm]")
-        handles, labels = _legend(measured)
-        figure.legend(handles, labels, loc="outside lower center", ncols=5, frameon=False)
+        draw_legend(figure, _legend(measured))
         return bytes_of(figure, kind)
 
 
@@ -80,19 +79,13 @@ def _marker(method: str) -> str:
     return MARKERS.get(method, OTHER_MARKER)
 
 
-def _legend(points: Sequence[TradePoint]) -> tuple[list[Any], list[str]]:
-    """A handle for each method and each model, in one legend."""
-    from matplotlib.lines import Line2D
-
-    handles, labels = [], []
-    for method in dict.fromkeys(point.method for point in points):
-        handles.append(
-            Line2D([], [], marker=_marker(method), color="#333333", markerfacecolor="white", linestyle="none")
-        )
-        labels.append(method)
-    for model in dict.fromkeys(point.model for point in points):
-        handles.append(Line2D([], [], color=COLOURS[model], linewidth=3.0))
-        labels.append(model)
-    handles.append(Line2D([], [], color="#333333", linewidth=5.0, alpha=0.18))
-    labels.append("front (full markers)")
-    return handles, labels
+def _legend(points: Sequence[TradePoint]) -> list[Any]:
+    """An entry for each method and each model, in one legend."""
+    look: dict[str, Any] = {"color": DARK, "markerfacecolor": "white", "linestyle": "none"}
+    methods = dict.fromkeys(point.method for point in points)
+    models = dict.fromkeys(point.model for point in points)
+    return [
+        *(legend_entry(method, marker=_marker(method), **look) for method in methods),
+        *(legend_entry(model, color=COLOURS[model], linewidth=3.0) for model in models),
+        legend_entry("front (full markers)", color=DARK, linewidth=5.0, alpha=0.18),
+    ]

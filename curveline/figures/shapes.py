@@ -51,6 +51,7 @@ LOWEST = 0.6  # [inch] of a panel's height, so that its scale has room
 ROOM = 0.08
 """Beside and above all that is drawn, as a part of the span between nodes."""
 ROW_GAP = 0.08  # [inch] above and below what belongs to a panel
+SIDE_ROOM = 0.7  # [inch] of a panel for its scale
 START_HEIGHT = 8.0  # [inch] of a figure before its panels are measured
 
 
@@ -197,7 +198,7 @@ def _draw_place(panel: Axes, place: _Place, width: float) -> None:
     display = report.scene.display
     for index, node in enumerate(report.scene.nodes):
         draw_node(panel, (index * display.span, view.height(node)), view.tangent(node), clamp_shown(display))
-    panel.set_title(within(report.scene.name, width) if view is FRONT else "from above")
+    panel.set_title(within(report.scene.name, width - SIDE_ROOM) if view is FRONT else "from above")
     dress(panel, view.label)
     place.frame.show_in(panel)
     if view is ABOVE:
