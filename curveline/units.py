@@ -123,6 +123,13 @@ def beyond(value: float, low: float, high: float, digits: int = 6) -> tuple[str,
     return there, end, f"{high:.{digits}g}"
 
 
+def plain(value: float) -> str:
+    """A number as people write it: without an exponent, unless it has many zeros."""
+    from decimal import Decimal
+
+    return f"{Decimal(repr(value)).normalize():f}" if 1e-7 <= abs(value) < 1e16 else f"{value:g}"
+
+
 def _is_shown(text: str, value: float) -> bool:
     """False if a number reads as 0 and is not."""
     return value == 0.0 or float(text) != 0.0

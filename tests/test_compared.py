@@ -23,7 +23,7 @@ from curveline.planning.actuator_loads import ClampLoads, overload
 from curveline.radio.host.preflight import check_place
 from curveline.scene import Display
 from curveline.shapes.files import builtin_text, read_display, read_shape
-from curveline.units import beyond, decimals_of, told_apart
+from curveline.units import beyond, decimals_of, plain, told_apart
 
 NUMBER = r"(-?\d[\d.]*(?:e[+-]?\d+)?)"
 HAIR = 1.0 + 1e-9
@@ -135,3 +135,22 @@ def test_a_node_that_stands_elsewhere_by_fine_counts_is_seen() -> None:
     assert halt is not None
     found, wanted = compared(halt.detail)
     assert float(found) > float(wanted) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1e-6, "0.000001"),
+        (10.0, "10"),
+        (0.0, "0"),
+        (100_001, "100001"),
+        (1e9, "1000000000"),
+        (2**53, "9007199254740992"),
+        (-90.0, "-90"),
+        (1e-12, "1e-12"),
+        (1e30, "1e+30"),
+        (0.25, "0.25"),
+    ],
+)
+def test_numbers_are_written_without_exponents_up_to_many_zeros(value: float, text: str) -> None:
+    assert plain(value) == text

@@ -449,3 +449,9 @@ def check_damage(error: InvalidInput, data: bytes) -> None:
     assert found
     assert all(d.hint and d.line <= data.count(b"\n") + 1 and d.column <= len(data) + 1 for d in found)
     assert [(d.line, d.column) for d in found] == sorted((d.line, d.column) for d in found)
+
+
+def test_bounds_are_told_without_exponents(write: Callable[[bytes], Path]) -> None:
+    (found,) = problems(lambda: read_shape(write(replaced(SHAPE, "660.0", "1e-9"))))
+    assert "but must be at least 0.000001 mm" in found.message
+    assert "make it at least 0.000001 mm" in found.hint

@@ -18,7 +18,7 @@ from curveline.plan_file import NodeTarget, Plan, Step, sealed, write_plan
 from curveline.shapes.files import read_display
 
 HEAVY = {"numpy", "numba", "scipy", "matplotlib", "cv2", "serial", "pyrf24"}
-COMMANDS = ("simulate", "plan", "send", "status", "stop", "runs", "load", "keys", "bench")
+COMMANDS = ("simulate", "plan", "send", "status", "stop", "runs", "load", "keys", "bench", "shapes", "new")
 
 SCRIPT = """
 import json, sys

@@ -8,6 +8,8 @@ from typing import Any
 
 import typer
 
+from curveline.units import plain
+
 NUMBER = {"float_parsing": "number", "int_parsing": "whole number", "int_from_float": "whole number"}
 MINUS = "\N{MINUS SIGN}"
 BOUNDS = frozenset({"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"})
@@ -57,13 +59,7 @@ def _allowed(param: Any, details: Mapping[str, Any]) -> str:
         context = details.get("ctx", {})
         least = context.get("ge", context.get("gt"))
         most = context.get("le", context.get("lt"))
-    if least is None or most is None:
-        return f"at least {_decimal(least)}" if most is None else f"at most {_decimal(most)}"
-    return f"{_decimal(least)} to {_decimal(most)}"
-
-
-def _decimal(number: float | None) -> str:
-    """A number without an exponent, as people write it."""
-    from decimal import Decimal
-
-    return "a finite number" if number is None else f"{Decimal(repr(number)).normalize():f}"
+    if least is not None and most is not None:
+        return f"{plain(least)} to {plain(most)}"
+    ends = [f"{words} {plain(end)}" for words, end in (("at least", least), ("at most", most)) if end is not None]
+    return ends[0] if ends else "a finite number"

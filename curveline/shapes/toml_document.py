@@ -17,6 +17,7 @@ from curveline.shapes.toml_fault import TomlFault
 from curveline.shapes.toml_location import MAX_DEPTH, KeyPath, TomlMap
 from curveline.shapes.toml_repair import syntax_problems
 from curveline.system.files import excerpt
+from curveline.units import plain
 
 MAX_DIAGNOSTICS = 100
 """More problems than anybody reads; a hostile file can hold a hundred thousand."""
@@ -234,7 +235,7 @@ def _explain(path: KeyPath, details: Mapping[str, Any]) -> tuple[str, str, str]:
         return "not-finite", f"{name} is {shown(value)}, which is not a finite number", "write a finite number"
     if kind in _BOUNDS or enormous:
         bound, words = _BOUNDS.get(kind, ("", ""))
-        limit = f"{words} {context[bound]:g}{unit}" if bound else "an ordinary number"
+        limit = f"{words} {plain(context[bound])}{unit}" if bound else "an ordinary number"
         return (
             "out-of-range",
             f"{name} is {shown(value)}{'' if enormous else unit}, but must be {limit}",
