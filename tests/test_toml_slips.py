@@ -217,6 +217,23 @@ def test_where_nobody_knows_what_was_meant_the_rule_is_told(sound: str, slip: st
         assert jargon not in found[0].message
 
 
+def test_nothing_that_steers_a_terminal_is_repeated(tmp_path: Path) -> None:
+    path = tmp_path / "shape.toml"
+    for slip in (
+        '"x\x1b[31m',
+        "x\x1b[31m",
+        "\u201cx\x1b\u201d",
+        "\x1b",
+        '"a\\x\u202e"',
+        "\u202ex",
+        "1\x1b5",
+        "x\x9b31m",
+    ):
+        path.write_text(LEVEL.replace('"x"', slip, 1), encoding="utf-8")
+        for each in refused(read_shape, path):
+            assert re.fullmatch(r"[^\x00-\x1f\x7f-\x9f\u202e]+", each.message + each.hint + each.source)
+
+
 TWICE = {
     "headers": ("[nodes]\na = 1\n[nodes]\na = 1\n", 5, "write `[[nodes]]` for each of them"),
     "items, then a header": ("[[nodes]]\na = 1\n[nodes]\na = 1\n", 5, "write `[[nodes]]` for each of them"),

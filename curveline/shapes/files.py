@@ -27,7 +27,7 @@ from curveline.scene import (
     Segment,
     Vector,
 )
-from curveline.shapes.library import given_shape
+from curveline.shapes.library import builtin_shapes, given_shape
 from curveline.shapes.rod_rules import rod_of
 from curveline.shapes.rules import check_display, check_shape
 from curveline.shapes.tables import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, ShapeTable
@@ -203,6 +203,8 @@ def _refuse_empty(document: Document, hint: str) -> None:
 
 
 def _hint_for_display(name: str) -> str:
+    if name in builtin_shapes():
+        return f"{name} is a built-in shape, not a display: `curveline simulate {name}` takes it"
     return f"{_known_displays(name)}; a display of your own is a path that ends in .toml"
 
 

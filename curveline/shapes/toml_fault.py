@@ -32,7 +32,7 @@ class Slip:
     stop: int
     text: str
     what: str
-    hint: str = ""
+    hint: str
 
     def applied(self, text: str) -> str:
         """The text without the slip."""
@@ -42,7 +42,7 @@ class Slip:
         """Where something in the text without the slip stands in the text with it."""
         if offset >= self.start + len(self.text):
             return offset + (self.stop - self.start) - len(self.text)
-        return min(offset, self.start) if offset <= self.start else self.start
+        return min(offset, self.start)
 
 
 @dataclass(frozen=True)

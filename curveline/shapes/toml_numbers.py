@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from operator import add, mul, sub, truediv
 
 from curveline.shapes.key_units import unit_of
 from curveline.shapes.toml_fault import Slip, TomlFault
@@ -25,6 +26,7 @@ _IN_OTHERS: Mapping[tuple[str, str], Callable[[float], float]] = {
     ("in", "mm"): lambda value: 25.4 * value,
     ("rad", "deg"): to_deg,
 }
+_OPERATORS = {"*": mul, "/": truediv, "+": add, "-": sub}
 DECIMAL_COMMA = "decimals follow a point"
 
 
@@ -63,8 +65,7 @@ def calculation(fault: TomlFault) -> Slip | None:
     first, operator, second = float(match[1]), match[2].strip(), float(match[3])
     if operator == "/" and second == 0.0:
         return None
-    value = {"*": first * second, "/": first / second if second else 0.0, "+": first + second, "-": first - second}
-    result = f"{value[operator]:.10g}"
+    result = f"{_OPERATORS[operator](first, second):.10g}"
     return fault.put(match.span(), result, f"{match[0]} is no number", "TOML does not calculate")
 
 

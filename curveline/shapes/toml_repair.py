@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -47,7 +48,7 @@ def syntax_problems(fault: TomlFault) -> Iterator[SyntaxProblem]:
     """What is wrong with a text that is not TOML, the first problem first."""
     slips = slips_of(fault.text)
     for slip in slips:
-        yield SyntaxProblem(slip.start, slip.what, slip.hint)
+        yield SyntaxProblem(slip.start, _harmless(slip.what), _harmless(slip.hint))
     if not slips:
         yield SyntaxProblem(fault.place, *_in_words(fault))
 
@@ -89,6 +90,13 @@ def _helps(slip: Slip, fault: TomlFault) -> bool:
     """Whether more of a text is TOML without a slip."""
     after = TomlFault.of(slip.applied(fault.text))
     return after is None or after.left < fault.left
+
+
+def _harmless(text: str) -> str:
+    """What a terminal can be told of a file: no character that steers it, but spaces of all kinds."""
+    return "".join(
+        c if c.isprintable() or unicodedata.category(c) == "Zs" else "\N{REPLACEMENT CHARACTER}" for c in text
+    )
 
 
 def _in_words(fault: TomlFault) -> tuple[str, str]:

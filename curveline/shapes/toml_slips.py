@@ -47,10 +47,9 @@ def odd_quotes(fault: TomlFault) -> Slip | None:
 
 def backslash(fault: TomlFault) -> Slip | None:
     """A path with backslashes, each of which begins an escape in quotes."""
-    begin, _ = fault.line
-    for match in re.compile(r'"([^"\n]*\\[^"\n]*)"').finditer(fault.text, begin, fault.line[1]):
+    for match in re.compile(r'"([^"\n]*\\[^"\n]*)"').finditer(fault.text, *fault.line):
         if match.start() < fault.offset:
-            new = f'"{match[1].replace(2 * chr(92), "/").replace(chr(92), "/")}"'
+            new = re.sub(r"\\+", "/", match[0])
             return fault.put(match.span(), new, r"in quotes a \ begins an escape")
     return None
 
@@ -75,7 +74,8 @@ def bare_word(fault: TomlFault) -> Slip | None:
     word = match[0].lower()
     if word in TRUE + FALSE:
         return fault.put(match.span(), "true" if word in TRUE else "false", f"{match[0]} is no truth value of TOML")
-    return fault.put(match.span(), f'"{match[0].replace(chr(92), "/")}"', "text stands in quotes")
+    new = re.sub(r"\\+", "/", match[0])
+    return fault.put(match.span(), f'"{new}"', "text stands in quotes")
 
 
 def equals_sign(fault: TomlFault) -> Slip | None:
@@ -147,9 +147,8 @@ def missing_comma(fault: TomlFault) -> Slip | None:
     following = r"[\w\"'.-]+[ \t]*[=:]" if in_braces else r"[\w\"'\[{+-]"
     if not fault.reason.startswith(OPEN) or fault.here(following) is None:
         return None
-    return Slip(
-        fault.before, fault.before, ",", "a comma is missing", f"write `,` after {_last(fault.text[: fault.before])}"
-    )
+    hint = f"write `,` after {_last(fault.text[: fault.before])}"
+    return Slip(fault.before, fault.before, ",", "a comma is missing", hint)
 
 
 def missing_bracket(fault: TomlFault) -> Slip | None:
@@ -174,17 +173,11 @@ def missing_bracket(fault: TomlFault) -> Slip | None:
 def wrong_bracket(fault: TomlFault) -> Slip | None:
     """A bracket that closes another kind, a round one, or a header that lacks one."""
     if fault.reason.startswith(LATE_TABLE):
-        missing = "]]" if "']]'" in fault.reason or "array" in fault.reason else "]"
-        there = fault.here(r"\]?")
-        missing = missing[len(there[0]) if there else 0 :]
-        at = there.end() if there else fault.offset
-        return Slip(
-            at,
-            at,
-            missing,
-            "the brackets of a table are not closed",
-            f"write `{missing}` after {_last(fault.text[: fault.before])}",
-        )
+        has_one = fault.text.startswith("]", fault.offset)
+        missing = "]]" if "']]'" in fault.reason and not has_one else "]"
+        at = fault.offset + has_one
+        hint = f"write `{missing}` after {_last(fault.text[: fault.before])}"
+        return Slip(at, at, missing, "the brackets of a table are not closed", hint)
     if (match := fault.here(r"\(([^()\n]*)\)")) and fault.reason.startswith(NO_VALUE):
         return fault.put(match.span(), f"[{match[1]}]", "an array stands in square brackets")
     if fault.open and (match := fault.here(r"[\]})]")):

@@ -120,6 +120,19 @@ def test_a_mock_display_is_not_adopted_but_trying_it_works_as_told(
         assert run(*line.split(), *(["--yes"] if "adopt" in line else [])).code == 0
 
 
+def test_what_is_no_program_of_a_node_is_called_by_its_name(run: Run, keys: Path, tmp_path: Path) -> None:
+    for name, text, kind in (
+        ("a.toml", builtin_text("single"), "a display file"),
+        ("b.json", keys.read_text(), "the key file of a site"),
+    ):
+        (tmp_path / name).write_text(text)
+        code, _, err = run("keys", "node", 1, "--hex", tmp_path / name, "-o", tmp_path / "out.hex")
+        assert code == 2
+        assert f"this is {kind}, not a program for a node" in err
+        assert json.loads(keys.read_text())["master"] not in err
+    assert not (tmp_path / "out.hex").exists()
+
+
 def test_encoders_that_are_too_fast_for_a_node_pass_neither_a_check_nor_into_an_image(
     run: Run, keys: Path, tmp_path: Path
 ) -> None:

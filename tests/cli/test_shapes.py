@@ -86,6 +86,12 @@ def test_a_name_that_is_none_leads_to_one_that_is(
         assert hint in err
 
 
+def test_a_shape_is_no_display(run: Run) -> None:
+    code, _, err = run("display", "check", "level-up-peak")
+    assert code == 2
+    assert "level-up-peak is a built-in shape, not a display" in err
+
+
 def test_what_can_be_read_once_is_not_measured_with(run: Run) -> None:
     code, _, err = run("bench", "-", "--quick")
     assert code == 2

@@ -27,6 +27,7 @@ def node(
     from curveline.radio.site.intel_hex import with_settings
     from curveline.radio.site.key_file import default_path, read_site, settings_record, write_private
     from curveline.shapes.files import given_display
+    from curveline.system.file_kinds import IMAGE, refuse_other_kind
     from curveline.system.files import decode_text
     from curveline.system.given_files import read_given
 
@@ -36,7 +37,9 @@ def node(
         screen.note(site.remark)
     settings = settings_record(site.master, drive, number)
     program = read_given(hex, 1_000_000)
-    merged = with_settings(decode_text(program.data, program.name), program.name, settings)
+    text = decode_text(program.data, program.name)
+    refuse_other_kind(text, program.name, IMAGE)
+    merged = with_settings(text, program.name, settings)
     try:
         write_private(Path(output), merged.encode())
     except FileExistsError:
