@@ -189,6 +189,7 @@ def main() -> None:
 
 
 def _run() -> int:
+    completion.answer_shells()
     try:
         return int(app(prog_name="curveline", standalone_mode=False) or 0)
     except CurvelineError as error:

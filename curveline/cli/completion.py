@@ -19,7 +19,7 @@ BASH = """\
 _curveline() {
     local IFS=$'\\n'
     COMPREPLY=($(
-        COMP_WORDS="${COMP_WORDS[*]}" COMP_CWORD=$COMP_CWORD _CURVELINE_COMPLETE=complete_bash "$1" 2>/dev/null
+        env COMP_WORDS="${COMP_WORDS[*]}" COMP_CWORD=$COMP_CWORD _CURVELINE_COMPLETE=complete_bash "$1" 2>/dev/null
     ))
 }
 complete -o default -F _curveline curveline"""
@@ -38,6 +38,15 @@ end
 complete --command curveline --no-files --condition '__curveline is-args' --arguments '(__curveline get-args)'"""
 SCRIPTS = {"bash": BASH, "zsh": ZSH, "fish": FISH}
 """What a shell must have read; the names of variables are those that typer answers to."""
+
+
+def answer_shells() -> None:
+    """Let typer answer when it is a shell that asks, not a person."""
+    if "_CURVELINE_COMPLETE" in os.environ:
+        from typer.main import get_install_completion_arguments
+
+        # Nobody needs the arguments, but without them typer knows no shell.
+        get_install_completion_arguments()
 
 
 def displays() -> list[str]:

@@ -12,10 +12,14 @@ import struct
 import subprocess
 import sys
 import termios
+import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
+
+import pytest
 
 ESCAPES = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 ERASED = "\x1b[J"
@@ -69,6 +73,33 @@ def in_terminal(
         if process.poll() is None:
             process.send_signal(signal.SIGKILL)
             process.wait()
+
+
+@contextmanager
+def here(monkeypatch: pytest.MonkeyPatch, columns: int = 80, rows: int = 24) -> Iterator[list[str]]:
+    """Let this process write to a terminal; all that came to it is in the list at the end."""
+    master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+    found: list[bytes] = []
+    reader = threading.Thread(target=_drain, args=(master, found))
+    reader.start()
+    shown: list[str] = []
+    try:
+        with monkeypatch.context() as patch, os.fdopen(slave, "w", encoding="utf-8") as stream:
+            patch.setenv("TERM", "xterm-256color")
+            patch.setattr(sys, "stdout", stream)
+            patch.setattr(sys, "stderr", stream)
+            yield shown
+    finally:
+        reader.join()
+        os.close(master)
+        shown.append(b"".join(found).decode(errors="replace"))
+
+
+def _drain(master: int, found: list[bytes]) -> None:
+    with suppress(OSError):  # the other end is closed
+        while chunk := os.read(master, 65536):
+            found.append(chunk)
 
 
 def _read(

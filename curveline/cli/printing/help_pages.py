@@ -40,6 +40,10 @@ class HelpCommand(TyperCommand):
         """The first line of the page."""
         return "\n".join(_usage(self, ctx))
 
+    def get_short_help_str(self, limit: int = 0) -> str:
+        """What it does, in one sentence, however long."""
+        return summary(self)
+
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """See typer."""
         return _parsed(self, ctx, args, super().parse_args)
@@ -55,6 +59,10 @@ class HelpGroup(TyperGroup):
     def get_usage(self, ctx: Any) -> str:
         """The first line of the page."""
         return "\n".join(_usage(self, ctx))
+
+    def get_short_help_str(self, limit: int = 0) -> str:
+        """What it does, in one sentence, however long."""
+        return summary(self)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """See typer."""
@@ -106,6 +114,11 @@ def _usage(command: Explained, ctx: Any) -> list[str]:
     return wrapped(text, 0, columns(sys.stdout, WIDEST))
 
 
+def summary(command: Explained) -> str:
+    """The first paragraph of a command's help."""
+    return " ".join(inspect.cleandoc(command.help or "").split("\n\n")[0].split())
+
+
 def _paragraphs(text: str, width: int) -> Iterator[str]:
     for number, paragraph in enumerate(text.split("\n\n")):
         if number:
@@ -129,8 +142,7 @@ def _commands(group: Explained, ctx: Any) -> dict[str, list[tuple[str, str]]]:
     if isinstance(group, HelpGroup):
         for name in group.list_commands(ctx):
             each: Any = group.get_command(ctx, name)
-            first = inspect.cleandoc(each.help or "").split("\n\n")[0]
-            sections.setdefault(each.rich_help_panel or "Commands", []).append((name, " ".join(first.split())))
+            sections.setdefault(each.rich_help_panel or "Commands", []).append((name, summary(each)))
     return sections
 
 

@@ -28,9 +28,14 @@ class ReaderGone(Exception):
 
 
 def result(text: str = "") -> None:
-    """Lines of the result; they leave at once, so that a reader need not wait for the next."""
+    """Lines of the result; they leave at once, so that a reader need not wait for the next.
+
+    On a terminal what is longer than a line is wrapped; tables are not, and neither is JSON.
+    """
     terminal.erase()
     MANNER.has_answered = True
+    if sys.stdout.isatty() and not MANNER.is_json:
+        text = "\n".join(fitted(text, terminal.WIDTH))
     try:
         print(text, flush=True)
     except OSError as error:
