@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -160,11 +161,16 @@ def test_past_the_fold_the_state_is_gone() -> None:
         assert min(distance(state, lost.curve(101)) for state in after) > 5e-3
 
 
-PLAIN = find_states(ClampedRod((0.5, 0.0), 0.0, 0.0, 0.6, 0.02, 0.028, 0.47), 1e-4)
+Fake = dict[str, Any]
 
 
-def faked(height: float, *, winding: int = 0, crosses: bool = False, wraps: bool = False) -> Equilibrium:
-    return replace(PLAIN[0], mean_height=height, winding=winding, crosses_itself=crosses, wraps_clamp=wraps)
+def faked(height: float, *, winding: int = 0, crosses: bool = False, wraps: bool = False) -> Fake:
+    return {"mean_height": height, "winding": winding, "crosses_itself": crosses, "wraps_clamp": wraps}
+
+
+@pytest.fixture(scope="module")
+def plain() -> Equilibrium:
+    return find_states(ClampedRod((0.5, 0.0), 0.0, 0.0, 0.6, 0.02, 0.028, 0.47), 1e-4)[0]
 
 
 @pytest.mark.parametrize(
@@ -187,12 +193,15 @@ def faked(height: float, *, winding: int = 0, crosses: bool = False, wraps: bool
         ([faked(0.3, winding=-1, crosses=True), faked(0.2, winding=1)], ["loop-1", "loop-2"]),
     ],
 )
-def test_names_follow_height_and_what_a_display_can_show(states: list[Equilibrium], names: list[str]) -> None:
-    assert [state.name for state in named(states)] == names
+def test_names_follow_height_and_what_a_display_can_show(
+    plain: Equilibrium, states: list[Fake], names: list[str]
+) -> None:
+    assert [state.name for state in named([replace(plain, **each) for each in states])] == names
 
 
-def test_of_two_the_peak_is_the_higher_of_three_the_middle_lies_between() -> None:
-    heights = {state.name: state.mean_height for state in named([faked(0.0), faked(-0.1), faked(0.1)])}
+def test_of_two_the_peak_is_the_higher_of_three_the_middle_lies_between(plain: Equilibrium) -> None:
+    states = [replace(plain, **faked(height)) for height in (0.0, -0.1, 0.1)]
+    heights = {state.name: state.mean_height for state in named(states)}
     assert heights["peak"] > heights["middle-1"] > heights["valley"]
 
 

@@ -1,0 +1,44 @@
+"""Several processes, one cache of kernels: what one of them is compiling the others wait for, and then load."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from contextlib import suppress
+from typing import Any
+
+from curveline.rod import _jit
+
+BYTES = 1 << 40
+
+
+def take_turns() -> None:
+    """From now on this process waits for kernels that others are compiling; where files have no locks it does not."""
+    try:
+        import fcntl
+    except ImportError:
+        return
+    file = os.open(_jit.CACHE / "turns", os.O_RDWR | os.O_CREAT, 0o600)
+    load, save = _jit._Cache.load_overload, _jit._Cache.save_overload
+
+    def turn(kernel: _jit._Cache) -> int:
+        """The byte of the file that stands for a kernel: also for two kinds of arguments, numba keeps one index."""
+        return int.from_bytes(hashlib.sha256(kernel._cache_file._index_path.encode()).digest()) % BYTES
+
+    def load_or_begin(kernel: _jit._Cache, sig: Any, context: Any) -> Any:
+        found = load(kernel, sig, context)
+        if found is None:
+            with suppress(OSError):  # the system lets no two processes wait for each other
+                fcntl.lockf(file, fcntl.LOCK_EX, 1, turn(kernel))
+            found = load(kernel, sig, context)
+            if found is not None:
+                fcntl.lockf(file, fcntl.LOCK_UN, 1, turn(kernel))
+        return found
+
+    def save_and_end(kernel: _jit._Cache, sig: Any, data: Any) -> None:
+        try:
+            save(kernel, sig, data)
+        finally:
+            fcntl.lockf(file, fcntl.LOCK_UN, 1, turn(kernel))
+
+    _jit._Cache.load_overload, _jit._Cache.save_overload = load_or_begin, save_and_end  # type: ignore[method-assign]
