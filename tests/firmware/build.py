@@ -60,6 +60,16 @@ def shared_library(
     return _product(f"{name}.so", sources, ("-shared", "-fPIC", *flags), command or compiler())
 
 
+@lru_cache
+def _object_file(source: Path, flags: tuple[str, ...]) -> Path:
+    return _product(f"{source.stem}.o", [source], ("-c", "-fPIC", *flags), compiler())
+
+
+def object_file(source: Path, flags: Sequence[str] = ()) -> Path:
+    """Compile one file to what `shared_library` takes as a source, for programs that differ in another file only."""
+    return _object_file(source, tuple(flags))
+
+
 def executable(
     name: str, sources: Sequence[Path], flags: Sequence[str] = (), command: Sequence[str] | None = None
 ) -> Path:

@@ -29,7 +29,7 @@ from curveline.radio.protocol.frames import (
 
 from . import build, twin
 
-EXECUTIONS = 2_000_000
+EXECUTIONS = 500_000
 CAMPAIGN = 50_000_000
 SEEDS = (20261122, 20261123)
 SOURCES = (twin.FOLDER / "fuzz.c", *twin.SOURCES)

@@ -343,3 +343,10 @@ def _differing_lines(layout: struct.Struct, ours: bytes, theirs: bytes) -> Itera
 def library(core: Sequence[Path] = CORE_SOURCES, flags: Sequence[str] = ()) -> Path:
     """The harness compiled with the C core, or with another version of it."""
     return build.shared_library("twin", [*SOURCES, *core], [f"-I{FOLDER}", *flags])
+
+
+def library_with(source: Path, flags: Sequence[str]) -> Path:
+    """The harness with another version of one file of the core; what is the same each time is compiled once."""
+    rest = [each for each in (*SOURCES, *CORE_SOURCES) if each.name != source.name]
+    flags = [f"-I{FOLDER}", *flags]
+    return build.shared_library("twin", [source, *(build.object_file(each, flags) for each in rest)], flags)
