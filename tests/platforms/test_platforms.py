@@ -343,7 +343,7 @@ def test_waiting_for_a_scanner_ends() -> None:
     code = """
 import os, time
 from pathlib import Path
-from curveline import portable
+from curveline.system import portable
 waited = []
 time.sleep = waited.append
 def refuse(*paths):

@@ -11,18 +11,18 @@ from pathlib import Path
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 MODULES = (
-    "conductor",
-    "frames",
-    "journal",
-    "keys",
-    "motion",
-    "node",
-    "nodestate",
-    "pacing",
-    "pages",
-    "peer",
-    "resume",
-    "service",
+    "host/conductor",
+    "host/journal",
+    "host/pacing",
+    "host/peer",
+    "host/resume",
+    "host/service",
+    "node/machine",
+    "node/state",
+    "protocol/frames",
+    "protocol/keys",
+    "protocol/motion",
+    "protocol/page_frames",
 )
 SUITES = (
     "conductor",

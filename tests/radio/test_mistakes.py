@@ -201,7 +201,7 @@ def bench_with(mistake: Mistake) -> type[Watched]:
         pass
 
     if mistake.module == "node.machine":
-        Mistaken.node_class = module.Node
+        Mistaken.node_class = module.NodeMachine
     elif mistake.module == "node.body":
         Mistaken.node_class = with_body(module)
     elif mistake.module == "host.conductor":
@@ -222,7 +222,7 @@ def _rebuild(bench: type[Watched], name: str, names: dict[str, object]) -> None:
         conductor.Peer = peer.Peer
     else:
         conductor.Peer = names["Peer"]
-    bench.node_class, bench.host_class = node.Node, conductor.Conductor
+    bench.node_class, bench.host_class = node.NodeMachine, conductor.Conductor
 
 
 @pytest.mark.parametrize("trial", TRIALS, ids=lambda trial: trial.mistake.name)

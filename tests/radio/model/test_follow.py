@@ -68,7 +68,7 @@ def test_code_that_does_otherwise_is_noticed(mistake: Mistake) -> None:
 
     module = mutant(mistake)
     if mistake.module == "node.machine":
-        Strange.node_class = module.Node
+        Strange.node_class = module.NodeMachine
     elif mistake.module == "node.body":
         Strange.node_class = with_body(module)
     else:
