@@ -6,21 +6,30 @@ from .world import Setup
 
 MODELS = (
     Setup("3 nodes, 3 steps", nodes=3, steps=3),
-    Setup("the host is killed and resumed", nodes=2, steps=2, lives=2),
+    Setup("the host is killed and resumed in the only step", nodes=2, steps=1, lives=2),
     Setup("the host is killed and resumed twice", nodes=1, steps=2, lives=3),
     Setup("a node restarts", nodes=2, steps=2, restarts=1),
     Setup("a node restarts and the host is killed", nodes=1, steps=2, lives=2, restarts=1),
     Setup("the operator holds and goes on", nodes=2, steps=2, holds=1),
     Setup("the operator holds twice", nodes=2, steps=1, holds=2),
     Setup("silence", nodes=2, steps=2, silences=True),
-    Setup("a stop broadcast, for ever repeated", nodes=2, steps=1, stops=True),
+    Setup("a stop broadcast to one node, for ever repeated", nodes=1, steps=2, stops=True),
     Setup("a second host asks", nodes=2, steps=1, hosts=2),
-    Setup("a second host takes over", nodes=2, steps=1, hosts=2, takeover=True),
-    Setup("a second host finds an owner silent", nodes=1, steps=2, hosts=2, silences=True),
-    Setup("HELLOs replayed until there are no more offers", nodes=1, steps=2, lives=2, range=4),
+    Setup("a second host takes over one node", nodes=1, steps=2, hosts=2, takeover=True),
+    Setup("a second host finds an owner silent in the only step", nodes=1, steps=1, hosts=2, silences=True),
+    Setup("HELLOs replayed until there are no more offers", nodes=1, steps=2, lives=2, range=3),
     Setup("HELLOs replayed in two boots", nodes=1, steps=1, lives=2, restarts=1, range=2),
     Setup("two hosts' HELLOs replayed until there are no more offers", nodes=1, steps=1, hosts=2, range=3),
 )
+
+LARGE = (
+    Setup("the host is killed and resumed", nodes=2, steps=2, lives=2),
+    Setup("a stop broadcast, for ever repeated", nodes=2, steps=1, stops=True),
+    Setup("a second host takes over", nodes=2, steps=1, hosts=2, takeover=True),
+    Setup("a second host finds an owner silent", nodes=1, steps=2, hosts=2, silences=True),
+    Setup("HELLOs replayed until there are no more of many offers", nodes=1, steps=2, lives=2, range=4),
+)
+"""Those of the campaign: each is above with fewer steps, nodes or offers."""
 
 MISTAKES = (
     Setup("release is an edge", nodes=2, steps=2),
@@ -37,7 +46,7 @@ MISTAKES = (
     Setup("resume does not compare boot numbers", nodes=1, steps=2, lives=2, restarts=1),
     Setup("resume believes the journal, not the nodes", nodes=2, steps=2, lives=2),
     Setup("session key without the node's nonce", nodes=1, steps=1, restarts=1),
-    Setup("offer numbers come again", nodes=1, steps=1, lives=2, range=2),
+    Setup("offer numbers come again", nodes=1, steps=1, lives=2, range=1),
 )
 """Each is named for the one mistake that is built into it."""
 

@@ -8,13 +8,19 @@ import pytest
 
 from .nodes import Node
 from .search import explore
-from .setups import CAUGHT_BY, MISTAKES, MODELS
+from .setups import CAUGHT_BY, LARGE, MISTAKES, MODELS
 from .world import Setup, World
 
 STATES: dict[str, int] = {}
 
 
-@pytest.mark.parametrize("setup", MODELS, ids=lambda setup: setup.name)
+def named(setup: Setup) -> str:
+    return setup.name
+
+
+@pytest.mark.parametrize(
+    "setup", [*MODELS, *(pytest.param(each, marks=pytest.mark.campaign) for each in LARGE)], ids=named
+)
 def test_no_state_breaks_an_invariant_and_every_run_can_end(setup: Setup) -> None:
     found = explore(setup)
     print(found)
@@ -22,7 +28,7 @@ def test_no_state_breaks_an_invariant_and_every_run_can_end(setup: Setup) -> Non
     STATES[setup.name] = found.states
 
 
-@pytest.mark.parametrize("setup", MISTAKES, ids=lambda setup: setup.name)
+@pytest.mark.parametrize("setup", MISTAKES, ids=named)
 def test_a_mistake_is_found(setup: Setup) -> None:
     found = explore(replace(setup, bugs=frozenset({setup.name})))
     print(found)
@@ -60,7 +66,7 @@ def reached_nodes(setup: Setup) -> set[Node]:
         Setup("silence", nodes=1, steps=2, silences=True, restarts=1),
         Setup("pair", nodes=2, steps=1),
     ],
-    ids=lambda setup: setup.name,
+    ids=named,
 )
 def test_forgetting_spent_frames_forgets_no_behaviour(setup: Setup) -> None:
     """The same node states are reached whether the network keeps whole frames or what can still come of them."""
