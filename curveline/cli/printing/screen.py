@@ -14,7 +14,7 @@ from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.tables import Columns, Row, fitting
 from curveline.cli.printing.terminal import has_colours
 from curveline.errors import CurvelineError, Diagnostic, InvalidInput, SystemRefusal
-from curveline.phrases import fitted
+from curveline.phrases import WIDTH, fitted
 from curveline.system.portable import is_hang_up
 
 BOLD = "1"
@@ -35,7 +35,7 @@ def result(text: str = "") -> None:
     terminal.erase()
     MANNER.has_answered = True
     if sys.stdout.isatty() and not MANNER.is_json:
-        text = "\n".join(fitted(text, terminal.WIDTH))
+        text = "\n".join(fitted(text, WIDTH))
     try:
         print(text, flush=True)
     except OSError as error:
