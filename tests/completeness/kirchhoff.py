@@ -20,7 +20,7 @@ from scipy.integrate._ivp import dop853_coefficients as dop
 from curveline.rod.spatial.segment import SpatialSegment
 
 Array = NDArray[np.float64]
-njit: Any = numba.njit(error_model="numpy")
+njit: Any = numba.njit(error_model="numpy", cache=True, no_cfunc_wrapper=True)  # they call nothing of other files
 
 STAGES = dop.N_STAGES
 A, B, C = dop.A[:STAGES, :STAGES].copy(), dop.B.copy(), dop.C[:STAGES].copy()

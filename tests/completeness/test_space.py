@@ -11,17 +11,19 @@ from curveline.rod.spatial.linking_number import writhe
 from .kirchhoff import DEGREES, gauss, lagrangian, linking, rod_of
 from .space import Tally, cases, drawn, exact, judge, segment_of
 
-SCENES = 8
+SCENES = 4
+CAMPAIGN = 60
 STARTS = 6
 
 
-def test_nothing_is_missed_and_nothing_invented_in_a_few_scenes() -> None:
+@pytest.mark.parametrize("scenes", [SCENES, pytest.param(CAMPAIGN, marks=pytest.mark.campaign)])
+def test_nothing_is_missed_and_nothing_invented(scenes: int) -> None:
     tally, rng = Tally(), np.random.default_rng(3)
-    for case in cases(5, SCENES):
+    for case in cases(5, scenes):
         judge(case, rng, tally, STARTS)
     assert tally.missed == []
     assert tally.invented == []
-    assert tally.states >= SCENES
+    assert tally.states >= scenes
     assert tally.folds >= 1
 
 
