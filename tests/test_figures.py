@@ -110,9 +110,9 @@ def test_several_shapes_make_a_grid(reports: list[ShapeReport]) -> None:
     ]
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 4])
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5])
 def test_no_figure_has_an_empty_band(reports: list[ShapeReport], count: int) -> None:
-    image = imread(io.BytesIO(shapes.draw(reports[:count], "png")))[:, :, :3]
+    image = imread(io.BytesIO(shapes.draw([*reports, report_on("roofline")][:count], "png")))[:, :, :3]
     inked = np.flatnonzero((image < 0.99).any(axis=(1, 2)))
     gaps = np.diff(np.concatenate([[0], inked, [image.shape[0]]])) / PIXELS_PER_INCH
     # The widest is between the last label and the legend.
@@ -129,6 +129,19 @@ def test_panels_of_any_label_are_true_to_aspect_and_fill_their_places() -> None:
             box, place = panel.get_position(), panel.get_position(original=True)
             assert box.height * figure.get_figheight() == pytest.approx(high * box.width * figure.get_figwidth())
             assert (box.height, box.width) == pytest.approx((place.height, place.width), rel=0.02)
+
+
+def test_a_row_among_shapes_of_one_segment_has_a_line_for_itself(reports: list[ShapeReport]) -> None:
+    roof = report_on("roofline")
+    mixed = [*reports[:3], roof, reports[3]]
+    assert shapes._across(mixed) == 2
+    assert [[report.scene.name for report in line] for line in shapes._lines(mixed, 2)] == [
+        ["level-up-peak", "level-up-valley"], ["staggered-neutral-peak"], ["roofline"], ["level-down-peak"],
+    ]  # fmt: skip
+    rows = shapes._rows(mixed, 2, 0.1)
+    assert [[list(place.columns) for place in row] for row in rows] == [[[0], [1]], [[0]], [[0, 1]], [[0]]]
+    assert len({rows[number][0].frame for number in (0, 1, 3)}) == 1
+    assert len(panels_of(svg_of(mixed))) == 5
 
 
 def test_long_rows_are_wide_and_flat_ones_have_a_scale(reports: list[ShapeReport]) -> None:

@@ -163,17 +163,19 @@ def _defaults() -> dict[Any, Any]:
 def fit_height(figure: Figure, rows: Sequence[Sequence[Axes]]) -> None:
     """Make panels true to aspect, and a figure just as high as that takes at its width.
 
-    Those of a row show frames of one steepness, and the heights of rows go as that.
+    The panels of a row show frames that are as high at the panels' widths.
     """
     # While they fill their places, whatever those are like, the labels around them are where they will be.
     figure.draw_without_rendering()
     width, height = (float(size) for size in figure.get_size_inches())
-    spare = 0.0
+    needed, there = [], 0.0
     for first, *_ in rows:
         place = first.get_position(original=True)
         (left, right), (low, high) = first.get_xlim(), first.get_ylim()
-        spare += height * place.height - width * place.width * abs(high - low) / abs(right - left)
-    figure.set_size_inches(width, height - spare)
+        needed.append(width * place.width * abs(high - low) / abs(right - left))
+        there += height * place.height
+    rows[0][0].get_gridspec().set_height_ratios(needed)  # type: ignore[union-attr]
+    figure.set_size_inches(width, height + sum(needed) - there)
     # Laid out once more, and then left so: the layout takes what a panel does not fill for room that labels may have.
     figure.draw_without_rendering()
     figure.set_layout_engine("none")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from itertools import zip_longest
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,7 +51,7 @@ LOWEST = 0.6  # [inch] of a panel's height, so that its scale has room
 ROOM = 0.08
 """Beside and above all that is drawn, as a part of the span between nodes."""
 ROW_GAP = 0.08  # [inch] above and below what belongs to a panel
-SIDE_ROOM = 0.7  # [inch] of a panel for its scale
+SIDE_ROOM = 0.5  # [inch] of a panel for its scale
 START_HEIGHT = 8.0  # [inch] of a figure before its panels are measured
 
 
@@ -87,11 +87,12 @@ ABOVE = View(
 
 @dataclass(frozen=True)
 class _Place:
-    """What stands in a panel: a shape, seen from somewhere, and how much of the plane is in sight."""
+    """What stands in a panel: a shape, seen from somewhere, how much of the plane is in sight, over which columns."""
 
     report: ShapeReport
     view: View
     frame: Frame
+    columns: range
 
 
 def draw(reports: Sequence[ShapeReport], kind: str) -> bytes:
@@ -101,31 +102,29 @@ def draw(reports: Sequence[ShapeReport], kind: str) -> bytes:
     """
     across = _across(reports)
     width = _panel_width(reports, across)
-    alike = len({report.scene.display.digest for report in reports}) == 1
-    rows = _rows(reports, across, LOWEST / width, alike=alike)
-    steepness = [max(place.frame.steepness for place in row if place) for row in rows]
+    rows = _rows(reports, across, LOWEST / width)
     with new_figure(width * across, START_HEIGHT, kind) as figure:
         figure.get_layout_engine().set(h_pad=ROW_GAP)  # type: ignore[union-attr, call-arg]
-        grid = figure.subplots(len(rows), across, squeeze=False, height_ratios=steepness)
-        for panels, row in zip(grid, rows, strict=True):
-            for panel, place in zip_longest(panels, row):
-                if place is None:
-                    panel.set_axis_off()
-                else:
-                    _draw_place(panel, place, width)
-        if alike:
-            _label_edges(grid, rows)
+        grid = figure.add_gridspec(len(rows), across)
+        panels = []
+        for number, row in enumerate(rows):
+            cells = [grid[number, place.columns.start : place.columns.stop] for place in row]
+            panels.append([figure.add_subplot(cell) for cell in cells])
+            for panel, place in zip(panels[-1], row, strict=True):
+                _draw_place(panel, place, width)
+        if len({report.scene.display.digest for report in reports}) == 1:
+            _label_edges(panels, rows)
         draw_legend(figure, _legend(reports))
-        fit_height(figure, [_filled(panels, row) for panels, row in zip(grid, rows, strict=True)])
+        fit_height(figure, panels)
         return bytes_of(figure, kind)
 
 
 def _across(reports: Sequence[ShapeReport]) -> int:
-    """How many shapes stand side by side: about as many as below each other, and no more than have room."""
+    """How many of the shortest shapes stand side by side: about as many as below each other."""
     most = max(PANEL_WIDTHS)
-    room = max(1, most // max(len(report.segments) for report in reports))
-    count = len(reports)
-    return min(room, count if count < most else min(most, math.ceil(math.sqrt(count))))
+    segments = [len(report.segments) for report in reports]
+    count = segments.count(min(segments))
+    return min(max(1, most // min(segments)), count if count < most else min(most, math.ceil(math.sqrt(count))))
 
 
 def _panel_width(reports: Sequence[ShapeReport], across: int) -> float:
@@ -134,42 +133,46 @@ def _panel_width(reports: Sequence[ShapeReport], across: int) -> float:
     return PANEL_WIDTHS[across] if across > 1 else min(WIDEST, max(WIDTH, PER_SEGMENT * segments))
 
 
-def _rows(reports: Sequence[ShapeReport], across: int, least: float, *, alike: bool) -> list[list[_Place | None]]:
-    """The panels row by row, None where there is none; those of a row are as steep, of one display as large."""
-    rows: list[list[_Place | None]] = []
-    for begin in range(0, len(reports), across):
-        some = reports[begin : begin + across]
-        rows.append([_Place(report, FRONT, _frame(report, FRONT)) for report in some])
-        if any(map(_is_deep, some)):
-            rows.append([_Place(report, ABOVE, _frame(report, ABOVE)) if _is_deep(report) else None for report in some])
-    for view in (FRONT, ABOVE) if alike else ():
-        frames = [place.frame for row in rows for place in row if place and place.view is view]
-        rows = [_framed(row, Frame.over(frames)) if _view_of(row) is view else row for row in rows]
-    return [_as_steep(row, least) for row in rows]
+def _rows(reports: Sequence[ShapeReport], across: int, least: float) -> list[list[_Place]]:
+    """The panels row by row: those of a row are as high, at least `least` of a column; one display has one scale."""
+    rows: list[list[_Place]] = []
+    for some in _lines(reports, across):
+        is_long = len(some) == 1 and len(some[0].segments) > min(len(report.segments) for report in reports)
+        columns = [range(across)] if is_long else [range(number, number + 1) for number in range(len(some))]
+        for view in (FRONT, ABOVE):
+            shown = [(report, where) for report, where in zip(some, columns, strict=True) if _is_seen(report, view)]
+            rows += [[_Place(report, view, _frame(report, view), where) for report, where in shown]] if shown else []
+    places = [place for row in rows for place in row]
+    return [_as_high([_on_scale(place, places) for place in row], least) for row in rows]
 
 
-def _framed(row: Sequence[_Place | None], frame: Frame) -> list[_Place | None]:
-    return [place and _Place(place.report, place.view, frame) for place in row]
+def _lines(reports: Sequence[ShapeReport], across: int) -> Iterator[Sequence[ShapeReport]]:
+    """The shapes line by line, each that is longer than the shortest on a line of its own."""
+    shortest = min(len(report.segments) for report in reports)
+    for is_short, some in groupby(reports, lambda report: len(report.segments) == shortest):
+        group, number = list(some), across if is_short else 1
+        yield from (group[begin : begin + number] for begin in range(0, len(group), number))
 
 
-def _as_steep(row: Sequence[_Place | None], least: float) -> list[_Place | None]:
-    """Places with frames of one steepness, `least` or that of the steepest, but at most as high as wide."""
-    most = min(1.0, max([least, *(place.frame.steepness for place in row if place)]))
-    return [place and _Place(place.report, place.view, place.frame.within(most, most)) for place in row]
+def _on_scale(place: _Place, places: Sequence[_Place]) -> _Place:
+    """A place with the frame that all of its display have, seen from where it is."""
+    alike = [each.frame for each in places if each.view is place.view and _display_of(each) == _display_of(place)]
+    return replace(place, frame=Frame.over(alike))
 
 
-def _filled(panels: Sequence[Axes], row: Sequence[_Place | None]) -> list[Axes]:
-    return [panel for panel, place in zip(panels, row, strict=False) if place]
+def _display_of(place: _Place) -> str:
+    return place.report.scene.display.digest
 
 
-def _first(row: Sequence[_Place | None]) -> int:
-    return next(index for index, place in enumerate(row) if place)
+def _as_high(row: Sequence[_Place], least: float) -> list[_Place]:
+    """Places with frames of one height, that of the highest, but at most as high as a column is wide."""
+    height = max([least, *(place.frame.steepness * len(place.columns) for place in row)])
+    steep = [min(1.0, height / len(place.columns)) for place in row]
+    return [replace(place, frame=place.frame.within(each, each)) for place, each in zip(row, steep, strict=True)]
 
 
-def _view_of(row: Sequence[_Place | None]) -> View:
-    place = row[_first(row)]
-    assert place is not None
-    return place.view
+def _is_seen(report: ShapeReport, view: View) -> bool:
+    return view is FRONT or _is_deep(report)
 
 
 def _is_deep(report: ShapeReport) -> bool:
@@ -188,7 +191,7 @@ def _frame(report: ShapeReport, view: View) -> Frame:
 
 
 def _draw_place(panel: Axes, place: _Place, width: float) -> None:
-    """All states of a shape and the nodes that hold it."""
+    """All states of a shape and the nodes that hold it, in a panel whose columns have a `width` [inch]."""
     report, view = place.report, place.view
     for index, segment in enumerate(report.segments):
         # What the display cannot show lies below, what is wanted on top.
@@ -198,7 +201,8 @@ def _draw_place(panel: Axes, place: _Place, width: float) -> None:
     display = report.scene.display
     for index, node in enumerate(report.scene.nodes):
         draw_node(panel, (index * display.span, view.height(node)), view.tangent(node), clamp_shown(display))
-    panel.set_title(within(report.scene.name, width - SIDE_ROOM) if view is FRONT else "from above")
+    room = len(place.columns) * width - SIDE_ROOM
+    panel.set_title(within(report.scene.name, room) if view is FRONT else "from above")
     dress(panel, view.label)
     place.frame.show_in(panel)
     if view is ABOVE:
@@ -211,17 +215,15 @@ def _look(state: Equilibrium) -> dict[str, Any]:
     return look_of(state.name, is_meant=bool(state.wanted), stays=bool(state.stable))
 
 
-def _label_edges(grid: Any, rows: Sequence[Sequence[_Place | None]]) -> None:
+def _label_edges(panels: Sequence[Sequence[Axes]], rows: Sequence[Sequence[_Place]]) -> None:
     """Scales at the left and at the lowest panel of every column: those of one display are the same."""
-    for number, (panels, row) in enumerate(zip(grid, rows, strict=True)):
-        for column, place in enumerate(row):
-            if place is None:
-                continue
-            is_lowest = not any(column < len(below) and below[column] for below in rows[number + 1 :])
-            is_first = column == _first(row)
-            panels[column].tick_params(labelbottom=is_lowest, labelleft=is_first)
-            panels[column].set_xlabel(X_LABEL if is_lowest else "")
-            panels[column].set_ylabel(place.view.label if is_first else "")
+    for number, (line, row) in enumerate(zip(panels, rows, strict=True)):
+        below = {place.columns for lower in rows[number + 1 :] for place in lower}
+        for panel, place in zip(line, row, strict=True):
+            is_lowest, is_first = place.columns not in below, place is row[0]
+            panel.tick_params(labelbottom=is_lowest, labelleft=is_first)
+            panel.set_xlabel(X_LABEL if is_lowest else "")
+            panel.set_ylabel(place.view.label if is_first else "")
 
 
 def _legend(reports: Sequence[ShapeReport]) -> list[Any]:
