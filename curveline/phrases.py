@@ -13,6 +13,8 @@ Value = TypeVar("Value")
 NO_BREAK = "\xa0"
 WIDTH = 80
 """Columns of a terminal of which nobody knows more."""
+COMMAND = re.compile(r"`[^`]*`|(?<=: )curveline .*$")
+"""A command in a sentence: between marks, or at its end after a colon."""
 MOST_RUNS = 8
 """Runs of equal states that are told one by one; of more, only how many segments are in which."""
 
@@ -48,9 +50,9 @@ def spans(numbers: Iterable[int]) -> str:
 def wrapped(text: str, indent: int = 0, width: int = WIDTH, hang: int = 2) -> list[str]:
     """Lines of a sentence, indented, those after the first a little more.
 
-    Neither a long word nor a command between marks is broken: they are to be copied.
+    Neither a long word nor a command is broken: they are to be copied.
     """
-    kept = re.sub("`[^`]*`", lambda command: command[0].replace(" ", NO_BREAK), text)
+    kept = COMMAND.sub(lambda command: command[0].replace(" ", NO_BREAK), text)
     wrapper = textwrap.TextWrapper(width, break_on_hyphens=False, break_long_words=False)
     wrapper.initial_indent, wrapper.subsequent_indent = " " * indent, " " * (indent + hang)
     lines = wrapper.wrap(kept)

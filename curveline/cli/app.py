@@ -6,7 +6,7 @@ import io
 import os
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from functools import wraps
 from inspect import Parameter, signature
 from typing import Annotated, Any
@@ -31,6 +31,7 @@ from curveline.cli.misuse import misuse_of
 from curveline.cli.printing import failures, manner, screen, terminal
 from curveline.cli.printing.failures import Interrupted
 from curveline.cli.printing.help_pages import HelpCommand, HelpGroup
+from curveline.cli.printing.ticker import patience
 from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError, LinkError, SystemRefusal
 from curveline.system.portable import is_hang_up
 from curveline.system.refusals import hint_of, message_of
@@ -72,7 +73,9 @@ def _reporting(command: Callable[..., None]) -> Callable[..., None]:
     @wraps(command)
     def run(*arguments: Any, **options: Any) -> None:
         try:
-            command(*arguments, **options)
+            # What is measured is not to be disturbed, and says by itself how long it takes.
+            with nullcontext() if command is bench.bench else patience("working"):
+                command(*arguments, **options)
         except OSError as error:
             raise refusal(message_of(error), hint_of(error)) from error
         except KeyboardInterrupt:

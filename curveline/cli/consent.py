@@ -6,6 +6,7 @@ import sys
 
 import typer
 
+from curveline.cli.printing import terminal
 from curveline.errors import InvalidInput
 
 
@@ -17,7 +18,11 @@ def require_terminal(why: str, hint: str) -> None:
 
 def agrees(question: str) -> bool:
     """The answer; KeyboardInterrupt if there is none, so that Ctrl-C is one here, too, and no mere no."""
+    # Nothing may be drawn over the question.
+    terminal.end()
     try:
         return typer.confirm(question, err=True)
     except typer.Abort:
         raise KeyboardInterrupt from None
+    finally:
+        terminal.begin()

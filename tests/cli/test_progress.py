@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from numba.core import caching
 
 from curveline.bench import link
 from curveline.bench.measurement import Measurement
@@ -71,7 +72,9 @@ def test_elsewhere_a_sentence_says_that_they_are(compilation: None, capsys: pyte
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_real_kernel_is_counted_and_timed(compilation: None) -> None:
+def test_a_real_kernel_is_counted_and_timed(monkeypatch: pytest.MonkeyPatch, compilation: None) -> None:
+    monkeypatch.setattr(caching.IndexDataCacheFile, "load", lambda self, key: None)
+
     @_jit.njit
     def inner(x: float) -> float:
         return 2.0 * x

@@ -10,7 +10,8 @@ import pytest
 
 from curveline.cli.app import main
 from curveline.cli.printing import node_table
-from curveline.plan_file import drive_settings, write_plan
+from curveline.drive_settings import drive_settings
+from curveline.plan_file import write_plan
 from curveline.radio.host.node_status import NodeStatus
 from curveline.radio.host.peer import LinkTally
 from curveline.shapes.files import read_display
@@ -24,8 +25,8 @@ ROOF = str(SHAPES / "roofline.toml")
 PUSHED = str(SHAPES / "space" / "pushed.toml")
 RADIO = ("--radio", "mock")
 
-WHOLE = re.compile(r"(\S+|(hint: )?`[^`]*`\S*)")
-"""What is not broken, however long: a word, or a command between marks."""
+WHOLE = re.compile(r"(\S+|(hint: )?`[^`]*`\S*|curveline .*)")
+"""What is not broken, however long: a word, or a command."""
 
 SENTENCES = ("error:", "hint:", "record:", "to go on", "if this is", "passed over", "the newest")
 """How sentences on stderr begin."""
@@ -163,6 +164,13 @@ def test_a_terminal_shows_the_words_that_a_file_gets(
     assert " ".join(told.lines).split() == (piped.out + piped.err).split()
     # Nothing is wrapped where a script looks for whole sentences.
     assert any(len(line) > 80 for line in piped.err.splitlines())
+
+
+def test_a_command_that_is_advised_can_be_copied(monkeypatch: pytest.MonkeyPatch, place: Path) -> None:
+    told = shown(monkeypatch, "send", "small.json", "--radio", "mock:stall=1@step2", "--yes", columns=60)
+    name = next((place / "runs").glob("0*")).name
+    assert f"  curveline send --resume {name}" in told.lines
+    assert any("`curveline send --resume last`" in line for line in told.lines)
 
 
 def test_a_table_of_nodes_fits_whatever_they_say() -> None:
