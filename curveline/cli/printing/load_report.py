@@ -41,7 +41,7 @@ def is_lost(found: Loading | LoadMap) -> bool:
 def describe(found: Loading | LoadMap) -> Iterator[str]:
     """Lines of text on what was found."""
     if MANNER.is_brief:
-        yield from wrapped(_briefly(found))
+        yield _briefly(found)
         return
     head = _of_loading(found) if isinstance(found, Loading) else _of_map(found)
     yield screen.paint(found.scene.name, screen.BOLD, sys.stdout)

@@ -45,13 +45,13 @@ def describe(plan: Plan) -> Iterator[str]:
 
 def _briefly(plan: Plan) -> Iterator[str]:
     """What it is, where it may be interrupted by a shape, and how far it stays from a snap."""
-    yield from wrapped(f"{plan.name}: {summary(plan)}")
+    yield f"{plan.name}: {summary(plan)}"
     if any(plan.shows):
-        yield from wrapped(f"takes for granted that the display shows: {granted(plan)}")
+        yield f"takes for granted that the display shows: {granted(plan)}"
     yield from _complete(plan)
     if plan.steps:
         least = min(plan.steps, key=lambda step: step.margin)
-        yield from wrapped(f"least margin: {least.margin:.2f} in step {least.number}, {least.margin_of}")
+        yield f"least margin: {least.margin:.2f} in step {least.number}, {least.margin_of}"
 
 
 def _section(title: str) -> Iterator[str]:
@@ -90,14 +90,15 @@ def _remarks(plan: Plan) -> Iterator[str]:
     corners = sum(step.corners for step in plan.steps)
     if corners:
         yield f"{corners} mixture{'s' if corners > 1 else ''} of uneven progress were followed"
-    yield from _complete(plan)
+    for text in _complete(plan):
+        yield from wrapped(text)
 
 
 def _complete(plan: Plan) -> Iterator[str]:
     """Where each shape of a tour is complete."""
     complete = [f"{step.shape} after step {step.number}" for step in plan.steps if step.shape]
     if len(complete) > 1:
-        yield from wrapped(f"complete: {', '.join(complete)}")
+        yield f"complete: {', '.join(complete)}"
 
 
 def _step_cells(step: Step, *, is_single: bool) -> tuple[str, ...]:

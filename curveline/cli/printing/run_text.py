@@ -26,7 +26,7 @@ def lines(run: Run) -> list[str]:
     """A run as text: what it is, how it ended, and what to do."""
     if MANNER.is_brief:
         how_far = f"{run.steps_done} of {run.steps} steps" if run.steps else "no step"
-        return wrapped(f"{run.name}: {run.ending.value}, {how_far}{', can go on' if run.can_resume else ''}")
+        return [f"{run.name}: {run.ending.value}, {how_far}{', can go on' if run.can_resume else ''}"]
     told = [line for sentence in (_what(run), run.ended, _advice(run)) for line in wrapped(sentence, 2)]
     return [run.name, *told, *([f"  to go on: {run.command}"] if run.can_resume else [])]
 

@@ -73,7 +73,7 @@ def _briefly(report: ShapeReport) -> Iterator[str]:
         )
         others = [state.name for state in segment.states if not state.wanted]
         also = f"; also {', '.join(others)}" if others else ""
-        yield from wrapped(f"{report.scene.name}, segment {number}: {found}{also}")
+        yield f"{report.scene.name}, segment {number}: {found}{also}"
 
 
 def _state_lines(segment: SegmentStates, table: Columns, rows: Sequence[tuple[str, ...]]) -> Iterator[str]:

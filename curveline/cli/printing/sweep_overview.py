@@ -25,7 +25,7 @@ def describe(sweep: Sweep, tally: SweepTally, settings: Settings) -> Iterator[st
     if MANNER.is_brief:
         for number, (segment, unwanted) in enumerate(zip(scene.segments, tally.unwanted, strict=True), start=1):
             share = f"{len(sweep) - unwanted:,} of {len(sweep):,} points have the {segment.state}"
-            yield from wrapped(f"{scene.name}, segment {number}: {share}")
+            yield f"{scene.name}, segment {number}: {share}"
         return
     yield screen.paint(scene.name, screen.BOLD, sys.stdout)
     yield f"display {scene.display.name}, tolerance {to_mm(settings.tolerance):g} mm, {len(sweep):,} points"
