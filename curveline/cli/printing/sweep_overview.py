@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping
 from curveline.cli.printing import screen
 from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.tables import fitting
-from curveline.phrases import wrapped
 from curveline.scene import Scene
 from curveline.simulation.results import Settings
 from curveline.simulation.sweep import Group, Sweep, SweepTally
