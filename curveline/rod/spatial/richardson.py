@@ -25,9 +25,9 @@ from curveline.rod.states.equilibrium import SPATIAL, Equilibrium, Outcome, tail
 COLUMNS = 9
 """Of a table of vertices: position, its slope and its second derivative by the unstretched arc length."""
 MOST_EDGES = 10_000
-LEVEL_STEPS = 60
-"""Iterations on a level, which begins beside its equilibrium: of 4,000 levels one needed 52, the next 18; rods pulled
-all but straight, for which no number is enough, would take half a second of them."""
+FEWEST_STEPS, MOST_STEPS, EDGES_MOVED = 60, 200, 60_000
+"""Iterations on a level, fewer the more edges it has. It begins beside its equilibrium: of 4,000 levels one needed 52,
+the next 18; a coarse one that is wound up may take 81, but on many edges no number is enough for what these are not."""
 HONESTY = 0.3
 """Times the difference of two extrapolations the error of the finer one is reported; in the limit it is a fifteenth of
 it, or a seventh where the stiffnesses of bending differ: the half vertices at the clamps then leave a cubic error."""
@@ -140,6 +140,11 @@ def refined(rod, shape):
     return Shape(strain, frames)
 
 
+def _steps_on(edges: int) -> int:
+    """How many iterations a level of so many edges is worth."""
+    return max(FEWEST_STEPS, min(MOST_STEPS, EDGES_MOVED // edges))
+
+
 def climb(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tolerance: float) -> Climbed:
     """Refine a state on the edges of `rod` until its error is below `tolerance`, in units of the length."""
     here = _level(rod, relaxed.shape)
@@ -151,7 +156,7 @@ def climb(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tolerance:
         lowest_before, lowest = lowest, lowest_mode(rod, relaxed.shape)[0]
         places = rod.edges
         finer = segment.spatial_rod(np.asarray(halved(rod.edges)))
-        relaxed = settle(finer, refined(rod, relaxed.shape), LEVEL_STEPS)
+        relaxed = settle(finer, refined(rod, relaxed.shape), _steps_on(finer.edges.size))
         rod = finer
         iterations += relaxed.iterations
         before, coarse, here = best, here, _level(rod, relaxed.shape)
