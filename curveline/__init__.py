@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from curveline.api import fall as fall
     from curveline.api import load as load
     from curveline.api import load_map as load_map
+    from curveline.api import log as log
     from curveline.api import monte_carlo as monte_carlo
     from curveline.api import plan as plan
     from curveline.api import runs as runs
@@ -23,31 +25,44 @@ if TYPE_CHECKING:
     from curveline.driving.run_listener import RunListener as RunListener
     from curveline.driving.session import connect as connect
     from curveline.errors import CurvelineError as CurvelineError
+    from curveline.listening import Listener as Listener
     from curveline.loading.pushes import Push as Push
     from curveline.notebook_listener import NotebookListener as NotebookListener
     from curveline.plan_file import read_plan as read_plan
+    from curveline.radio.host.actions import Policy as Policy
+    from curveline.radio.host.link import Control as Control
+    from curveline.radio.host.link import OperatorRequest as OperatorRequest
     from curveline.replay.monte_carlo import Errors as Errors
     from curveline.replay.trials import TrialsRequest as TrialsRequest
+    from curveline.scene import Load as Load
+    from curveline.scene import Node as Node
+    from curveline.scene import Scene as Scene
+    from curveline.scene import Segment as Segment
     from curveline.shapes.files import read_display as read_display
     from curveline.shapes.files import read_shape as read_shape
     from curveline.simulation.results import Settings as Settings
 
 _HOMES = {
-    **dict.fromkeys(("load", "load_map", "monte_carlo", "plan", "runs", "simulate", "status", "stop", "sweep"), "api"),
-    "write": "api",
+    **dict.fromkeys(("simulate", "sweep", "plan", "monte_carlo", "load", "load_map", "fall"), "api"),
     "connect": "driving.session",
+    **dict.fromkeys(("status", "stop", "runs", "log", "write"), "api"),
+    "read_shape": "shapes.files",
     "read_display": "shapes.files",
     "read_plan": "plan_file",
-    "read_shape": "shapes.files",
-    "CurvelineError": "errors",
-    "Errors": "replay.monte_carlo",
-    "NotebookListener": "notebook_listener",
-    "Push": "loading.pushes",
-    "RunListener": "driving.run_listener",
+    **dict.fromkeys(("Scene", "Node", "Segment", "Load"), "scene"),
     "Settings": "simulation.results",
+    "Push": "loading.pushes",
     "TrialsRequest": "replay.trials",
+    "Errors": "replay.monte_carlo",
+    "Control": "radio.host.link",
+    "OperatorRequest": "radio.host.link",
+    "Policy": "radio.host.actions",
+    "Listener": "listening",
+    "RunListener": "driving.run_listener",
+    "NotebookListener": "notebook_listener",
+    "CurvelineError": "errors",
 }
-"""Public name -> the module in which it lives."""
+"""Public name -> the module in which it lives, in the order in which the page of the library has them."""
 
 __all__ = ["__version__", *_HOMES]
 

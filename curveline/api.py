@@ -16,14 +16,17 @@ from curveline.listening import SILENT, Listener
 
 if TYPE_CHECKING:
     from curveline.driving.halting import Halting
+    from curveline.driving.logbook import Entry
     from curveline.driving.runs import Run
     from curveline.driving.status import DisplayStatus
+    from curveline.loading.falling import SnapFall
     from curveline.loading.load_map import LoadMap
     from curveline.loading.pushes import Push
     from curveline.loading.snap_through import Loading
+    from curveline.outputs import ResultKind
     from curveline.plan_file import Plan
     from curveline.replay.trials import Trials, TrialsRequest
-    from curveline.scene import Scene
+    from curveline.scene import Display, Scene
     from curveline.simulation.results import Settings, ShapeReport
     from curveline.simulation.sweep_report import SweepReport
 
@@ -42,16 +45,20 @@ def simulate(
     tolerance: float = 1e-4,
     windings: tuple[int, ...] = (0,),
     model: str = "auto",
+    listener: Listener = SILENT,
 ) -> ShapeReport:
     """Every stable state of every segment of a shape, each curve to `tolerance` [m].
 
-    The report is a sequence of segments, whose `states` have `name`, `stable`, `energy` [J], `error` [m] and
-    `curve(n)`, an array (n, 2) [m] from pivot to pivot. `windings` names further full turns to look at.
-    Raises InvalidInput for a file or a model that cannot be used.
+    The report is a sequence of segments from left to right. The `states` of each, the highest first, have `name`,
+    `stable`, `energy` [J], `error` [m] and `curve(n)`, an array (n, 2) [m] from pivot to pivot in the frame of the left
+    pivot; `wanted` is the one that the shape asks for, None if there is no such state. `windings` are the numbers of
+    further full turns to look for, (0, 1, -1) for loops either way. `model` is "auto", "planar", "extensible" or
+    "spatial". Raises InvalidInput for a file or a model that cannot be used.
     """
     from curveline.simulation.batch import report_on
     from curveline.simulation.results import Settings
 
+    listener.computing()
     return report_on(_scene(shape), Settings(tolerance, windings=windings, model=model))
 
 
@@ -115,10 +122,27 @@ def load(shape: str | os.PathLike[str] | Scene, push: Push | None = None, listen
         return load(_scene(shape), push or Push(), heard)
 
 
+def fall(loading: Loading, listener: Listener = SILENT) -> SnapFall:
+    """How a shape that `load` pushed until it snapped falls, with its inertia, into the state where it lands.
+
+    `write` makes a film of it (.gif) or a strobe picture. Raises Infeasible where nothing snaps, or where the push
+    could not be followed; InvalidInput for a rod without mass.
+    """
+    from curveline.loading.falling import PARTS, fall_of
+
+    listener.computing()
+    with listener.progress("falling, parts", PARTS) as heard:
+        return fall_of(loading, heard)
+
+
 def load_map(
     shape: str | os.PathLike[str] | Scene, push: Push | None = None, points: int = 41, listener: Listener = SILENT
 ) -> LoadMap:
-    """What every point of a shape bears: as `load`, at `points` points of a segment's curve, one after another."""
+    """What every point of a shape bears: as `load`, at `points` points of a segment's curve, one after another.
+
+    Of what comes back `points` have their place, `at` and (`x`, `y`) [m], and the `force` [N] at which the shape snaps,
+    None if it bears the most; `weakest` is the one with the least.
+    """
     from curveline.loading.load_map import load_map
     from curveline.loading.pushes import Push
 
@@ -145,16 +169,23 @@ def monte_carlo(
     return play_trials(Setup(display_of(made, listener), made, asked.errors), asked, listener)
 
 
-def status(radio: str, display: str = "single", *, runs: Path | str | None = None) -> DisplayStatus:
-    """What every node of a display says now, or what the process knows that is sending to them. It disturbs no run."""
+def status(radio: str, display: str | Display | Plan = "single", *, runs: Path | str | None = None) -> DisplayStatus:
+    """What every node of a display says now, or what the process knows that is sending to them. It disturbs no run.
+
+    All as for `connect`. Raises LinkError where the radio fails; a node that does not answer is "silent".
+    """
     from curveline.driving.session import connect
 
     with connect(radio, display, runs=runs) as session:
         return session.status()
 
 
-def stop(radio: str, display: str = "single", *, runs: Path | str | None = None) -> Halting:
-    """Bring every node of a display to a hold, whoever drives it."""
+def stop(radio: str, display: str | Display | Plan = "single", *, runs: Path | str | None = None) -> Halting:
+    """Bring every node of a display to a hold, whoever drives it; all as for `connect`.
+
+    `is_sure` of what comes back is True if every node stands for certain. Raises LinkError where the radio fails, or
+    the process that sends does not react.
+    """
     from curveline.driving.session import connect
 
     with connect(radio, display, runs=runs) as session:
@@ -162,35 +193,70 @@ def stop(radio: str, display: str = "single", *, runs: Path | str | None = None)
 
 
 def runs(folder: Path | str | None = None, display: str = "") -> Iterator[Run]:
-    """The runs on record, the newest first: how each ended, and whether it can go on; of one display, or of all."""
+    """The runs on record, the newest first: how each ended, and whether it can go on.
+
+    `folder` is that of the records, by default the user's; `display` the name of the only display that is meant, ""
+    for all.
+    """
     from curveline.driving.runs import read_runs
     from curveline.radio.host.journal import runs_folder
 
     return read_runs(runs_folder() if folder is None else Path(folder), display)
 
 
-def write(result: object, path: str | os.PathLike[str], *, force: bool = False) -> None:
-    """Keep a result, or a sequence of reports of shapes, in a file whose suffix says how: data, a figure or a film.
+def log(run: Run | Path | str) -> list[Entry]:
+    """The log of a run, or of one by its folder: when which step was released and done, what stopped it, who went on.
 
-    Raises InvalidInput for a suffix that does not suit it, or a file that exists, unless `force` is given; MissingExtra
-    for a figure without matplotlib.
+    Raises InvalidInput for a record that is not there or is damaged.
     """
+    from curveline.driving.logbook import read_log
+
+    return read_log(Path(run) if isinstance(run, Path | str) else run.folder)
+
+
+def write(result: object, path: str | os.PathLike[str], *, force: bool = False, points: int | None = None) -> None:
+    """Keep a result in a file whose suffix says how: data, a figure or a film.
+
+    | result | suffixes |
+    |---|---|
+    | `ShapeReport`, or a sequence of them | .json, .npz, .csv, .svg, .png, .pdf |
+    | `Plan` | .json, to be sent or played; .svg, .png, .pdf, .gif |
+    | `Loading`, `LoadMap` | .json, .svg, .png, .pdf |
+    | `SnapFall` | .gif, .svg, .png, .pdf |
+    | `SweepReport` | .csv; .svg, .png and .pdf over one key or two |
+
+    Curves of shapes have `points` points, 201 if it is None. Raises InvalidInput for a suffix that does not suit the
+    result, or a file that exists, unless `force` is given; MissingExtra for a figure without matplotlib.
+    """
+    from curveline.outputs import write_output, write_sweep
+    from curveline.simulation.sweep_report import SweepReport
+
+    if isinstance(result, SweepReport):
+        write_sweep(path, result, force=force)
+        return
+    kind, content = _kept(result, path, points)
+    write_output(kind, path, content, force=force)
+
+
+def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> tuple[ResultKind, Sequence[object]]:
+    """The kind of a result, and what its encoders take."""
     from curveline.displays.of_plan import display_of
+    from curveline.loading.falling import SnapFall
     from curveline.loading.load_map import LoadMap
     from curveline.loading.snap_through import Loading
-    from curveline.outputs import LOADING, PLAN, PLAN_FILE, SIMULATION, write_output
+    from curveline.outputs import FALL, LOADING, PLAN, PLAN_FILE, SIMULATION
     from curveline.plan_file import Plan
     from curveline.simulation.results import ShapeReport
 
     if isinstance(result, Plan):
         is_plan = PLAN.suffix_of(path) == PLAN_FILE
-        drawn = () if is_plan else (display_of(result), lambda done: None)
-        write_output(PLAN, path, (result, *drawn), force=force)
-    elif isinstance(result, Loading | LoadMap):
-        write_output(LOADING, path, (result,), force=force)
-    elif isinstance(result, ShapeReport):
-        write_output(SIMULATION, path, ([result],), force=force)
-    elif isinstance(result, Sequence) and result and all(isinstance(each, ShapeReport) for each in result):
-        write_output(SIMULATION, path, (result,), force=force)
-    else:
-        raise InvalidInput(f"a {type(result).__name__} is kept in no file", "write its `document()` as JSON yourself")
+        return PLAN, (result,) if is_plan else (result, display_of(result), lambda done: None)
+    if isinstance(result, Loading | LoadMap):
+        return LOADING, (result,)
+    if isinstance(result, SnapFall):
+        return FALL, (result,)
+    reports = [result] if isinstance(result, ShapeReport) else result
+    if isinstance(reports, Sequence) and reports and all(isinstance(each, ShapeReport) for each in reports):
+        return SIMULATION, ([each.with_points(points) for each in reports],)
+    hint = "write its `document()` as JSON yourself" if hasattr(result, "document") else "pass what a function returned"
+    raise InvalidInput(f"a {type(result).__name__} is kept in no file", hint)

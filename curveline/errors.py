@@ -53,6 +53,9 @@ class CurvelineError(Exception):
         super().__init__(message)
         self.message = message
         self.hint = hint
+        if hint:
+            # So that a traceback, in a notebook or of a script, shows it, too.
+            self.add_note(f"hint: {hint}")
 
 
 class InvalidInput(CurvelineError):

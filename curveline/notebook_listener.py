@@ -18,17 +18,29 @@ REDRAW_S = 0.2
 
 
 class NotebookListener(RunListener):
-    """See RunListener; MissingExtra where there is no IPython to show anything."""
+    """Shows under the cell what it hears: notes, and a line that is written over while work goes on.
+
+    Pass it as `listener`. Raises MissingExtra where there is no IPython to show anything.
+    """
 
     def __init__(self) -> None:
         try:
             self._display: Any = import_module("IPython.display")
         except ImportError:
             raise MissingExtra("there is no notebook: IPython is not installed", "pip install ipython") from None
+        self._is_told = False
 
     def note(self, text: str) -> None:
         """See Listener."""
         self._display.display({"text/plain": text}, raw=True)
+
+    def computing(self) -> None:
+        """See Listener."""
+        from curveline.rod import _jit
+
+        if _jit.FIRST_RUN and not self._is_told:
+            self._is_told = True
+            self.note("compiling kernels, about half a minute, once")
 
     @contextmanager
     def progress(self, what: str, total: int | None) -> Iterator[Heard]:

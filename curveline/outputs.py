@@ -17,11 +17,13 @@ if TYPE_CHECKING:
     from curveline.simulation.results import Settings
     from curveline.simulation.sweep import Sweep
     from curveline.simulation.sweep_files import SweepFile
+    from curveline.simulation.sweep_report import SweepReport
 
 Encoder = Callable[..., bytes]
 PICTURES = (".svg", ".png", ".pdf")
 FILM = ".gif"
 PLAN_FILE = ".json"
+ROWS = ".csv"
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,26 @@ def check_output(kind: ResultKind, path: AnyPath, *, force: bool = False) -> Non
 def write_output(kind: ResultKind, path: AnyPath, content: Sequence[object], *, force: bool = False) -> None:
     """Write a result in the format that the suffix names, whole or not at all."""
     write_file(path, kind.encoder(kind.suffix_of(path))(*content), force=force)
+
+
+def write_sweep(path: AnyPath, report: SweepReport, *, force: bool = False) -> None:
+    """Write a sweep that is done: its rows, or a figure; InvalidInput for what needs more than was kept of it."""
+    from curveline.simulation.results import Settings
+
+    suffix = SWEEP.suffix_of(path)
+    if suffix in PICTURES:
+        if report.shown is None:
+            raise InvalidInput("a figure shows a sweep over one key or two", "write .csv, or sweep over fewer keys")
+        from curveline.figures.sweeps import draw
+
+        write_file(path, draw(report.shown, suffix.removeprefix(".")), force=force)
+    elif suffix == ROWS:
+        with NewFile(path, force=force) as file:
+            make: Callable[..., SweepFile] = SWEEP.encoder(suffix)  # type: ignore[assignment]
+            make(file, report.sweep, Settings()).take([tuple(row.values()) for row in report.rows])
+    else:
+        hint = f"write {ROWS}; `curveline simulate --sweep -o {os.fspath(path)}` writes it while points come in"
+        raise InvalidInput(f"{os.fspath(path)}: the curves of a sweep are not kept", hint)
 
 
 @contextmanager

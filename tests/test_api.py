@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import sys
+import traceback
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -15,6 +17,7 @@ from curveline.driving.session import Session
 from curveline.errors import Infeasible, InvalidInput, LinkError, MissingExtra
 from curveline.listening import Listener
 from curveline.radio.host.link import Control, OperatorRequest
+from curveline.rod import _jit
 
 SHAPES = Path(__file__).parents[1] / "shapes"
 PEAK, VALLEY = SHAPES / "level-up-peak.toml", SHAPES / "level-up-valley.toml"
@@ -165,7 +168,8 @@ def test_results_show_themselves_in_a_notebook(session: Session, monkeypatch: py
     drawn = [report, plan, curveline.load(PEAK, curveline.Push(step=5.0)), curveline.load_map(PEAK, points=3)]
     with session:
         told = [session.status(), session.send(PEAK), curveline.monte_carlo(plan, curveline.TrialsRequest(runs=2))]
-    told.append(curveline.sweep(PEAK, {"nodes.1.angle_deg": (0.0, 30.0, 2)}))
+        told += [session.scan(), session.dry_run(VALLEY), session.stop(), report[0]]
+    drawn.append(curveline.sweep(PEAK, {"nodes.1.angle_deg": (0.0, 30.0, 2)}))
     for result in drawn:
         assert "<svg" in result._repr_svg_()
         assert "<svg" in result._repr_html_()
@@ -209,3 +213,79 @@ def test_progress_fits_a_notebook(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert any(line.startswith("planning, steps proven:") for line in shown)
     assert any("step 5 of 5" in line for line in shown)
     assert any(line.startswith("record: ") for line in shown)
+
+
+def test_everything_that_commands_keep_can_be_kept(tmp_path: Path) -> None:
+    report = curveline.simulate(PEAK)
+    curveline.write(report, tmp_path / "coarse.json", points=5)
+    (segment,) = json.loads((tmp_path / "coarse.json").read_text())["segments"]
+    assert len(segment["states"][0]["curve_mm"]) == 5
+    swept = curveline.sweep(PEAK, {"nodes.1.angle_deg": (0.0, 30.0, 3), "nodes.2.angle_deg": (-30.0, 0.0, 2)})
+    curveline.write(swept, tmp_path / "map.csv")
+    with open(tmp_path / "map.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["state"] for row in rows] == [row["state"] for row in swept.rows]
+    assert (rows[0]["wanted"], float(rows[0]["energy_mJ"])) == ("true", swept.rows[0]["energy_mJ"])
+    curveline.write(swept, tmp_path / "map.svg")
+    assert "nodes.2.angle" in (tmp_path / "map.svg").read_text()
+    with pytest.raises(InvalidInput, match="the curves of a sweep are not kept"):
+        curveline.write(swept, tmp_path / "map.npz")
+    with pytest.raises(InvalidInput, match="exists"):
+        curveline.write(swept, tmp_path / "map.csv")
+    deep = curveline.sweep(
+        PEAK, {f"nodes.{key}": (0.0, 0.01, 2) for key in ("1.angle_deg", "2.height_mm", "1.height_mm")}
+    )
+    assert deep._repr_svg_() is None
+    with pytest.raises(InvalidInput, match="over one key or two"):
+        curveline.write(deep, tmp_path / "deep.svg")
+
+
+def test_a_shape_that_snaps_falls(tmp_path: Path) -> None:
+    fall = curveline.fall(curveline.load(PEAK, curveline.Push(at=0.4, step=4.0)))
+    assert fall.name == "valley"
+    curveline.write(fall, tmp_path / "fall.svg")
+    assert "<svg" in (tmp_path / "fall.svg").read_text()
+    with pytest.raises(Infeasible, match="nothing snaps"):
+        curveline.fall(curveline.load(PEAK, curveline.Push(at=0.4, step=0.5, most=1.0)))
+
+
+def test_a_dry_run_is_planned_from_where_the_mock_stands_and_sends_nothing(session: Session) -> None:
+    with session:
+        session.send(PEAK)
+        session.close()
+        dry = session.dry_run(VALLEY)
+        assert dry.plan.shows == ("peak",)
+        assert {frame.step for frame in dry.frames} == {step.number for step in dry.plan.steps}
+        assert len(list(session.runs())) == 1
+        assert session.status().rod == ("peak",)
+    (run,) = session.runs()
+    entries = curveline.log(run)
+    assert entries[0].what.startswith("begun")
+    assert curveline.log(str(run.folder)) == entries
+    with pytest.raises(InvalidInput, match="no such file"):
+        curveline.log("nowhere")
+
+
+def test_a_node_says_how_it_is_and_is_homed(session: Session) -> None:
+    with session:
+        node = session.node(1)
+        assert node.status() == node.status(node.report())
+        assert node.document()["node"]["state"] == "ready"
+        assert node.status(node.home(["bias"])).can_move
+
+
+def test_a_traceback_has_the_hint() -> None:
+    with pytest.raises(InvalidInput) as caught:
+        curveline.plan()
+    assert "hint: name shapes" in "".join(traceback.format_exception(caught.value))
+
+
+def test_who_listens_is_told_of_kernels_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[str] = []
+    monkeypatch.setattr(_jit, "FIRST_RUN", True)
+    monkeypatch.setattr(curveline.NotebookListener, "note", lambda self, text: shown.append(text))
+    monkeypatch.setitem(sys.modules, "IPython.display", ModuleType("IPython.display"))
+    listener = curveline.NotebookListener()
+    curveline.simulate(PEAK, listener=listener)
+    curveline.simulate(PEAK, listener=listener)
+    assert shown == ["compiling kernels, about half a minute, once"]

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from curveline import __version__
-from curveline.drive_settings import drive_settings
+from curveline.drive_settings import AXES, drive_settings
 from curveline.driving.interrupted import InterruptedRun
 from curveline.driving.known_states import Shown, remembered_states
 from curveline.driving.tours import Tour, Whereabouts, plan_tour
 from curveline.driving.wishes import Wish
 from curveline.listening import SILENT, Listener
+from curveline.notebook import html_of
 from curveline.plan_file import Plan
 from curveline.radio.host.frame_listing import FrameRecord, describe_plan_frames
 from curveline.radio.host.preflight import check_targets
@@ -27,6 +28,13 @@ class DryRun:
 
     plan: Plan
     frames: Sequence[FrameRecord]
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (each.step, each.action, each.node, *each.target, each.move_ms, each.payload.hex()) for each in self.frames
+        ]
+        head = ("step", "action", "node", *(f"{axis} counts" for axis in AXES), "ms", "payload")
+        return html_of(f"{self.plan.name}: {len(rows)} frames that would stage it", [head, *rows])
 
     def document(self) -> dict[str, Any]:
         """The same as plain data."""

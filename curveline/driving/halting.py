@@ -17,6 +17,7 @@ from typing import Any
 from curveline.drive_settings import DriveSettings
 from curveline.driving.live import LAST_NAME, LIVE_NAME, STOP_PREFIX, Live, Sender, read_live, sender_of
 from curveline.errors import LinkError
+from curveline.notebook import html_of
 from curveline.radio.host.actions import Phase
 from curveline.radio.host.journal import is_open
 from curveline.radio.host.stopping import Stopped, stop_all
@@ -49,6 +50,11 @@ class Halting:
     def is_sure(self) -> bool:
         """True if every node stands for certain."""
         return all(each.is_sure for each in self.nodes)
+
+    def _repr_html_(self) -> str:
+        rows = [(each.node, each.state_name or "silent", each.is_sure) for each in self.nodes]
+        title = "every node stands" if self.is_sure else "not every node is known to stand"
+        return html_of(title, [("node", "state", "stands for certain"), *rows])
 
     def document(self) -> dict[str, Any]:
         """The same as plain data."""

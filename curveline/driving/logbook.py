@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from curveline.drive_settings import DEFAULT_DISPLAY
 from curveline.driving.runs import advice_of, cause_of, moment, text
+from curveline.radio.host.journal import FILE_NAME, read_journal
 
 DEEPEST = 20
 """Lists within lists that a record has at most; ours have three."""
@@ -22,6 +24,11 @@ class Entry:
     step: int
     what: str
     hint: str = ""
+
+
+def read_log(run: Path) -> list[Entry]:
+    """The log of the run in a folder; InvalidInput for a record that is not there or is damaged."""
+    return log_of(read_journal(run / FILE_NAME))
 
 
 def log_of(records: Sequence[Mapping[str, Any]]) -> list[Entry]:

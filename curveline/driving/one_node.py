@@ -52,7 +52,10 @@ class OneNode:
     def home(
         self, axes: Iterable[str] = AXES, watcher: Callable[[StatusFrame], None] = lambda status: None
     ) -> ReportFrame:
-        """Let the node find the zeros of some axes and go there, with the rod out of its clamp; what it says then."""
+        """Let the node find the zeros of some axes and go there, with the rod out of its clamp; what it says then.
+
+        `watcher` is told every status on the way. InvalidInput for an axis that there is not.
+        """
         wanted = set(axes)
         if unknown := wanted - set(AXES):
             raise InvalidInput(f"no axis of a node: {', '.join(sorted(unknown))}", f"there are {', '.join(AXES)}")
@@ -61,12 +64,13 @@ class OneNode:
                 self.radio, self.drive, self.number, sum(1 << AXES.index(name) for name in wanted), watcher
             )
 
-    def status(self, report: ReportFrame) -> NodeStatus:
-        """What the node said, in words."""
-        return status_of_report(report, self.drive.addresses[self.number - 1], self.display)
+    def status(self, report: ReportFrame | None = None) -> NodeStatus:
+        """What the node said in a report, in words; what it says now if there is none."""
+        told = self.report() if report is None else report
+        return status_of_report(told, self.drive.addresses[self.number - 1], self.display)
 
-    def document(self, report: ReportFrame) -> dict[str, Any]:
-        """What the node said as plain data."""
+    def document(self, report: ReportFrame | None = None) -> dict[str, Any]:
+        """What the node said in a report as plain data; what it says now if there is none."""
         head = {"curveline": __version__, "display": self.drive.display, "radio": self.spec}
         told = node_document(self.status(report), self.drive)
         return {**head, "node": {key: each for key, each in told.items() if key != "link"}}

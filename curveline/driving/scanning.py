@@ -10,6 +10,7 @@ from typing import Any
 
 from curveline import __version__
 from curveline.drive_settings import DriveSettings
+from curveline.notebook import html_of
 from curveline.radio.host.scan import ScannedNode, problems, radio_test, scan
 from curveline.radio.interface import Radio, open_radio
 from curveline.radio.protocol.codes import plain_name
@@ -36,6 +37,15 @@ class ScanResult:
     def is_well(self) -> bool:
         """True if there is nothing to find fault with."""
         return not any(self.wrong.values())
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (each.node, each.address, ", ".join(f"{page.chip:08x}" for page in each.pages.values()) or "-", wrong)
+            for each in self.found
+            for wrong in ["; ".join(self.wrong[each.node]) or "none"]
+        ]
+        title = f"on the air: display {self.drive.display} over {self.spec}"
+        return html_of(title, [("node", "address", "devices", "problems"), *rows])
 
     def document(self) -> dict[str, Any]:
         """The result as plain data."""

@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from curveline.drive_settings import DriveSettings, drive_settings
+from curveline.driving.dry_run import DryRun, DrySite, dry_run_of
 from curveline.driving.halting import Halting, stop_display
 from curveline.driving.interrupted import InterruptedRun
 from curveline.driving.known_states import Shown, check_granted, shown_states
@@ -160,6 +161,15 @@ class Session:
         """
         with self.prepared(wish_of(what, home=home, display=self.named), touched=touched) as run:
             return run.send(control)
+
+    def dry_run(self, *what: object, home: bool = False, touched: bool = False) -> DryRun:
+        """What `send` would stage, as the nodes would decode it; no radio is opened, nothing moves or is remembered.
+
+        Shapes are planned from where a mock display stands, and from home for any other radio. Raises InvalidInput if
+        no node would take it, and as `plan`.
+        """
+        wish = wish_of(what, home=home, display=self.named)
+        return dry_run_of(wish, DrySite(self.spec, self.folder, touched, self.listener))
 
     def resume(self, run: str = "last", control: Control | None = None) -> RunResult:
         """Go on with a run that was broken off, by its folder, its name, or the newest that can; else as `send`."""

@@ -68,7 +68,7 @@ class SnapFall:
     name: str
 
 
-def fall_of(loading: Loading, progress: Callable[[int], None] = lambda _: None) -> SnapFall:
+def fall_of(loading: Loading, progress: Callable[[int], object] = lambda _: None) -> SnapFall:
     """Let a pushed shape fall where it snaps; `progress` is told how many of `PARTS` are done.
 
     Infeasible where nothing snaps, or where the push was lost before; InvalidInput for a rod without mass.

@@ -8,7 +8,7 @@ import json
 import math
 import platform
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
 from typing import Any, NamedTuple
@@ -22,11 +22,10 @@ from curveline.rod.geometry.space_curve import SpaceCurve
 from curveline.rod.states.equilibrium import Equilibrium, Outcome
 from curveline.scene import Scene
 from curveline.simulation.explanation import deepest, explain
-from curveline.simulation.simulate import AUTO, DEFAULT_TOLERANCE, SegmentStates
+from curveline.simulation.simulate import AUTO, DEFAULT_TOLERANCE, STATE_HEAD, SegmentStates
 from curveline.units import millimetres, to_mj, to_mm, to_nmm
 
 DEFAULT_POINTS = 201
-TABLE_HEAD = ("segment", "state", "stable", "energy mJ", "mean height mm", "error mm")
 Array = npt.NDArray[np.float64]
 Document = dict[str, Any]
 
@@ -62,6 +61,10 @@ class ShapeReport:
         """One sentence for every model that was asked for and leaves out more than the tolerance."""
         return tuple(self._remarks())
 
+    def with_points(self, points: int | None) -> ShapeReport:
+        """The same, with curves of `points` points in its files; unchanged for None."""
+        return self if points is None else replace(self, settings=replace(self.settings, points=points))
+
     def __iter__(self) -> Iterator[SegmentStates]:
         return iter(self.segments)
 
@@ -75,12 +78,8 @@ class ShapeReport:
         return svg_of("curveline.figures.shapes:draw", [self])
 
     def _repr_html_(self) -> str:
-        rows = [
-            (number, state.name, state.stable, to_mj(state.energy), to_mm(state.mean_height), to_mm(state.error))
-            for number, segment in enumerate(self.segments, start=1)
-            for state in segment.states
-        ]
-        return html_of(self.scene.name, [TABLE_HEAD, *rows], self._repr_svg_())
+        rows = [(number, *row) for number, segment in enumerate(self.segments, start=1) for row in segment.rows()]
+        return html_of(self.scene.name, [("segment", *STATE_HEAD), *rows], self._repr_svg_())
 
     def _remarks(self) -> Iterator[str]:
         for number, segment in enumerate(self.segments if self.settings.model != AUTO else (), start=1):

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from curveline.errors import InvalidInput
+from curveline.notebook import html_of
 from curveline.rod.models.choice import AUTO as AUTO
 from curveline.rod.models.choice import MODELS as MODELS
 from curveline.rod.models.choice import SearchRequest, model_states
@@ -15,7 +16,9 @@ from curveline.rod.section import Section
 from curveline.rod.spatial.segment import SpatialSegment
 from curveline.rod.states.equilibrium import PLANAR, ClampedRod, Equilibrium
 from curveline.scene import Display, Node, Scene
+from curveline.units import to_mj, to_mm
 
+STATE_HEAD = ("state", "stable", "energy mJ", "mean height mm", "error mm")
 DEFAULT_TOLERANCE = 1e-4
 """Default bound on a curve's error [m]."""
 
@@ -43,6 +46,17 @@ class SegmentStates:
     def wanted(self) -> Equilibrium | None:
         """The state the shape asks for, if it exists."""
         return next((state for state in self.states if state.wanted), None)
+
+    def rows(self) -> list[tuple[object, ...]]:
+        """A row of plain values per state, as `STATE_HEAD` names them."""
+        return [
+            (each.name, each.stable, to_mj(each.energy), to_mm(each.mean_height), to_mm(each.error))
+            for each in self.states
+        ]
+
+    def _repr_html_(self) -> str:
+        title = f"a segment of {to_mm(self.length):.4g} mm of rod, {self.wanted_name} wanted"
+        return html_of(title, [STATE_HEAD, *self.rows()])
 
 
 def clamped_rod(
