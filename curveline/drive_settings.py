@@ -28,11 +28,11 @@ UNITS = ("mm", "deg", "mm")
 class AxisDrive:
     """How an axis moves: counts per mm or degree, and its speed and acceleration limits in those units."""
 
-    counts_per_unit: float
-    speed: float
-    acceleration: float
-    low: float
-    high: float
+    counts_per_unit: float  # encoder counts per mm or degree
+    speed: float  # mm or degrees per s
+    acceleration: float  # mm or degrees per s^2
+    low: float  # mm or degrees from home
+    high: float  # mm or degrees from home
 
     def counts(self, value: float) -> int:
         """Nearest encoder count to a position in mm or degrees."""
@@ -54,12 +54,12 @@ class AxisDrive:
 class DriveSettings:
     """Everything the sender must know of a display: axes in the order of `AXES`, radio settings, addresses."""
 
-    display: str
-    digest: str
-    axes: tuple[AxisDrive, AxisDrive, AxisDrive]
-    channel: int
-    data_rate: str
-    addresses: tuple[str, ...]
+    display: str  # by name
+    digest: str  # of the display file
+    axes: tuple[AxisDrive, AxisDrive, AxisDrive]  # extrude, bias, translate
+    channel: int  # of the radio
+    data_rate: str  # such as 1Mbps
+    addresses: tuple[str, ...]  # left to right
 
     @property
     def node_count(self) -> int:

@@ -52,10 +52,10 @@ STATE = r"[a-z]{1,20}(-[0-9]{1,9})?"
 class NodeTarget:
     """Where a node's three axes go: rod fed to the right since home, tangent angle, pivot height."""
 
-    extrude_mm: float
-    bias_deg: float
-    translate_mm: float
-    counts: tuple[int, int, int]
+    extrude_mm: float  # rod to the right
+    bias_deg: float  # from +x, counter-clockwise
+    translate_mm: float  # from home
+    counts: tuple[int, int, int]  # the same in encoder counts from home
 
 
 @dataclass(frozen=True)
@@ -67,18 +67,18 @@ class Step:
     counts the mixtures of uneven progress that were followed. `shape` names the shape that is complete after the step.
     """
 
-    number: int
-    action: str
-    seconds: float
-    targets: tuple[NodeTarget, ...]
-    lengths_mm: tuple[float, ...]
+    number: int  # from 1
+    action: str  # such as feed, turn, lift
+    seconds: float  # [s]
+    targets: tuple[NodeTarget, ...]  # one per node
+    lengths_mm: tuple[float, ...]  # rod of each segment after it
     states: tuple[str, ...]
     lowest_eigenvalue: float
     margin: float
     margin_of: str
-    max_strain: float
-    max_force_N: float
-    max_moment_Nmm: float
+    max_strain: float  # of the rod on the way
+    max_force_N: float  # on a node
+    max_moment_Nmm: float  # on a node
     corners: int = 0
     shape: str = ""
 
@@ -91,14 +91,14 @@ class Plan:
     not matter; no names at all if none does. `seal` is what `sealed` makes of all the rest.
     """
 
-    name: str
-    drive: DriveSettings
+    name: str  # of the shapes
+    drive: DriveSettings  # the display as nodes see it
     start: tuple[NodeTarget, ...]
-    steps: tuple[Step, ...]
-    wanted: tuple[str, ...]
-    lengths_mm: tuple[float, ...]
+    steps: tuple[Step, ...]  # in order
+    wanted: tuple[str, ...]  # state of each segment at the end
+    lengths_mm: tuple[float, ...]  # rod of each segment at the end
     shows: tuple[str, ...] = ()
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)  # what it was made from
     seal: str = ""
 
     @property

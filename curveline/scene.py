@@ -67,7 +67,7 @@ class Rod(_Measured):
     youngs_modulus: float  # [Pa]
     section: CrossSection
     mass_per_length: float  # [kg/m]
-    max_strain: float
+    max_strain: float  # of the surface, beyond which a plan is refused
     natural_curvature: float  # [1/m]
     total_length: float  # [m]
     shear_modulus: float  # [Pa]
@@ -144,8 +144,8 @@ class Rod(_Measured):
 class Range(_Measured):
     """A closed interval."""
 
-    low: float
-    high: float
+    low: float  # inclusive
+    high: float  # inclusive
 
     def contains(self, value: float, slack: float = 0.0) -> bool:
         """True if `value` lies inside, or outside by at most `slack`."""
@@ -176,9 +176,9 @@ class Axis(_Measured):
 class Drive(_Measured):
     """The three motors of a node."""
 
-    extrude: Axis
-    bias: Axis
-    translate: Axis
+    extrude: Axis  # feeds the rod
+    bias: Axis  # turns the node
+    translate: Axis  # lifts the node
     max_force: float  # [N]
     max_moment: float  # [N m]
 
@@ -187,24 +187,24 @@ class Drive(_Measured):
 class RadioSettings:
     """How the nodes are reached; one 5-byte address per node, as hexadecimal digits."""
 
-    channel: int
-    data_rate: str
-    addresses: tuple[str, ...]
+    channel: int  # 0 to 125, 2400 MHz and so many more
+    data_rate: str  # such as 1Mbps
+    addresses: tuple[str, ...]  # left to right
 
 
 @dataclass(frozen=True)
 class Display(_Measured):
     """A row of nodes `span` apart, the rod that runs through them, and what they can do."""
 
-    name: str
-    node_count: int
+    name: str  # of the display
+    node_count: int  # at least 2
     span: float  # [m] between neighbouring nodes
     clamp: float  # [m] of rod held straight by a node's bearing, centred on its pivot
-    gravity: bool
-    rod: Rod
-    limits: Limits
-    drive: Drive
-    radio: RadioSettings
+    gravity: bool  # False for a rod that lies on a table
+    rod: Rod  # that runs through all nodes
+    limits: Limits  # what shapes may ask for
+    drive: Drive  # the motors of every node
+    radio: RadioSettings  # how the nodes are reached
     digest: str = ""  # sha256 of the display file
     path: str = ""  # absolute, of the display file; empty for a built-in one
     down: Vector = DOWN  # unit vector along which gravity acts, if it does
@@ -253,11 +253,11 @@ class Load(_Measured):
 class Scene:
     """A shape on a display: node poses left to right, one segment between neighbours, loads."""
 
-    name: str
-    display: Display
-    nodes: tuple[Node, ...]
-    segments: tuple[Segment, ...]
-    loads: tuple[Load, ...] = ()
+    name: str  # of the shape
+    display: Display  # the row of nodes and the rod
+    nodes: tuple[Node, ...]  # left to right
+    segments: tuple[Segment, ...]  # one fewer than nodes, left to right
+    loads: tuple[Load, ...] = ()  # dead loads that stay on
     path: str = ""  # of the shape file, as the user named it
     digest: str = ""  # sha256 of the shape file
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import enum
 import importlib
+import inspect
 import re
 import shlex
 import tomllib
@@ -184,6 +186,39 @@ def test_the_library_is_described_whole() -> None:
         assert len(described) > len(name) + 40, name
     assert "| `span` | `float` | [m] between neighbouring nodes |" in page
     assert "`curve(points: int) -> Array`" in page
+
+
+def shown_classes() -> list[type]:
+    """The classes on the page of the library, those that are offered by name and those that come out of them."""
+    offered = [getattr(curveline, name) for name in api_reference.public_names()]
+    kinds = [each for each in offered if isinstance(each, type)]
+    return [*kinds, *(each for each in api_reference.classes(offered) if each not in kinds)]
+
+
+@pytest.mark.parametrize("kind", shown_classes(), ids=lambda kind: kind.__name__)
+def test_every_field_and_method_that_a_user_gets_is_explained(kind: type) -> None:
+    """A field by the words beside it or in the docstring of its class, a method or property by its own docstring."""
+    told = inspect.getdoc(kind) or ""
+    if not issubclass(kind, enum.Enum):
+        assert [name for name, _, words in api_reference.fields(kind) if not words and f"`{name}" not in told] == []
+    own = {name: each for name, each in vars(kind).items() if isinstance(each, property) or inspect.isfunction(each)}
+    assert [name for name, each in own.items() if name[0] != "_" and not inspect.getdoc(each)] == []
+
+
+def test_results_of_the_library_are_described() -> None:
+    names = {kind.__name__ for kind in shown_classes()}
+    results = {"DisplayStatus", "DryRun", "Halting", "Loading", "Plan", "Run", "RunResult", "ScanResult", "Session"}
+    assert results | {"ShapeReport", "SnapFall", "SweepReport", "Trials"} <= names
+    assert not {"Journal", "Outlet", "Radio", "Stand"} & names
+
+
+def test_every_class_in_the_glossary_exists() -> None:
+    sources = [path.read_text() for path in (ROOT / "curveline").rglob("*.py")]
+    known = set(re.findall(r"^(?:class|type) (\w+)", "\n".join(sources), re.MULTILINE))
+    text = (ROOT / "docs" / "glossary.md").read_text()
+    named = set(re.findall(r"`((?:[A-Z][a-z]+)+)`", text))
+    assert len(named) > 20
+    assert named <= known, named - known
 
 
 def test_every_part_that_is_made_is_put_in() -> None:

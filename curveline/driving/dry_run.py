@@ -26,8 +26,8 @@ from curveline.radio.mock.store import Store
 class DryRun:
     """A plan and the frames that would stage its steps, as the nodes would decode them."""
 
-    plan: Plan
-    frames: Sequence[FrameRecord]
+    plan: Plan  # what would be sent
+    frames: Sequence[FrameRecord]  # in order
 
     def _repr_html_(self) -> str:
         rows = [

@@ -43,8 +43,8 @@ END_IT = "end that program, whose nodes then hold by themselves within 7 s, or s
 class Halting:
     """What is known of every node, and the sender that confirmed it, None if it was the nodes themselves."""
 
-    nodes: list[Stopped]
-    sender: Sender | None = None
+    nodes: list[Stopped]  # left to right
+    sender: Sender | None = None  # None if the nodes themselves confirmed it
 
     @property
     def is_sure(self) -> bool:

@@ -20,10 +20,10 @@ DEEPEST = 20
 class Entry:
     """One record: when [s since 1970], of which step (0 for none), what happened, and what to do about it."""
 
-    at: float | None
-    step: int
-    what: str
-    hint: str = ""
+    at: float | None  # [s] since 1970
+    step: int  # from 1, 0 for none
+    what: str  # happened, in words
+    hint: str = ""  # what to do about it
 
 
 def read_log(run: Path) -> list[Entry]:

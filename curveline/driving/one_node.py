@@ -33,11 +33,11 @@ def refuse_while_sending(drive: DriveSettings, named: str, spec: str, runs: Path
 class OneNode:
     """A node of a display that a radio reaches; a fault of the link names the display in what it advises."""
 
-    number: int
-    display: str
-    spec: str
-    drive: DriveSettings
-    radio: Radio
+    number: int  # in the row, from 1
+    display: str  # as advice names it
+    spec: str  # of the radio
+    drive: DriveSettings  # the display as nodes see it
+    radio: Radio  # open
 
     def report(self) -> ReportFrame:
         """All that the node says of itself; asking disturbs no run."""

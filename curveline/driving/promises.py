@@ -17,7 +17,7 @@ class Promise:
 
     step: int
     steps: int
-    states: tuple[str, ...]
+    states: tuple[str, ...]  # left to right
     ahead: tuple[str, ...] = ()
 
     def verdict(self, segment: int, state: str) -> str:

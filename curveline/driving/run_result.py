@@ -26,14 +26,14 @@ class RunResult:
     `playback` and `shapes`, what the rod showed on the way, are known of modelled displays only.
     """
 
-    plan: Plan
+    plan: Plan  # what was sent
     spec: str
-    report: RunReport
-    request: OperatorRequest
+    report: RunReport  # what the nodes did
+    request: OperatorRequest  # what an operator asked for, if anything
     playback: Playback | None
     shapes: tuple[ShapeCheck, ...]
-    folder: Path
-    promise: Promise
+    folder: Path  # of the record
+    promise: Promise  # what the plan says of the rod there
 
     @property
     def is_interrupted(self) -> bool:

@@ -53,16 +53,16 @@ class Run:
     cannot go on, `process` the one that is sending it, 0 if that is not known.
     """
 
-    folder: Path
-    ending: RunEnding
-    display: str = ""
-    plan: str = ""
+    folder: Path  # of its record
+    ending: RunEnding  # how it ended
+    display: str = ""  # by name
+    plan: str = ""  # by name
     began: float | None = None
-    steps_done: int = 0
-    steps: int = 0
+    steps_done: int = 0  # by all nodes
+    steps: int = 0  # of the plan
     reason: str = ""
     advice: str = ""
-    can_resume: bool = False
+    can_resume: bool = False  # whether it can go on
     process: int = 0
 
     @property

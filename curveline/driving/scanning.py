@@ -27,10 +27,10 @@ class ScanResult:
     `busy` are channels on which somebody sends while the display is not asked anything, None if that is not known.
     """
 
-    spec: str
-    drive: DriveSettings
-    found: Sequence[ScannedNode]
-    wrong: Mapping[int, list[str]]
+    spec: str  # of the radio
+    drive: DriveSettings  # the display as nodes see it
+    found: Sequence[ScannedNode]  # left to right
+    wrong: Mapping[int, list[str]]  # sentences, by number of the node
     busy: Sequence[int] | None
 
     @property

@@ -44,10 +44,10 @@ class Outlet:
 class PreparedRun:
     """A plan that the nodes can carry out; nothing has moved yet. `broken` is the run that it goes on with, if any."""
 
-    plan: Plan
-    outlet: Outlet
+    plan: Plan  # what will be sent
+    outlet: Outlet  # through what
     broken: InterruptedRun | None = None
-    journal: ReopenedJournal | None = None
+    journal: ReopenedJournal | None = None  # of the run that goes on, locked
 
     def send(self, control: Control | None = None) -> RunResult:
         """Take the nodes through the plan and keep the record; LinkError once all that can be held are held."""

@@ -23,10 +23,10 @@ class DisplayStatus:
     `sender` is the process that told it, None where the nodes themselves did.
     """
 
-    spec: str
-    drive: DriveSettings
-    nodes: Sequence[NodeStatus]
-    rod: Sequence[str] | None = None
+    spec: str  # of the radio
+    drive: DriveSettings  # the display as nodes see it
+    nodes: Sequence[NodeStatus]  # left to right
+    rod: Sequence[str] | None = None  # state of each segment, None if nobody knows
     sender: Sender | None = None
 
     @property

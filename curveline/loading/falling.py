@@ -48,7 +48,7 @@ ALIKE = 0.15
 class PushedCurve(NamedTuple):
     """The rod under a load [N], as a `curve (points, 2)` [m] from pivot to pivot in the display's frame."""
 
-    force: float
+    force: float  # [N]
     curve: Array
 
 
@@ -60,7 +60,7 @@ class SnapFall:
     not, or in none that a rod in the plane has.
     """
 
-    loading: Loading
+    loading: Loading  # the push that led to it
     pushed: tuple[PushedCurve, ...]
     force: float
     segment: SpatialSegment

@@ -41,11 +41,11 @@ class MapPoint(NamedTuple):
     rod would not stay in the display's plane; None if it does until then.
     """
 
-    at: float
-    x: float
-    y: float
+    at: float  # fraction
+    x: float  # [m]
+    y: float  # [m]
     force: float | None
-    error: float
+    error: float  # [N] of the force
     kind: str
     leaves_plane: float | None
 
@@ -53,8 +53,8 @@ class MapPoint(NamedTuple):
 class Verdict(NamedTuple):
     """Whether the shape withstands a force [N] anywhere: the stretches, as fractions of arc length, on which not."""
 
-    force: float
-    stretches: tuple[tuple[float, float], ...]
+    force: float  # [N]
+    stretches: tuple[tuple[float, float], ...]  # (from, to), none if it withstands
 
     @property
     def everywhere(self) -> bool:
@@ -66,13 +66,13 @@ class Verdict(NamedTuple):
 class LoadMap:
     """What every point of a shape's curve bears; `weakest` is None if all bear the most."""
 
-    scene: Scene
-    push: Push
-    stand: Stand
-    points: tuple[MapPoint, ...]
+    scene: Scene  # what was pushed
+    push: Push  # which way and how far
+    stand: Stand  # the rod that is pushed
+    points: tuple[MapPoint, ...]  # left to right
     weakest: MapPoint | None
-    verdicts: tuple[Verdict, ...]
-    seconds: float
+    verdicts: tuple[Verdict, ...]  # against the loads of a finger
+    seconds: float  # [s]
 
     def _repr_svg_(self) -> str | None:
         return svg_of("curveline.figures.loads:draw", self)

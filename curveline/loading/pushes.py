@@ -61,7 +61,7 @@ class Push(NamedTuple):
     step: float = 0.0
     most: float = 0.0
     state: str = ""
-    model: str = AUTO
+    model: str = AUTO  # "auto", "planar" or "extensible"
     argv: tuple[str, ...] = ()
 
 

@@ -61,9 +61,9 @@ class Landing(NamedTuple):
     Names are those that `simulate` gives; "unknown" where none was reached.
     """
 
-    name: str
-    released: str
-    state: Equilibrium | None
+    name: str  # of the state under the load
+    released: str  # state when the load is gone
+    state: Equilibrium | None  # under the load
 
 
 class Limit(NamedTuple):
@@ -87,18 +87,18 @@ class SnapThrough:
     At a bifurcation the rod leaves to either side: there are two landings if these differ.
     """
 
-    force: float
-    error: float
-    kind: str
-    landings: tuple[Landing, ...]
+    force: float  # [N]
+    error: float  # [N]
+    kind: str  # fold, bifurcation or lost
+    landings: tuple[Landing, ...]  # one, or two that differ
 
 
 class BranchPoint(NamedTuple):
     """A state of the branch that is pushed: load [N], deflection along it [m], number of unstable directions."""
 
-    force: float
-    deflection: float
-    unstable: int
+    force: float  # [N]
+    deflection: float  # [m]
+    unstable: int  # unstable directions
 
 
 @dataclass(frozen=True)
@@ -110,17 +110,17 @@ class Loading:
     state at the end of the rows, or just before the snap-through; `branch` goes on with unstable ones.
     """
 
-    scene: Scene
-    push: Push
-    stand: Stand
+    scene: Scene  # what was pushed
+    push: Push  # where and how
+    stand: Stand  # the rod that is pushed
     rows: tuple[tuple[float, float], ...]
     error: float
     stiffness: float | None
-    snap: SnapThrough | None
+    snap: SnapThrough | None  # None if it does not snap
     leaves_plane: float | None
     last: Equilibrium
     branch: tuple[BranchPoint, ...]
-    seconds: float
+    seconds: float  # [s]
 
     def _repr_svg_(self) -> str | None:
         return svg_of("curveline.figures.loads:draw", self)

@@ -79,9 +79,9 @@ class Errors:
 class Setup:
     """What is played: a plan on its display, with errors of some size."""
 
-    display: Display
-    plan: Plan
-    errors: Errors = field(default_factory=Errors)
+    display: Display  # of the plan
+    plan: Plan  # what is played
+    errors: Errors = field(default_factory=Errors)  # their sizes
 
     def __post_init__(self) -> None:
         if self.plan.drive.digest != self.display.digest:
@@ -95,8 +95,8 @@ class TrialRun:
     `size` is the root mean square of its calibration errors and bows, in units of their standard deviations.
     """
 
-    seed: int
-    endings: tuple[str, ...]
+    seed: int  # that repeats it
+    endings: tuple[str, ...]  # of each segment, left to right
     size: float
 
 
@@ -104,9 +104,9 @@ class TrialRun:
 class Reason:
     """How a segment (from 1) ended that should have ended otherwise, and how often."""
 
-    segment: int
-    ending: str
-    runs: int
+    segment: int  # from 1
+    ending: str  # name of a state, or taut, lost, straight
+    runs: int  # how many
 
     def __str__(self) -> str:
         fates = {
@@ -122,7 +122,7 @@ class Reason:
 class Share:
     """How many of `runs` ended as wanted."""
 
-    count: int
+    count: int  # ended as wanted
     runs: int
 
     @property
@@ -148,9 +148,9 @@ class MonteCarloOutcome:
     `worst` is the run with the smallest errors of those that did not.
     """
 
-    total: Share
-    segments: tuple[Share, ...]
-    reasons: tuple[Reason, ...]
+    total: Share  # all segments as wanted
+    segments: tuple[Share, ...]  # left to right
+    reasons: tuple[Reason, ...]  # most frequent first
     worst: TrialRun | None
 
 

@@ -33,19 +33,19 @@ SNAPS = (FELL, LEFT, RETURNED)
 class Snap:
     """The rod of a segment left its state: when [s], which segment (from 1), from what, to what."""
 
-    seconds: float
-    segment: int
-    before: str
-    after: str
+    seconds: float  # [s] since the start
+    segment: int  # from 1
+    before: str  # name of the state
+    after: str  # name of the state
 
 
 @dataclass(frozen=True)
 class Playback:
     """What the rod did: the states of all segments at the start and at the end, and every snap-through between."""
 
-    start: tuple[str, ...]
-    states: tuple[str, ...]
-    snaps: tuple[Snap, ...]
+    start: tuple[str, ...]  # left to right
+    states: tuple[str, ...]  # left to right
+    snaps: tuple[Snap, ...]  # in order of time
 
 
 def replay(display: Display, motion: Motion, before: Sequence[str] = ()) -> Playback:

@@ -15,10 +15,10 @@ from curveline.scene import BUCKLED, LOST, STRAIGHT, UNNAMED, Display
 class ShapeCheck:
     """The states of all segments when the step had been done that completes a shape, and those that were wanted."""
 
-    step: int
-    shape: str
-    wanted: tuple[str, ...]
-    states: tuple[str, ...]
+    step: int  # from 1
+    shape: str  # by name
+    wanted: tuple[str, ...]  # left to right
+    states: tuple[str, ...]  # left to right
 
     def line(self) -> str:
         """The stop as text: of several segments only those that were in another state than the wanted one."""

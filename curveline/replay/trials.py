@@ -19,21 +19,21 @@ from curveline.units import to_deg, to_mm
 class TrialsRequest:
     """How many runs from which seed on, errors of which sizes, on how many processes; None is what is fastest."""
 
-    runs: int = 1000
-    seed: int = 1
-    errors: Errors = field(default_factory=Errors)
-    jobs: int | None = None
+    runs: int = 1000  # how many
+    seed: int = 1  # of the first run; then one more each
+    errors: Errors = field(default_factory=Errors)  # their sizes
+    jobs: int | None = None  # processes; None is what is fastest
 
 
 @dataclass(frozen=True)
 class Trials:
     """Runs that were played, in what setup, what they came to, and how long it took [s] on how many processes."""
 
-    setup: Setup
-    request: TrialsRequest
-    outcome: MonteCarloOutcome
-    seconds: float
-    jobs: int
+    setup: Setup  # the plan, its display, the errors
+    request: TrialsRequest  # as asked for
+    outcome: MonteCarloOutcome  # what the runs came to
+    seconds: float  # [s]
+    jobs: int  # processes
 
     @property
     def share(self) -> Share:

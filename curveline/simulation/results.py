@@ -35,21 +35,21 @@ class Settings:
     """What a user asked of a simulation; `argv` is the command as typed."""
 
     tolerance: float = DEFAULT_TOLERANCE  # [m]
-    points: int = DEFAULT_POINTS
-    windings: tuple[int, ...] = (0,)
+    points: int = DEFAULT_POINTS  # of a curve in files
+    windings: tuple[int, ...] = (0,)  # further full turns to look for
     argv: tuple[str, ...] = ()
-    model: str = AUTO
-    explained: bool = False
+    model: str = AUTO  # "auto", "planar", "extensible", "spatial"
+    explained: bool = False  # files say in words what was modelled and why
 
 
 @dataclass(frozen=True)
 class ShapeReport:
     """The states of every segment of a scene, how they were asked for, and how long that took."""
 
-    scene: Scene
-    segments: tuple[SegmentStates, ...]
-    settings: Settings
-    seconds: float
+    scene: Scene  # what was simulated
+    segments: tuple[SegmentStates, ...]  # left to right
+    settings: Settings  # as asked for
+    seconds: float  # [s]
 
     @property
     def shortfalls(self) -> tuple[str, ...]:

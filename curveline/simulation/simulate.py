@@ -37,7 +37,7 @@ class SegmentStates:
     origin: tuple[float, float]  # [m]
     terms: tuple[str, ...]
     left_out: dict[str, Bound]
-    states: tuple[Equilibrium, ...]
+    states: tuple[Equilibrium, ...]  # the stable ones
     model: str = PLANAR
     reasons: tuple[str, ...] = ()
     advice: str = ""

@@ -167,9 +167,9 @@ class Digest(NamedTuple):
 
     states: str  # kinds of its stable states
     lowest: float  # eigenvalue of its stable states
-    highest: float
+    highest: float  # eigenvalue of its stable states
     error: float  # [m], the largest
-    has_wanted: bool
+    has_wanted: bool  # whether the wanted state exists
     short: frozenset[Outcome]  # how states ended that did not converge
 
 
@@ -191,9 +191,9 @@ def digests(task: Task, report: ShapeReport) -> tuple[Digest, ...]:
 class Group:
     """Points at which a segment has the same kinds of stable states."""
 
-    points: int = 0
-    lowest: float = math.inf
-    highest: float = -math.inf
+    points: int = 0  # how many
+    lowest: float = math.inf  # lowest eigenvalue, least
+    highest: float = -math.inf  # lowest eigenvalue, most
     error: float = 0.0  # [m]
 
     def add(self, digest: Digest) -> None:
@@ -208,14 +208,14 @@ class Group:
 class SweepTally:
     """What the points of a sweep came to, segment by segment."""
 
-    groups: list[dict[str, Group]]
+    groups: list[dict[str, Group]]  # per segment, by the names of the states
     unwanted: list[int]
     """Points without the wanted state, per segment."""
-    short: Counter[Outcome] = field(default_factory=Counter)
+    short: Counter[Outcome] = field(default_factory=Counter)  # points by why a state is short of the tolerance
     """Points with a state that ended so."""
-    good: int = 0
-    without: int = 0
-    failed: int = 0
+    good: int = 0  # points as asked for
+    without: int = 0  # points without a wanted state
+    failed: int = 0  # points that could not be simulated
 
     @classmethod
     def of(cls, segments: int) -> SweepTally:

@@ -26,9 +26,9 @@ class SweepReport:
     `shown` is what a figure draws, None over more than two keys.
     """
 
-    sweep: Sweep
-    rows: Sequence[Mapping[str, Any]]
-    tally: SweepTally
+    sweep: Sweep  # the grid
+    rows: Sequence[Mapping[str, Any]]  # a mapping from column to value per state
+    tally: SweepTally  # counts of points
     failed: Mapping[int, CurvelineError]
     shown: ValueCurves | StateMap | None = None
 

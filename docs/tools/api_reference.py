@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import enum
 import importlib
 import inspect
@@ -13,8 +14,27 @@ from typing import Any
 
 import curveline
 
-INNER = "curveline.rod.problem"
-"""The module whose classes are a matter of the solvers alone, although states hold some."""
+INNER = (
+    "curveline.driving.interrupted",
+    "curveline.driving.live",
+    "curveline.driving.sending.Outlet",
+    "curveline.driving.tours",
+    "curveline.loading.pushes.Stand",
+    "curveline.radio.host.actions.Phase",
+    "curveline.radio.host.journal",
+    "curveline.radio.host.resume",
+    "curveline.radio.interface",
+    "curveline.radio.protocol",
+    "curveline.rod.branches",
+    "curveline.rod.models.choice",
+    "curveline.rod.planar",
+    "curveline.rod.problem",
+    "curveline.rod.section",
+    "curveline.rod.spatial",
+    "curveline.simulation.batch",
+    "curveline.simulation.sweep_view",
+)
+"""Where classes are a matter of the machinery alone, although results hold some."""
 LONGEST = 88
 """Characters of a signature on one line."""
 
@@ -46,13 +66,19 @@ def _named_by(each: Any) -> Iterator[type]:
     """The package's classes in the annotations of a function, or of the fields and members of a class."""
     texts = list(_annotations(each))
     if isinstance(each, type):
-        texts += [text for _, text, _ in _fields(each)]
+        texts += [text for _, text, _ in fields(each)]
         texts += [text for _, member in _members(each) for text in _annotations(member)]
     for text in texts:
         for node in ast.walk(ast.parse(text, mode="eval")):
             kind = _resolved(each, node.id) if isinstance(node, ast.Name) else None
-            if isinstance(kind, type) and kind.__module__.startswith("curveline") and kind.__module__ != INNER:
+            if isinstance(kind, type) and _is_shown(kind):
                 yield kind
+
+
+def _is_shown(kind: type) -> bool:
+    """True for a class of the package that is no matter of the machinery alone."""
+    name = f"{kind.__module__}.{kind.__qualname__}"
+    return name.startswith("curveline.") and not f"{name}.".startswith(tuple(f"{inner}." for inner in INNER))
 
 
 def _annotations(each: Any) -> Iterator[str]:
@@ -91,13 +117,25 @@ def _class(kind: type, name: str, level: int = 3) -> Iterator[str]:
     yield from (_docstring(kind), "")
     if issubclass(kind, enum.Enum):
         yield from (f"- `{each.name}`: {each.value}" for each in kind)
-    elif fields := list(_fields(kind)):
+    elif found := list(fields(kind)):
         yield from ("| field | type | |", "|---|---|---|")
-        yield from (f"| `{field}` | `{text}` | {_cell(comment)} |" for field, text, comment in fields)
+        defaults = _defaults(kind)
+        yield from (
+            f"| `{field}` | `{text}{defaults.get(field, '')}` | {_cell(comment)} |" for field, text, comment in found
+        )
     yield ""
     for member, value in _members(kind):
         yield from _member(member, value)
     yield ""
+
+
+def _defaults(kind: type) -> dict[str, str]:
+    """What fields of a dataclass or a named tuple are if nothing is given, as text that follows their type."""
+    if issubclass(kind, tuple):
+        return {name: f" = {_plainly(value)}" for name, value in getattr(kind, "_field_defaults", {}).items()}
+    fields = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()
+    known = {field.name: field.default for field in fields if field.default is not dataclasses.MISSING}
+    return {name: f" = {_plainly(value)}" for name, value in known.items()}
 
 
 def _docstring(kind: type) -> str:
@@ -129,14 +167,22 @@ def _members(kind: type) -> Iterator[tuple[str, Any]]:
             yield name, value
 
 
-def _fields(kind: type) -> Iterator[tuple[str, str, str]]:
-    """Name, annotation, and the comment beside it, of every field that is declared in the source of a class."""
+def fields(kind: type) -> Iterator[tuple[str, str, str]]:
+    """Name, annotation, and the words beside or below it, of every field that is declared in the source of a class."""
     declared = next((each for each in _classes(kind.__module__) if each.name == kind.__name__), None)
     source = inspect.getsource(sys.modules[kind.__module__]).splitlines()
-    for node in declared.body if declared else ():
+    body = declared.body if declared else []
+    for node, after in zip(body, [*body[1:], ast.Pass()], strict=True):
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and node.target.id[0] != "_":
             beside = source[(node.end_lineno or 1) - 1][node.end_col_offset or 0 :].strip()
-            yield node.target.id, ast.unparse(node.annotation), beside.removeprefix("#").strip()
+            words = beside.removeprefix("#").strip() or _docstring_of(after)
+            yield node.target.id, ast.unparse(node.annotation), words
+
+
+def _docstring_of(node: ast.stmt) -> str:
+    """What stands below a field as a string of its own; empty for any other statement."""
+    value = node.value if isinstance(node, ast.Expr) else None
+    return str(value.value) if isinstance(value, ast.Constant) and isinstance(value.value, str) else ""
 
 
 def _classes(module: str) -> list[ast.ClassDef]:
@@ -171,8 +217,13 @@ def _rest(each: inspect.Parameter) -> str:
     annotation = "" if each.annotation is each.empty else f": {each.annotation}"
     if each.default is each.empty:
         return annotation
-    default = "..." if callable(each.default) else repr(each.default)
+    default = _plainly(each.default)
     return f"{annotation} = {default}" if annotation else f"={default}"
+
+
+def _plainly(default: Any) -> str:
+    """A default as one would write it; `...` for an object that has no such form."""
+    return "..." if callable(default) or (text := repr(default)).startswith("<") else text
 
 
 def _result(function: Callable[..., Any]) -> str:

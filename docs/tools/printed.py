@@ -11,6 +11,7 @@ on the line before a block changes that:
     <!-- exit N -->       another exit code than 0; of a console the error output follows, too
     <!-- slow -->         takes a minute
     <!-- not run -->      needs what is not there, such as a real display
+    <!-- goes on -->      a program that goes on with the one before it, as the cells of a notebook do
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ BLOCK = re.compile(
     r"(?:^<!-- (?P<note>[^\n]+) -->\n)?^```(?P<kind>\w+)[^\n]*\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE
 )
 INSTALLING = "pip install"
+GOES_ON = "goes on"
 LONGEST = 300
 """Seconds that a block may take."""
 
@@ -167,9 +169,11 @@ def _is_close(one: str, other: str) -> bool:
 def reports(page: Path) -> Iterator[tuple[Block, Printed]]:
     """Run every block of a page that runs everywhere."""
     with tempfile.TemporaryDirectory() as name:
-        folder = clone(Path(name))
+        folder, program = clone(Path(name)), ""
         for block in filter(lambda each: each.is_run, blocks(page)):
-            yield block, run(block, folder)
+            if block.kind == "python":
+                program = program + block.text if block.note == GOES_ON else block.text
+            yield block, run(block._replace(text=program) if block.kind == "python" else block, folder)
 
 
 def rewritten(page: Path) -> str:

@@ -32,16 +32,16 @@ class Phase(Enum):
 class Policy:
     """Times of the host [ms], and what the operator allows it."""
 
-    poll_ms: int = 20
-    retry_ms: int = 4
-    lost_poll_ms: int = 100
-    probe_ms: int = 300
-    silence_ms: int = 1000
-    budget_ms: int = 5000
-    settle_ms: int = 2000
-    slack_ms: int = 1000
-    takeover: bool = False
-    clear_faults: bool = False
+    poll_ms: int = 20  # between two polls of a node
+    retry_ms: int = 4  # until a lost frame is sent again
+    lost_poll_ms: int = 100  # between polls of a node that does not answer
+    probe_ms: int = 300  # of silence, after which a node is doubted
+    silence_ms: int = 1000  # after which a node holds without its host, at least
+    budget_ms: int = 5000  # within which nodes must be ready, or be heard again
+    settle_ms: int = 2000  # within which nodes must confirm the end
+    slack_ms: int = 1000  # by which a step may be late, besides half its time
+    takeover: bool = False  # take nodes over from another host, if all stand
+    clear_faults: bool = False  # have nodes forget faults whose reason is gone
 
     @property
     def flags(self) -> int:

@@ -15,14 +15,14 @@ from curveline.radio.protocol.keys import KEY_BYTES
 class FrameRecord:
     """One frame of a dry run as the node would decode it."""
 
-    step: int
-    node: int
-    address: str
-    action: str
-    release: int
-    target: Counts
-    move_ms: int
-    payload: bytes
+    step: int  # from 1
+    node: int  # from 1
+    address: str  # 5 bytes, hexadecimal
+    action: str  # of the step
+    release: int  # last step that the node may begin
+    target: Counts  # encoder counts from home
+    move_ms: int  # time of the move
+    payload: bytes  # as it goes over the air
 
 
 def describe_plan_frames(plan: Plan) -> list[FrameRecord]:

@@ -114,8 +114,8 @@ class RunReport:
     outcome: str
     steps_done: int
     steps: int
-    seconds: float
-    nodes: tuple[NodeStatus, ...]
+    seconds: float  # [s]
+    nodes: tuple[NodeStatus, ...]  # left to right
 
 
 Observer = Callable[[Progress], None]

@@ -22,19 +22,19 @@ class NodeStatus:
     `obstacle` is why it cannot move, `advice` what to do about it; empty if it can, or did not answer.
     """
 
-    node: int
-    address: str
+    node: int  # number from 1
+    address: str  # 5 bytes, hexadecimal
     state: str
     boot: int = 0
-    started: int = 0
-    finished: int = 0
-    staged: int = 0
+    started: int = 0  # last step that it began
+    finished: int = 0  # last step that it has done
+    staged: int = 0  # last step that it knows
     fault: str = ""
-    counts: Counts | None = None
+    counts: Counts | None = None  # encoder counts from home, extrude, bias, translate; None if silent
     boot_cause: str = ""
     unhomed: dict[str, str] = field(default_factory=dict)
     fault_seconds: int | None = None
-    link: LinkTally = field(default_factory=LinkTally)
+    link: LinkTally = field(default_factory=LinkTally)  # polls and losses
     obstacle: str = ""
     advice: str = ""
 

@@ -32,11 +32,11 @@ STRANGE = 3
 class LinkTally:
     """Link statistics of one node: polls sent, answered with an acknowledgement, lost, repeated by the radio chip."""
 
-    polls: int = 0
-    answered: int = 0
-    lost: int = 0
-    retries: int = 0
-    bad_tags: int = 0
+    polls: int = 0  # sent
+    answered: int = 0  # with a whole answer
+    lost: int = 0  # polls without one
+    retries: int = 0  # frames sent again
+    bad_tags: int = 0  # answers under another key
 
     def count(self, payload: bytes | None, retries: int) -> None:
         """One more poll, and what came back for it, None if nothing did."""

@@ -46,11 +46,11 @@ class ScannedNode:
     if that was not asked or could not be told.
     """
 
-    node: int
-    address: str
-    pages: dict[int, PageFrame] = field(default_factory=dict)
-    link: LinkTally = field(default_factory=LinkTally)
-    whole: int = 0
+    node: int  # from 1
+    address: str  # 5 bytes, hexadecimal
+    pages: dict[int, PageFrame] = field(default_factory=dict)  # by chip
+    link: LinkTally = field(default_factory=LinkTally)  # polls and losses
+    whole: int = 0  # answers that were whole
     cut: int = 0
     filters: bool | None = None
 

@@ -29,10 +29,10 @@ class Stopped:
     `is_sure` is whether it has said under its key that a STOP holds it and that no motor turns.
     """
 
-    node: int
-    address: str
+    node: int  # number from 1
+    address: str  # 5 bytes, hexadecimal
     state: NodeState | None = None
-    link: LinkTally = field(default_factory=LinkTally)
+    link: LinkTally = field(default_factory=LinkTally)  # polls and losses
 
     is_sure: bool = False
 

@@ -44,8 +44,8 @@ MOST_POINTS = 4001
 class Bound:
     """How far leaving a term out may displace the curve [m], and why."""
 
-    bound: float
-    why: str
+    bound: float  # [m]
+    why: str  # in words
 
 
 class Lateral(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from typing import Any
@@ -132,29 +132,29 @@ class Equilibrium:
     planar one is unstable against that.
     """
 
-    name: str
-    outcome: Outcome
-    stable: bool
-    wanted: bool
+    name: str  # such as peak or valley
+    outcome: Outcome  # how the computation ended
+    stable: bool  # whether it comes back when it is pushed a little
+    wanted: bool  # whether the shape asks for it
     energy: float  # [J], bending, weight and loads; heights are counted from where the free rod begins
     error: float  # [m], estimated largest error of the curve
     vertices: int
-    iterations: int
+    iterations: int  # of Newton's method
     lowest_eigenvalue: float  # of the second variation, in EI/L^2 of the free rod
-    winding: int
-    crosses_itself: bool
-    wraps_clamp: bool
+    winding: int  # further full turns from clamp to clamp, counter-clockwise
+    crosses_itself: bool  # whether the curve does
+    wraps_clamp: bool  # whether it crosses a tail behind a clamp
     clearance: float  # [m] between parts of the curve that are not neighbours
     mean_height: float  # [m] over the chord
     clamp_force: Array  # (2, 2) [N]
     clamp_moment: Array  # (2,) [N m]
     max_curvature: float  # [1/m], away from the natural one
-    vertices_table: Array
-    edges: Array
-    rod: ClampedRod
-    model: str = PLANAR
+    vertices_table: Array = field(repr=False)
+    edges: Array = field(repr=False)
+    rod: ClampedRod = field(repr=False)  # the segment whose state it is
+    model: str = PLANAR  # the one that was used
     leaves_plane: bool = False
-    space: SpaceCurve | None = None
+    space: SpaceCurve | None = field(default=None, repr=False)
 
     def but(self, **changes: Any) -> Equilibrium:
         """The state with other values of some fields.
