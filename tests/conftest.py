@@ -37,7 +37,7 @@ def processors() -> int:
 def pytest_cmdline_main(config: pytest.Config) -> None:
     """Where neither the number of processes was chosen nor what only one can do: as many as there are processors."""
     options = config.option
-    if "PYTEST_XDIST_WORKER" in os.environ:  # it is one of them
+    if "PYTEST_XDIST_WORKER" in os.environ:  # it is one of them: without this each starts more, without end
         return
     if getattr(options, "numprocesses", 0) is not None or options.usepdb or options.trace or options.collectonly:
         return

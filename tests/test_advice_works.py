@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from campaign import only
 from curveline.displays.capability import Ability, Held, departures_of
 from curveline.displays.lint import Suspicion, suspicions
 from curveline.drive_settings import MAX_EDGES_PER_S, drive_settings
@@ -148,12 +149,13 @@ def test_with_what_is_advised_plans_lead_from_home(tmp_path: Path, name: str, va
     assert "can be planned" in shut[0].message
     for each in shut:
         path.write_text(remedied(each.hint, written(values, builtin_text(name))))
-        assert each.message not in [other.message for other in no_way(path)]
+        left = no_way(path)
+        assert each.message not in [other.message for other in left]
     if len(shut) == 1:
-        assert no_way(path) == []
+        assert left == []
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", [*range(5), *only(range(5, 24))])
 def test_random_displays_are_helped_by_what_is_advised(tmp_path: Path, seed: int) -> None:
     chance = random.Random(f"display {seed}")
     values = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import graphlib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -133,15 +134,19 @@ def code_lines(path: Path, function: Function) -> int:
     return length - ((first.end_lineno or 0) - first.lineno + 1 if has_docstring else 0)
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 @pytest.fixture(params=MODULES, ids=name_of)
 def module(request: pytest.FixtureRequest) -> tuple[Path, ast.Module]:
-    path: Path = request.param
-    return path, ast.parse(path.read_text(encoding="utf-8"))
+    return request.param, parsed(request.param)
 
 
 def imported_by(path: Path) -> Iterator[tuple[ast.stmt, Path]]:
     """Every file of the package that another one imports, also within functions and for the type checker alone."""
-    for node, name in imports(ast.parse(path.read_text(encoding="utf-8"))):
+    for node, name in imports(parsed(path)):
         target = file_of(name)
         if target is not None and target != path:
             yield node, target
@@ -169,7 +174,7 @@ def test_no_file_imports_itself_by_way_of_others() -> None:
 def test_a_class_name_is_bound_once() -> None:
     homes: dict[str, list[str]] = {}
     for path in MODULES:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(parsed(path)):
             if isinstance(node, ast.ClassDef):
                 homes.setdefault(node.name, []).append(name_of(path))
     assert not {name: files for name, files in homes.items() if len(files) > 1}

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import pytest
 
+from campaign import only
 from cli.conftest import SHAPES, small_plan
 from curveline.drive_settings import drive_settings
 from curveline.plan_file import read_plan, write_plan
@@ -87,6 +88,9 @@ def there(request: pytest.FixtureRequest, tmp_path: Path) -> Computer:
     return Computer(request.param, tmp_path)
 
 
+LONG = pytest.mark.parametrize("there", ["win32", *only(["darwin"])], indirect=True)
+"""Takes seconds, and nothing that the shorter tests do not hold is macOS' own in it."""
+
 PROBE = """
 import os, sys
 look = '''
@@ -137,18 +141,21 @@ except KeyError:
     assert sorted(there.folder.iterdir()) == before
 
 
+@LONG
 def test_a_sweep_takes_several_processes(there: Computer) -> None:
     code, out, err = there.run("simulate", SHAPE, "--sweep", "nodes.1.angle_deg=-30:30:5", "--jobs", 2, "--json")
     assert (code, len(out.splitlines())) == (0, 5), err
     assert "5 of 5 points" in err
 
 
+@LONG
 def test_a_shape_is_pushed(there: Computer) -> None:
     code, out, err = there.run("load", SHAPE, "--at", 0.35, "--json")
     assert code == 0, err
     assert json.loads(out)["snap_through_N"] > 0
 
 
+@LONG
 def test_a_plan_is_made_sent_and_the_display_goes_home(there: Computer) -> None:
     code, _, err = there.run("plan", SHAPE, "-o", "plan.json")
     assert code == 0, err
@@ -165,6 +172,7 @@ def test_a_plan_is_made_sent_and_the_display_goes_home(there: Computer) -> None:
     assert there.run("send", "--resume", "last", "--radio", "mock", "--yes").code == 2
 
 
+@LONG
 def test_a_fault_is_cleared_a_node_homed_and_the_run_told_and_gone_on_with(there: Computer) -> None:
     assert there.run("send", SHAPE, "--radio", "mock:fresh,stall=1@step2", "--yes").code == 3
     assert there.run("node", "status", "1", "--radio", "mock").code == 3

@@ -24,6 +24,8 @@ SEEDS = {
     "misled": 300,
     "haunted": 500,
     "rivals": 10_000,
+    "withheld": 2000,
+    "visited": 2000,
 }
 """How often each scenario is run: 1,000 restarts, 10,000 silences and 10,000 interleavings of two hosts among them."""
 POLLS = 5_000_000

@@ -22,7 +22,7 @@ from .watched import LAYOUTS, STEPS, Watched, layout_plan
 
 COUNTS = range(1, 17)
 RUNS = {"lossy": 12, "restarted": 100, "killed": 60, "paused": 20, "held": 30, "cut_off": 20, "silenced": 200}
-RUNS |= {"misled": 10, "haunted": 12, "rivals": 200, "withheld": 60, "visited": 40}
+RUNS |= {"misled": 10, "haunted": 12, "rivals": 80, "withheld": 60, "visited": 40}
 """Seeds of each scenario; the campaign has many more."""
 POLLS: Counter[str] = Counter()
 WHOLE = len(COUNTS) * (len(LOSSES) + len(LAYOUTS)) + sum(RUNS.values())
