@@ -92,7 +92,7 @@ def test_a_help_is_wrapped_at_words_whatever_the_width(
     out = run(*path, "-h").out
     assert words(out) == words(wide)
     for line in out.splitlines():
-        is_whole = len(line.split()) == 1 or re.match("  (curveline|-)", line)
+        is_whole = len(line.split()) == 1 or re.match(" *(curveline |-)", line)
         assert len(line) <= min(columns, 100) or is_whole, line
         assert len(line) <= 80 or columns > 80 or line.startswith("  curveline"), line
 

@@ -177,6 +177,43 @@ def test_a_radio_that_is_in_use(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_p
     assert failure(done.out, 3)["code"] == "in-use"
 
 
+def test_what_ends_a_stream_of_answers_is_its_last_line(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    from curveline.cli.commands import status
+    from curveline.errors import LinkError
+
+    polls = []
+
+    def sleep(seconds: float) -> None:
+        polls.append(seconds)
+        if len(polls) == 2:
+            raise LinkError("the radio went away")
+
+    monkeypatch.setattr(status.time, "sleep", sleep)
+    done = run("status", *RADIO, "--watch", "--json")
+    first, second, last = map(json.loads, done.out.splitlines())
+    assert (done.code, first["display"], second["display"]) == (3, "single", "single")
+    assert last["error"]["message"] == "the radio went away"
+
+
+def test_a_batch_that_is_cut_short_says_so(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    from curveline.cli import batch
+
+    really, seen = batch.files.read_shape, []
+
+    def read(path: str) -> object:
+        seen.append(path)
+        if len(seen) == 3:
+            raise KeyboardInterrupt
+        return really(path)
+
+    monkeypatch.setattr(batch.files, "read_shape", read)
+    done = run("simulate", PEAK, PEAK, PEAK, "--json")
+    assert done.code == 130
+    *answers, last = map(json.loads, done.out.splitlines())
+    assert [each["shape"] for each in answers] == ["level-up-peak"] * 2
+    assert last["error"]["code"] == "interrupted"
+
+
 def test_a_missing_extra(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     import sys
 

@@ -8,16 +8,19 @@ import time
 from collections.abc import Iterator
 
 import pytest
+import typer
 from numba.core import caching
 
 from curveline.bench import link
 from curveline.bench.measurement import Measurement
+from curveline.cli import consent
 from curveline.cli.app import main
 from curveline.cli.commands import status
 from curveline.cli.printing import compiling, screen, terminal, ticker
 from curveline.cli.printing.trade_table import measured
 from curveline.rod import _jit
 from curveline.rod._jit import COMPILATION, clock
+from curveline.shapes import files
 
 from .conftest import SHAPES, Run
 from .terminals import ERASED, ESCAPES, Shown, here
@@ -62,6 +65,15 @@ def test_kernels_are_counted_on_a_terminal_while_they_are_compiled(
     first, answer, _ = told.left.split("\n")
     assert first.startswith("compiling kernels that are new here, up to half a minute")
     assert answer == "an answer"
+
+
+def test_the_line_of_the_kernels_goes_when_they_are_done(monkeypatch: pytest.MonkeyPatch, compilation: None) -> None:
+    terminal.begin()
+    with here(monkeypatch) as text:
+        screen.announce_compilation()
+        compile_for(0.1)
+        time.sleep(0.2)
+    assert text[0].endswith(" s\r\x1b[J")
 
 
 def test_elsewhere_a_sentence_says_that_they_are(compilation: None, capsys: pytest.CaptureFixture[str]) -> None:
@@ -128,6 +140,48 @@ def test_what_nobody_else_tells_of_is_told_by_its_time(monkeypatch: pytest.Monke
     assert "measuring" not in text[0]
     assert "searching: 0 s" in text[0]
     assert text[0].endswith(f"{ERASED}found\r\n")
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let whatever takes a tenth of a second be long."""
+    monkeypatch.setattr(ticker, "TICK_S", 0.02)
+    monkeypatch.setattr(ticker, "QUIET_S", 0.1)
+
+
+def slow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let displays be read slowly."""
+    really = files.read_display
+
+    def read_slowly(name: str) -> object:
+        time.sleep(0.3)
+        return really(name)
+
+    monkeypatch.setattr(files, "read_display", read_slowly)
+
+
+def test_every_command_says_that_it_is_at_work(monkeypatch: pytest.MonkeyPatch, impatient: None) -> None:
+    slow(monkeypatch)
+    monkeypatch.setattr(sys, "argv", ["curveline", "status", "--radio", "mock"])
+    with here(monkeypatch) as text, pytest.raises(SystemExit):
+        main()
+    assert text[0].startswith("working: 0 s")
+    assert f"{ERASED}display single over mock\r\n" in text[0]
+
+
+def test_nothing_is_drawn_over_a_question(monkeypatch: pytest.MonkeyPatch, impatient: None) -> None:
+    def ask(question: str, *, err: bool) -> bool:
+        print(question, end=" ", file=sys.stderr, flush=True)
+        time.sleep(0.3)
+        print("n", file=sys.stderr, flush=True)
+        return False
+
+    monkeypatch.setattr(consent, "require_terminal", lambda why, hint: None)
+    monkeypatch.setattr(typer, "confirm", ask)
+    monkeypatch.setattr(sys, "argv", ["curveline", "send", str(SHAPES / "level-up-peak.toml"), "--radio", "mock"])
+    with here(monkeypatch) as text, pytest.raises(SystemExit):
+        main()
+    assert "Move the display? n\r\n" in text[0]
 
 
 def test_a_filler_gives_way_to_better_news(monkeypatch: pytest.MonkeyPatch) -> None:
