@@ -10,4 +10,5 @@ import pytest
 
 def only(values: Iterable[Any]) -> list[Any]:
     """Parameters of a test that the campaign has besides those of every time."""
-    return [pytest.param(value, marks=pytest.mark.campaign) for value in values]
+    rows = (value if isinstance(value, tuple) else (value,) for value in values)
+    return [pytest.param(*row, marks=pytest.mark.campaign) for row in rows]

@@ -17,8 +17,7 @@ from curveline.bench.methods.peers import PEERS
 from curveline.bench.report import BenchReport
 from curveline.bench.trade import TradePoint
 from curveline.bench.trade_figure import draw
-from curveline.cli.commands import bench as command
-from curveline.cli.printing.trade_table import table
+from curveline.cli.printing.trade_table import measured, table
 from curveline.rod.planar.elastica import clamped_arch
 from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod
 from curveline.rod.states.planar_states import find_states
@@ -217,7 +216,7 @@ def test_the_table_fits_a_terminal(clamps: CaseSet):
         assert len(line) <= 80, line
     assert table(wide)[2].startswith("*  PyElastica  1e-08 tol")
     for row in (*quick.all_states([read_shape(SHAPE)]), *quick.many_segments((2, 3))):
-        assert len(command._line(row)) <= 80, row
+        assert all(len(line) <= 80 for line in measured(row)), row
 
 
 def test_the_document_is_plain_json_and_names_versions_and_machine():

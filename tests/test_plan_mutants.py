@@ -219,7 +219,7 @@ def test_a_forged_seal_makes_no_traceback_and_leaves_no_limit() -> None:
 
 def sends_within_limits(plan: Plan) -> bool:
     """Everything that a send does before it moves; False if a plan is refused by then, with what to do."""
-    assert all(describe(plan))
+    assert list(describe(plan))
     assert plan.wanted == plan.steps[-1].states
     assert all(abs(number) <= LARGEST for each in plan.steps for number in vars(each).values() if type(number) is float)
     try:

@@ -156,7 +156,7 @@ def test_a_key_has_one_range_and_a_sweep_an_end(shape: Path) -> None:
         ("segments.1.length_mm=500:505:6", ("too short", "segments.1.length_mm=500")),
         ("loads.1.at=0.5:0.999:2", ("point 2, loads.1.at=0.999", "inside a node's bearing")),
         ("loads.1.at=0.5:1.0:2", ("loads.1.at=1", "must be below 1")),
-        ("loads.1.force_N.2=0:1e9:2", ("loads.1.force_N.2=1e+09", "at most 1e+06 N")),
+        ("loads.1.force_N.2=0:1e9:2", ("loads.1.force_N.2=1e+09", "at most 1000000 N")),
     ],
 )
 def test_a_point_outside_the_rules_is_named_before_anything_runs(

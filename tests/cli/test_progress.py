@@ -35,6 +35,7 @@ def compilation(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(compiling.Announcement, "_heard", HEARD)
     monkeypatch.setattr(ticker, "TICK_S", 0.02)
     before = dict(vars(COMPILATION))
+    vars(COMPILATION).update(kernels=0, _spent=0.0)  # what this process had to compile before
     yield
     vars(COMPILATION).update(before)
 

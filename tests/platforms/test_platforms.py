@@ -248,7 +248,7 @@ def test_a_run_has_one_host_until_that_is_killed(there: Computer, sending: subpr
 HOLD = """
 import sys
 from pathlib import Path
-from curveline.plan_file import drive_settings
+from curveline.drive_settings import drive_settings
 from curveline.radio.mock import store
 from curveline.shapes.files import read_display
 store.LOCK_WAIT_S = 0.2

@@ -136,7 +136,7 @@ def test_without_keys_it_says_how_to_make_some(tmp_path: Path, monkeypatch: pyte
 
 @pytest.mark.parametrize("settings", ["22,99", " 22 , 99 "])
 def test_a_machine_without_the_spi_device(keys: Path, tmp_path: Path, settings: str) -> None:
-    with pytest.raises(LinkError, match=r"^there is no SPI device /dev/spidev9\.9 on this machine$") as caught:
+    with pytest.raises(LinkError, match=r"^there is no SPI device /dev/spidev9\.9 on this machine\n") as caught:
         open_radio(f"nrf24:{settings}", DRIVE, tmp_path)
     assert caught.value.exit_code == 3
     assert caught.value.hint

@@ -122,7 +122,7 @@ def test_causes_that_end_a_run_for_good(cause: Cause) -> None:
 @pytest.mark.parametrize("message", [None, "", "\x1b[31mred", 7])
 def test_a_message_that_cannot_be_shown_is_not(message: object) -> None:
     record = {**halt("reboot"), "message": message}
-    with pytest.raises(InvalidInput, match=r"halt: (the cause was reboot|7|None)$"):
+    with pytest.raises(InvalidInput, match=r"halt: (the cause was reboot|7|None)\nhint: "):
         resume_point(PLAN, [START, RELEASE_1, record])
 
 

@@ -18,7 +18,7 @@ def show(
 ) -> None:
     """Print the file of a built-in display.
 
-    Copy it and change the copy: curveline display show single > mine.toml
+    Copy it and change the copy.
     """
     from curveline.shapes.files import builtin_text
 
