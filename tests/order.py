@@ -7,9 +7,27 @@ from pathlib import Path
 HERE = Path(__file__).parent
 LONGEST_FIRST = (
     "cli/test_display.py",
+    # While the first process compiles the kernels, the others do what needs none.
     "firmware/test_conformance.py",
+    "radio/model/test_model.py",
+    "firmware/test_node_homing.py",
+    "radio/test_simulation.py",
+    "firmware/test_node_image.py",
+    "firmware/test_fuzz.py",
+    "radio/test_coverage.py",
+    "test_advice_works.py",
+    "platforms/test_platforms.py",
+    "test_documents.py",
+    "completeness/test_completeness.py",
+    "completeness/test_space.py",
+    "test_end_to_end.py",
+    "cli/test_ways_out.py",
+    "cli/test_system_errors.py",
+    "cli/test_load.py",
+    "test_film.py",
+    "radio/test_unplugged.py",
+    "radio/test_contract.py",
 )
-"""The first compiles kernels while the others do what needs none."""
 
 
 def place(path: Path) -> int:

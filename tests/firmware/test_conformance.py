@@ -13,7 +13,7 @@ from curveline.radio.protocol.codes import Fault, NodeState
 
 from . import build, twin
 
-SEQUENCES = 200_000
+SEQUENCES = 100_000
 CAMPAIGN = 1_000_000
 SHARES = 20
 FIRST = 2026_11_22 * CAMPAIGN
