@@ -16,7 +16,7 @@ ROOT = Path(curveline.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
 
 LEFT_TO_RIGHT = """
-errors units phrases listening notebook sections scene system drive_settings plan_file shapes
+_version errors units phrases listening notebook sections scene system drive_settings plan_file shapes
 rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
 simulation loading planning replay displays figures outputs driving notebook_listener api bench/methods bench
@@ -78,7 +78,7 @@ def room_of(path: Path) -> str:
 
 def file_of(name: str) -> Path | None:
     """The file of the package in which a dotted name is defined."""
-    while name.startswith("curveline."):
+    while name.split(".")[0] == "curveline":
         path = ROOT.parent / Path(*name.split("."))
         if path.with_suffix(".py").exists():
             return path.with_suffix(".py")

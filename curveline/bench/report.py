@@ -10,7 +10,7 @@ from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, NamedTuple
 
-import curveline
+from curveline._version import __version__
 from curveline.bench.measurement import Measurement
 from curveline.bench.trade import TradePoint
 
@@ -27,7 +27,7 @@ class BenchReport(NamedTuple):
 def document(report: BenchReport) -> dict[str, Any]:
     """What was measured, and what on; plain Python types only."""
     return {
-        "curveline": curveline.__version__,
+        "curveline": __version__,
         "versions": {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}},
         "machine": {"cores": os.cpu_count(), "processor": platform.machine(), "system": platform.system()},
         "rows": [asdict(row) for row in report.rows],

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from curveline import __version__
+from curveline._version import __version__
 from curveline.cli import completion
 from curveline.cli.commands import bench, load, plan, send, shapes, simulate, status, stop
 from curveline.cli.commands.display import check

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from curveline import __version__
+from curveline._version import __version__
 from curveline.drive_settings import AXES, drive_settings
 from curveline.driving.interrupted import InterruptedRun
 from curveline.driving.known_states import Shown, remembered_states

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from curveline import __version__
+from curveline._version import __version__
 from curveline.drive_settings import AXES, DriveSettings
 from curveline.driving.live import sender_of
 from curveline.driving.status import node_document

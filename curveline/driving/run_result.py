@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from curveline import __version__
+from curveline._version import __version__
 from curveline.driving.promises import Promise
 from curveline.driving.status import node_document, node_rows
 from curveline.notebook import html_of

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from curveline import __version__
+from curveline._version import __version__
 from curveline.drive_settings import DriveSettings
 from curveline.notebook import html_of
 from curveline.radio.host.scan import ScannedNode, problems, radio_test, scan

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from curveline import __version__
+from curveline._version import __version__
 from curveline.drive_settings import DriveSettings
 from curveline.driving.live import Sender
 from curveline.notebook import html_of

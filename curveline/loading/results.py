@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 
-import curveline
+from curveline._version import __version__
 from curveline.loading.load_map import LoadMap, MapPoint
 from curveline.loading.pushes import Push, Stand
 from curveline.loading.snap_through import Landing, Loading
@@ -85,7 +85,7 @@ def curve_mm(stand: Stand, state: Equilibrium) -> list[list[float]]:
 
 def _head(scene: Scene, push: Push, state: Equilibrium) -> Document:
     return {
-        "curveline": curveline.__version__,
+        "curveline": __version__,
         "shape": scene.name,
         "segment": push.segment + 1,
         "state": state.name,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from curveline import __version__
+from curveline._version import __version__
 from curveline.plan_file import Plan, Step, sealed
 from curveline.planning.layout import Layout, lengths_of, pose_of
 from curveline.planning.moves import DisplayState, PlannedMove

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-import curveline
+from curveline._version import __version__
 from curveline.notebook import html_of, svg_of
 from curveline.rod.geometry.space_curve import SpaceCurve
 from curveline.rod.states.equilibrium import Equilibrium, Outcome
@@ -104,7 +104,7 @@ class ShapeReport:
 def document(report: ShapeReport) -> Document:
     """What `curveline simulate --json` prints of one shape; plain Python types only."""
     return {
-        "curveline": curveline.__version__,
+        "curveline": __version__,
         "shape": report.scene.name,
         "tolerance_mm": to_mm(report.settings.tolerance),
         "seconds": report.seconds,
@@ -278,7 +278,7 @@ def _provenance(report: ShapeReport) -> Document:
 def provenance(scene: Scene, settings: Document, argv: Sequence[str]) -> Document:
     """Where a result comes from: versions, the files it was made from, what was asked for, the command as typed."""
     return {
-        "versions": {"curveline": curveline.__version__, "python": platform.python_version(), **_versions()},
+        "versions": {"curveline": __version__, "python": platform.python_version(), **_versions()},
         "shape": {"path": scene.path, "sha256": scene.digest},
         "display": {"name": scene.display.name, "sha256": scene.display.digest},
         "rod": {"stiffness_from": scene.display.rod.stiffness_key, **scene.display.rod.as_given},

@@ -17,7 +17,7 @@ def shapes(json: JsonOption = False) -> None:
 
     A file of the same name comes first.
     """
-    from curveline import __version__
+    from curveline._version import __version__
     from curveline.shapes.files import read_shape
     from curveline.shapes.library import builtin_shapes
 

@@ -27,7 +27,7 @@ def stop(
     sends it, and can go on later. This is no safety circuit: a radio can be jammed or unplugged, so fit a switch to the
     supply of the motors.
     """
-    from curveline import __version__
+    from curveline._version import __version__
     from curveline.driving.interrupted import resuming
     from curveline.driving.session import connect
 

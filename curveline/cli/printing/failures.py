@@ -65,7 +65,7 @@ def document(error: CurvelineError) -> dict[str, Any]:
 
 
 def _emit(error: dict[str, Any], where: dict[str, Any]) -> None:
-    from curveline import __version__
+    from curveline._version import __version__
 
     # If nobody can read that, what it says is still what the command ends with.
     with suppress(SystemRefusal, screen.ReaderGone):

@@ -65,7 +65,7 @@ class _Checked(NamedTuple):
 
     def document(self) -> dict[str, Any]:
         """All that was found as plain data."""
-        from curveline import __version__
+        from curveline._version import __version__
         from curveline.displays.capability import longest_budget, reaches, straight_budget
 
         display, held = self.display, self.ability.held

@@ -8,7 +8,7 @@ from curveline.cli.printing import screen
 
 def show(json: JsonOption = False) -> None:
     """Show where the keys are, their fingerprint, and which devices are known; never the key."""
-    from curveline import __version__
+    from curveline._version import __version__
     from curveline.radio.site.key_file import default_path, read_site
 
     site = read_site(default_path())

@@ -41,7 +41,7 @@ def listing(
             hint = f"name them after `{context.invoked_subcommand}`"
             raise InvalidInput("options before a command of `curveline runs` mean nothing", hint)
         return
-    from curveline import __version__
+    from curveline._version import __version__
     from curveline.cli.printing.run_text import lines
     from curveline.driving.runs import read_runs
     from curveline.shapes.files import given_display

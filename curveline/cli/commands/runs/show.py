@@ -25,7 +25,7 @@ def show(
     runs: RunsOption = None,
 ) -> None:
     """Show the log of a run: when which step was released and done, what stopped it, and who went on with it."""
-    from curveline import __version__
+    from curveline._version import __version__
     from curveline.cli.printing.run_text import lines
     from curveline.driving.logbook import log_of, plain
     from curveline.driving.runs import RunEnding, read_run
