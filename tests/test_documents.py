@@ -34,7 +34,7 @@ MODULE = re.compile(r"(?<![\w/.`-])`?((?:tests|curveline)(?:\.[A-Za-z_]\w*)+)")
 INLINE = re.compile(r"`([^`\n]+)`")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 OPTION = re.compile(r"(?<!\S)--?[A-Za-z][\w-]*")
-OTHERS = {"--mcu", "--on", "--reload", "--scenes", "--strict", "--write"}
+OTHERS = {"--durations", "--mcu", "--on", "--pdb", "--reload", "--scenes", "--strict", "--trace", "--write"}
 """Options of other programs, and of the project's own that are no commands."""
 
 
