@@ -202,6 +202,9 @@ def _run() -> int:
         if misuse.usage:
             screen.note(misuse.usage)
         return _failed(misuse)
+    except typer.Abort:
+        # What asked for an answer found nobody to give it.
+        return EXIT_INTERRUPTED
     except OSError as error:
         return _refused(error)
 

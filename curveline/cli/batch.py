@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
-from curveline.cli.printing import failures, screen
+from curveline.cli.printing import failures, screen, terminal
 from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.progress_bar import Bar
 from curveline.cli.remarks import remark_on
@@ -38,7 +38,7 @@ def run_batch(shapes: Sequence[str], request: BatchRequest) -> int:
     answers = run(tasks_of(shapes), order, jobs_for(request.jobs, len(shapes)), len(shapes))
     with closing(answers), Bar("simulating", len(shapes)) as bar:
         for number, (task, answer) in enumerate(answers, start=1):
-            with bar.aside():
+            with terminal.aside():
                 batch.take(task, answer)
             bar.reach(number)
     batch.write_files()

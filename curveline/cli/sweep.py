@@ -7,7 +7,7 @@ from contextlib import ExitStack, closing
 from typing import Any
 
 from curveline.cli.batch import BatchRequest
-from curveline.cli.printing import failures, screen
+from curveline.cli.printing import failures, screen, terminal
 from curveline.cli.printing.progress_bar import Bar
 from curveline.cli.remarks import remark_on
 from curveline.errors import EXIT_DONE, EXIT_NO, CurvelineError, InvalidInput
@@ -51,7 +51,7 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchReques
             # The first answers wait for the processes to start.
             bar.show()
         for task, answer in answers:
-            with bar.aside() if request.as_json else ExitStack():
+            with terminal.aside() if request.as_json else ExitStack():
                 _take(task, answer, sinks, tally)
             bar.reach(task.number)
     _sum_up(sweep, tally, request, (clock() - begin, jobs))

@@ -60,6 +60,16 @@ def test_an_interrupt_is_130_and_no_traceback(run: Run, monkeypatch: pytest.Monk
     assert run("simulate", SHAPE).code == 130
 
 
+def test_a_question_that_finds_nobody_is_no_traceback(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    from curveline.shapes import files
+
+    def ask(path: str) -> None:
+        raise EOFError
+
+    monkeypatch.setattr(files, "read_shape", ask)
+    assert run("simulate", SHAPE).code == 130
+
+
 def test_a_reader_that_leaves_early_is_no_error_to_talk_about() -> None:
     # A pipe holds 64 kB: more than that, and the writer meets a closed one.
     command = [*COMMAND, "simulate", "--json", "--points", "5000", *[SHAPE] * 3]

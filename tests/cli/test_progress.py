@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+import threading
 import time
 from collections.abc import Iterator
 
@@ -141,6 +142,21 @@ def test_what_nobody_else_tells_of_is_told_by_its_time(monkeypatch: pytest.Monke
     assert "measuring" not in text[0]
     assert "searching: 0 s" in text[0]
     assert text[0].endswith(f"{ERASED}found\r\n")
+
+
+def test_nothing_is_drawn_into_what_is_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal.begin()
+    with here(monkeypatch) as text:
+        terminal.draw("a line")
+        with terminal.aside():
+            other = threading.Thread(target=terminal.fill, args=("working",))
+            other.start()
+            other.join(0.1)
+            assert other.is_alive()
+            print("an answer", flush=True)
+        other.join()
+        terminal.erase()
+    assert text[0] == "a line\r\x1b[Jan answer\r\nworking\r\x1b[J"
 
 
 @pytest.fixture

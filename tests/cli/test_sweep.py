@@ -376,7 +376,7 @@ def test_a_bar_is_drawn_on_a_terminal_and_gone_at_the_end(
         shown.reach(20)
         told = screen_of_its_own.getvalue()
         assert "simulating  [##########..............] 20 of 50" in told
-        with shown.aside():
+        with terminal.aside():
             # Whoever writes finds the line empty.
             assert screen_of_its_own.getvalue().endswith("\r\x1b[J")
             screen_of_its_own.write("a result\n")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from types import TracebackType
 
 from curveline.cli.printing import terminal
@@ -56,12 +55,6 @@ class Bar:
         if self._is_wanted:
             self._drawn = time.monotonic()
             terminal.draw("  ".join(part for part in self._parts() if part))
-
-    @contextmanager
-    def aside(self) -> Iterator[None]:
-        """Take the bar away while something else is written to the terminal."""
-        terminal.erase()
-        yield
 
     def _parts(self) -> Iterator[str]:
         yield self._what

@@ -32,12 +32,12 @@ def result(text: str = "") -> None:
 
     On a terminal what is longer than a line is wrapped; tables are not, and neither is JSON.
     """
-    terminal.erase()
     MANNER.has_answered = True
     if sys.stdout.isatty() and not MANNER.is_json:
         text = "\n".join(fitted(text, WIDTH))
     try:
-        print(text, flush=True)
+        with terminal.aside():
+            print(text, flush=True)
     except OSError as error:
         if is_hang_up(error):
             raise ReaderGone from None
@@ -61,8 +61,7 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _say(lines: Sequence[str]) -> None:
-    terminal.erase()
-    with suppress(OSError):
+    with suppress(OSError), terminal.aside():
         print("\n".join(lines), file=sys.stderr, flush=True)
 
 

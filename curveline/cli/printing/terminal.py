@@ -9,7 +9,8 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import TextIO
 
 from curveline.phrases import WIDTH
@@ -82,6 +83,13 @@ class _Drawing:
                 self._write(self._erasure(), self._stream)
                 self._stream, self._rows = None, 0
 
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Take away what is drawn, and let nobody draw while something is written in its place."""
+        with self._lock:
+            self.erase()
+            yield
+
     def keep(self) -> None:
         """Leave what is drawn where it is, and go on below it."""
         with self._lock:
@@ -109,7 +117,8 @@ class _Drawing:
 
 
 _DRAWING = _Drawing()
-begin, erase, keep, end = _DRAWING.begin, _DRAWING.erase, _DRAWING.keep, _DRAWING.end
+begin, end = _DRAWING.begin, _DRAWING.end
+erase, aside, keep = _DRAWING.erase, _DRAWING.aside, _DRAWING.keep
 
 
 def draw(text: str, stream: TextIO | None = None) -> None:
