@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from curveline._version import __version__
 
 if TYPE_CHECKING:
+    from curveline.api import check_display as check_display
     from curveline.api import fall as fall
     from curveline.api import load as load
     from curveline.api import load_map as load_map
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     **dict.fromkeys(("simulate", "sweep", "plan", "monte_carlo", "load", "load_map", "fall"), "api"),
+    "check_display": "api",
     "connect": "driving.session",
     **dict.fromkeys(("status", "stop", "runs", "log", "write"), "api"),
     "read_shape": "shapes.files",

@@ -15,6 +15,7 @@ from curveline.errors import InvalidInput
 from curveline.listening import SILENT, Listener
 
 if TYPE_CHECKING:
+    from curveline.displays.check import DisplayCheck
     from curveline.driving.halting import Halting
     from curveline.driving.logbook import Entry
     from curveline.driving.runs import Run
@@ -167,6 +168,20 @@ def monte_carlo(
     made = read_plan(plan) if isinstance(plan, str | os.PathLike) else plan
     asked = request or TrialsRequest()
     return play_trials(Setup(display_of(made, listener), made, asked.errors), asked, listener)
+
+
+def check_display(display: str | os.PathLike[str] | Display, listener: Listener = SILENT) -> DisplayCheck:
+    """What a display can do, and what looks odd in its file: `display` is a built-in name, a path, or a `Display`.
+
+    `ability` of what comes back says which lengths of rod [m] are held between level nodes, which states leave the
+    plane, and where plans lead from home; `warnings` what is legal but hardly meant; `document()` has also stiffness,
+    rod budget and reach of the motors. Raises InvalidInput that lists every problem of a file.
+    """
+    from curveline.displays.check import check_of
+    from curveline.shapes.files import given_display
+
+    listener.computing()
+    return check_of(given_display(display) if isinstance(display, str | os.PathLike) else display)
 
 
 def status(radio: str, display: str | Display | Plan = "single", *, runs: Path | str | None = None) -> DisplayStatus:

@@ -22,12 +22,15 @@ def svg_of(drawn_by: str, content: object) -> str | None:
     return drawn.decode()
 
 
-def html_of(title: str, rows: Sequence[Sequence[object]], svg: str | None = None) -> str:
-    """A title, a figure if there is one, and a table whose first row is its head."""
+def html_of(
+    title: str, rows: Sequence[Sequence[object]], svg: str | None = None, *, remarks: Sequence[str] = ()
+) -> str:
+    """A title, a figure if there is one, a table whose first row is its head, and sentences below it."""
     figure = "" if svg is None else f"<div>{svg[svg.index('<svg') :]}</div>"
     head, *body = rows
     lines = [_row("th", head), *(_row("td", row) for row in body)]
-    return f"<div><b>{escape(title)}</b>{figure}<table>{''.join(lines)}</table></div>"
+    below = "".join(f"<div>{escape(each)}</div>" for each in remarks)
+    return f"<div><b>{escape(title)}</b>{figure}<table>{''.join(lines)}</table>{below}</div>"
 
 
 def _row(tag: str, cells: Sequence[object]) -> str:

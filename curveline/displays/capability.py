@@ -88,8 +88,8 @@ class Held:
 
     shortest: float | None
     longest: float | None
-    below: str = ""
-    beyond: str = ""
+    below: str = ""  # why no shorter ones
+    beyond: str = ""  # why no longer ones
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Leaving:
     It leaves the plane at `low` and at all lengths [m] of some that were looked at, up to `high`.
     """
 
-    state: str
+    state: str  # by name
     low: float
     high: float
 
@@ -111,7 +111,7 @@ class Departures:
     `remedies` says of the kinds to which none leads with which numbers of the file one would, as far as any were found.
     """
 
-    entries: tuple[Access, ...] = ()
+    entries: tuple[Access, ...] = ()  # one per kind of shape
     remedies: tuple[tuple[tuple[Access, ...], str], ...] = ()
 
 
@@ -119,9 +119,9 @@ class Departures:
 class Ability:
     """What was tried of a display: the lengths that it holds, those that leave the plane, where plans can lead."""
 
-    held: Held
-    leaving: tuple[Leaving, ...] = ()
-    departures: Departures = Departures()
+    held: Held  # lengths of rod that are held
+    leaving: tuple[Leaving, ...] = ()  # states that leave the plane
+    departures: Departures = Departures()  # where plans lead from home
 
 
 def ability_of(display: Display) -> Ability:

@@ -54,8 +54,8 @@ class Suspicion(NamedTuple):
 
     code: str
     key: str
-    message: str
-    hint: str
+    message: str  # what is odd
+    hint: str  # what to do
 
 
 def suspicions(display: Display, ability: Ability) -> list[Suspicion]:

@@ -1,0 +1,133 @@
+"""A display that was checked: what its file says, what such a display can do, and what looks odd, as plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from curveline._version import __version__
+from curveline.displays.capability import (
+    Ability,
+    AxisReach,
+    Budget,
+    Leaving,
+    ability_of,
+    buckling_force,
+    longest_budget,
+    reaches,
+    straight_budget,
+)
+from curveline.displays.lint import Suspicion, suspicions
+from curveline.notebook import html_of
+from curveline.planning.reachability import Access
+from curveline.scene import Display
+from curveline.units import to_mm
+
+KINDS_HEAD = ("from home into", "states", "possible", "reason")
+
+
+@dataclass(frozen=True)
+class DisplayCheck:
+    """What a check of a display found; `document` has all numbers, in the units of files."""
+
+    display: Display  # what was checked
+    ability: Ability  # what it can do
+    warnings: tuple[Suspicion, ...]  # what is legal but looks odd
+
+    def document(self) -> dict[str, Any]:
+        """All that was found as plain data."""
+        display, held = self.display, self.ability.held
+        return {
+            "curveline": __version__,
+            "display": display.name,
+            "file": display.path or None,
+            "nodes": display.node_count,
+            "span_mm": to_mm(display.span),
+            "clamp_mm": to_mm(display.clamp),
+            "gravity": list(display.down) if display.gravity else None,
+            "rod": rod_document(display),
+            "budget": {
+                "straight": _budget_document(straight_budget(display)),
+                "longest": _budget_document(longest_budget(display)),
+            },
+            "axes": [_axis_document(reach) for reach in reaches(display)],
+            "level_lengths_mm": [_mm_or_none(held.shortest), _mm_or_none(held.longest)],
+            "leaves_plane": [_leaving_document(each) for each in self.ability.leaving],
+            "from_home": [_entry_document(entry) for entry in self.ability.departures.entries],
+            "radio": {
+                "channel": display.radio.channel,
+                "data_rate": display.radio.data_rate,
+                "addresses": list(display.radio.addresses),
+            },
+            "warnings": [each._asdict() for each in self.warnings],
+        }
+
+    def _repr_html_(self) -> str:
+        entries = [_entry_document(entry) for entry in self.ability.departures.entries]
+        rows = [
+            (each["shape"], ", ".join(each["states"]), "yes" if each["possible"] else "no", each["reason"] or "")
+            for each in entries
+        ]
+        remarks = [f"warning[{each.code}]: {each.key}: {each.message}; {each.hint}" for each in self.warnings]
+        title = f"{self.display.name}: {self.display.node_count} nodes, {to_mm(self.display.span):g} mm apart"
+        return html_of(title, [KINDS_HEAD, *rows], remarks=remarks or ["nothing looks odd"])
+
+
+def check_of(display: Display) -> DisplayCheck:
+    """Work out what a display can do, and look for what is odd in its file."""
+    ability = ability_of(display)
+    return DisplayCheck(display, ability, tuple(suspicions(display, ability)))
+
+
+def rod_document(display: Display) -> dict[str, Any]:
+    """The rod of a display as plain data."""
+    rod = display.rod
+    return {
+        "section": type(rod.section).__name__.lower(),
+        "stiffness_from": rod.stiffness_key,
+        **rod.as_given,
+        "total_length_mm": to_mm(rod.total_length),
+        "bending_stiffness_Nm2": rod.bending_stiffness,
+        "lateral_bending_stiffness_Nm2": rod.lateral_bending_stiffness,
+        "twisting_stiffness_Nm2": rod.twisting_stiffness,
+        "stretching_stiffness_N": rod.stretching_stiffness,
+        "weight_N_per_m": rod.weight_per_length if display.gravity else 0.0,
+        "smallest_radius_mm": to_mm(1.0 / rod.max_curvature),
+        "buckling_force_N": buckling_force(display),
+    }
+
+
+def _budget_document(budget: Budget) -> dict[str, float]:
+    return {"between_nodes_mm": to_mm(budget.between), "tail_mm": to_mm(budget.tail)}
+
+
+def _leaving_document(leaving: Leaving) -> dict[str, Any]:
+    return {"state": leaving.state, "lengths_mm": [to_mm(leaving.low), to_mm(leaving.high)]}
+
+
+def _entry_document(entry: Access) -> dict[str, Any]:
+    return {
+        "shape": entry.kind,
+        "states": list(entry.wanted),
+        "possible": entry.is_open,
+        "reason": entry.reason or None,
+    }
+
+
+def _axis_document(reach: AxisReach) -> dict[str, Any]:
+    return {
+        "axis": reach.name,
+        "unit": reach.unit,
+        "range": [reach.low, reach.high],
+        "counts": list(reach.counts),
+        "counts_per_unit": reach.drive.counts_per_unit,
+        "speed_per_s": reach.drive.speed,
+        "acceleration_per_s2": reach.drive.acceleration,
+        "longest_seconds": reach.seconds,
+        "fits_target": reach.fits_target,
+        "fits_status": reach.fits_status,
+    }
+
+
+def _mm_or_none(length: float | None) -> float | None:
+    return None if length is None else to_mm(length)

@@ -1,0 +1,55 @@
+"""What only commands could do, from Python: the same answers as the command line gives, as data."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+import curveline
+from curveline.cli.app import app
+from curveline.errors import InvalidInput
+from curveline.shapes.files import builtin_text
+
+SHAPES = Path(__file__).parents[1] / "shapes"
+Said = Callable[..., str]
+
+
+@pytest.fixture(autouse=True)
+def _here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def said() -> Said:
+    """What a command prints on stdout."""
+
+    def said(*words: object) -> str:
+        done = CliRunner().invoke(app, list(map(str, words)), catch_exceptions=False)
+        assert done.exit_code == 0, done.output
+        return done.stdout
+
+    return said
+
+
+def document(text: str) -> Any:
+    return json.loads(text)
+
+
+def test_a_display_is_checked(said: Said) -> None:
+    checked = curveline.check_display("single")
+    assert checked.document() == document(said("display", "check", "single", "--json"))
+    assert checked.ability.held.longest == pytest.approx(0.9)
+    own = Path("own.toml")
+    own.write_text(builtin_text("single").replace("clamp_mm = 20.0", "clamp_mm = 150.0"))
+    (warning, *_) = curveline.check_display(own).warnings
+    assert warning.key
+    assert curveline.check_display(curveline.read_display(own)).warnings[0] == warning
+    assert warning.message.split(";")[0] in said("display", "check", own).replace("\n  ", " ")
+    own.write_text("nodes = 1\n")
+    with pytest.raises(InvalidInput):
+        curveline.check_display(own)
