@@ -39,8 +39,13 @@ if TYPE_CHECKING:
     from curveline.scene import Node as Node
     from curveline.scene import Scene as Scene
     from curveline.scene import Segment as Segment
+    from curveline.shapes.files import builtin_displays as builtin_displays
+    from curveline.shapes.files import builtin_text as builtin_text
     from curveline.shapes.files import read_display as read_display
     from curveline.shapes.files import read_shape as read_shape
+    from curveline.shapes.library import builtin_shapes as builtin_shapes
+    from curveline.shapes.new_files import new_display as new_display
+    from curveline.shapes.new_files import new_shape as new_shape
     from curveline.simulation.results import Settings as Settings
 
 _HOMES = {
@@ -51,6 +56,11 @@ _HOMES = {
     "read_shape": "shapes.files",
     "read_display": "shapes.files",
     "read_plan": "plan_file",
+    "builtin_shapes": "shapes.library",
+    "builtin_displays": "shapes.files",
+    "builtin_text": "shapes.files",
+    "new_shape": "shapes.new_files",
+    "new_display": "shapes.new_files",
     **dict.fromkeys(("Scene", "Node", "Segment", "Load"), "scene"),
     "Settings": "simulation.results",
     "Push": "loading.pushes",

@@ -53,3 +53,32 @@ def test_a_display_is_checked(said: Said) -> None:
     own.write_text("nodes = 1\n")
     with pytest.raises(InvalidInput):
         curveline.check_display(own)
+
+
+def test_files_to_begin_with_are_those_of_the_command(said: Said) -> None:
+    text = curveline.new_display("lab.toml", 3)
+    assert Path("lab.toml").read_text() == text == said("new", "display", "lab", "--nodes", 3, "-o", "-")
+    assert curveline.check_display("lab.toml").display.node_count == 3
+    Path("shapes").mkdir()
+    curveline.new_shape("shapes/arch.toml", "lab.toml", "valley")
+    scene = curveline.read_shape("shapes/arch.toml")
+    assert (scene.name, scene.display.name) == ("arch", "lab")
+    assert [segment.state for segment in scene.segments] == ["valley"] * 2
+    assert curveline.new_shape(None, name="arch") == said("new", "shape", "arch", "-o", "-")
+    assert not Path("my-shape.toml").exists()
+    for new in (curveline.new_shape, curveline.new_display):
+        with pytest.raises(InvalidInput, match="exists already"):
+            new("lab.toml")
+    assert Path("lab.toml").read_text() == text
+    with pytest.raises(InvalidInput, match="no new shape has a state 'hill'"):
+        curveline.new_shape("odd.toml", state="hill")
+    assert not Path("odd.toml").exists()
+
+
+def test_what_is_built_in_is_listed(said: Said) -> None:
+    listed = document(said("shapes", "--json"))["shapes"]
+    assert {each["name"]: each["file"] for each in listed} == {
+        name: str(file) for name, file in curveline.builtin_shapes().items()
+    }
+    assert curveline.builtin_displays() == ("quad", "single")
+    assert curveline.builtin_text("quad") == said("display", "show", "quad")

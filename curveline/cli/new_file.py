@@ -9,7 +9,6 @@ from typing import Annotated, NamedTuple
 import typer
 
 from curveline.cli.printing import screen
-from curveline.system.files import refuse_file, write_file
 
 NameArgument = Annotated[
     str | None, typer.Argument(metavar="NAME", help="Its name, which is also that of the file, or the file.")
@@ -22,32 +21,22 @@ SUFFIX = ".toml"
 
 
 class NewPlace(NamedTuple):
-    """The name that a new file gives itself, and its path; empty for stdout."""
+    """The name that a new file gives itself, and its path; None for stdout."""
 
     name: str
-    path: str
-
-    @property
-    def folder(self) -> str:
-        """The folder of the file; empty for the current one."""
-        return os.path.dirname(self.path)
+    path: str | None
 
 
 def place_of(name: str | None, output: str | None, default: str) -> NewPlace:
-    """Where to, from a name that may be a path, and `--output`; InvalidInput if there is a file already."""
+    """Where to, from a name that may be a path, and `--output`."""
     stem = os.path.basename(name or (output if output and output != "-" else default)).removesuffix(SUFFIX)
     path = output or f"{(name or default).removesuffix(SUFFIX)}{SUFFIX}"
-    if path == "-":
-        return NewPlace(stem, "")
-    if os.path.lexists(path):
-        refuse_file(path, "exists", "the file exists already", "choose another name: a new file replaces none")
-    return NewPlace(stem, path)
+    return NewPlace(stem, None if path == "-" else path)
 
 
-def put(text: str, place: NewPlace, following: str) -> None:
-    """Write a new file, and say what to do with it: `following` is a command with {} for its name."""
-    if not place.path:
+def show(text: str, place: NewPlace, following: str) -> None:
+    """Print a new file, or say where it is and what to do with it: `following` is a command with {} for its name."""
+    if place.path is None:
         screen.result(text.rstrip("\n"))
-        return
-    write_file(place.path, text.encode())
-    screen.note(f"wrote {place.path}; next: {following.replace('{}', shlex.quote(place.path))}")
+    else:
+        screen.note(f"wrote {place.path}; next: {following.replace('{}', shlex.quote(place.path))}")

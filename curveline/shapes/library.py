@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from functools import cache
 from itertools import islice
 from pathlib import Path
+from types import MappingProxyType
 
 from curveline.errors import InvalidInput
 from curveline.shapes.toml_document import nearest
@@ -23,11 +24,14 @@ MOST_NEIGHBOURS = 1000
 
 @cache
 def builtin_shapes() -> Mapping[str, Path]:
-    """Name of every built-in shape, sorted, and its file."""
+    """Name of every built-in shape, sorted, and its file.
+
+    `read_shape` takes the name or the file, and says which display, nodes and segments it has.
+    """
     packaged = HERE / "builtin"
     folder = packaged if packaged.is_dir() else HERE.parents[1] / "shapes"
     files = (file for file in folder.rglob("*.toml") if file.parent.name != DISPLAYS)
-    return {file.stem: file for file in sorted(files, key=lambda file: file.stem)}
+    return MappingProxyType({file.stem: file for file in sorted(files, key=lambda file: file.stem)})
 
 
 def given_shape(path: AnyPath, limit: int) -> GivenFile:

@@ -44,10 +44,10 @@ SLACK = 1.2
 """Rod over the span, for a curve that is easy to see."""
 
 
-def new_display(name: str, nodes: int) -> str:
+def display_template(name: str, nodes: int) -> str:
     """A display file of so many nodes, each like those of the built-in display."""
     if not 2 <= nodes <= MAX_NODES:
-        raise InvalidInput(f"a display has 2 to {MAX_NODES} nodes, not {nodes}", "choose --nodes in that range")
+        raise InvalidInput(f"a display has 2 to {MAX_NODES} nodes, not {nodes}", "choose a number in that range")
     values = tomllib.loads(builtin_text(REFERENCE))
     values.update(name=name, nodes=nodes)
     values["rod"]["total_length_mm"] = max(LEAST_ROD_MM, ROD_PER_SEGMENT_MM * (nodes - 1))
@@ -65,7 +65,7 @@ def new_display(name: str, nodes: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def new_shape(name: str, display: Display, named: str, state: str) -> str:
+def shape_template(name: str, display: Display, named: str, state: str) -> str:
     """A shape file in which every segment of a display, which it names so, shows a state.
 
     InvalidInput if the display's limits leave no room for such a shape.

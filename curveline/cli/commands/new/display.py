@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from curveline.cli.new_file import NameArgument, OutputOption, place_of, put
+from curveline.cli.new_file import NameArgument, OutputOption, place_of, show
 
 
 def display(
@@ -18,7 +18,7 @@ def display(
 
     It goes to NAME.toml, and never over a file that exists.
     """
-    from curveline.shapes.templates import new_display
+    from curveline.shapes.new_files import new_display
 
     place = place_of(name, output, "my-display")
-    put(new_display(place.name, nodes), place, "curveline display check {}")
+    show(new_display(place.path, nodes, name=place.name), place, "curveline display check {}")

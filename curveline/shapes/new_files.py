@@ -1,0 +1,68 @@
+"""New shape and display files on disk, from their templates; they never replace a file."""
+
+from __future__ import annotations
+
+import os
+
+from curveline.errors import InvalidInput
+from curveline.scene import PEAK, VALLEY
+from curveline.shapes.files import read_display
+from curveline.shapes.templates import check_new_shape, display_template, shape_template
+from curveline.system.files import AnyPath, refuse_file, write_file
+
+SUFFIX = ".toml"
+
+
+def new_shape(path: AnyPath | None, display: AnyPath = "single", state: str = "peak", *, name: str = "") -> str:
+    """Write a shape file to begin with, valid as it is and every key explained; the text that is in it.
+
+    `display` is a built-in name or the path of a display file, `state` what every segment is to show: "peak" or
+    "valley". `name` is what the shape calls itself, as its file if it is empty. None for `path` writes nothing. Raises
+    InvalidInput for a file that exists, or a display that leaves no room for such a shape.
+    """
+    if state not in (PEAK, VALLEY):
+        raise InvalidInput(f"no new shape has a state {state!r}", f"choose {PEAK} or {VALLEY}")
+    check_free(path)
+    folder = "" if path is None else os.path.dirname(os.fspath(path))
+    read = read_display(display)
+    named = _as_named_in(folder, os.fspath(display)) if read.path else os.fspath(display)
+    text = shape_template(name or _stem(path, "my-shape"), read, named, state)
+    check_new_shape(text, folder)
+    return _kept(text, path)
+
+
+def new_display(path: AnyPath | None, nodes: int = 2, *, name: str = "") -> str:
+    """Write a display file to begin with, valid as it is and every key explained; the text that is in it.
+
+    Its numbers are those of the built-in display "single", with `nodes` nodes, 2 to 128. `name` and `path` are as for
+    `new_shape`.
+    """
+    check_free(path)
+    return _kept(display_template(name or _stem(path, "my-display"), nodes), path)
+
+
+def check_free(path: AnyPath | None) -> None:
+    """InvalidInput if there is anything at a path where a new file is to be."""
+    if path is not None and os.path.lexists(path):
+        refuse_file(
+            os.fspath(path), "exists", "the file exists already", "choose another name: a new file replaces none"
+        )
+
+
+def _kept(text: str, path: AnyPath | None) -> str:
+    if path is not None:
+        write_file(path, text.encode())
+    return text
+
+
+def _stem(path: AnyPath | None, default: str) -> str:
+    return default if path is None else os.path.basename(os.fspath(path)).removesuffix(SUFFIX)
+
+
+def _as_named_in(folder: str, display: str) -> str:
+    """The path of a display file as a shape in a folder names it."""
+    try:
+        path = os.path.relpath(display, folder or os.curdir)
+    except ValueError:  # on another drive
+        path = display
+    return path.replace(os.sep, "/")
