@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from curveline.api import write as write
     from curveline.driving.run_listener import RunListener as RunListener
     from curveline.driving.session import connect as connect
+    from curveline.driving.site_keys import new_keys as new_keys
+    from curveline.driving.site_keys import node_image as node_image
+    from curveline.driving.site_keys import read_keys as read_keys
     from curveline.errors import CurvelineError as CurvelineError
     from curveline.listening import Listener as Listener
     from curveline.loading.pushes import Push as Push
@@ -53,6 +56,7 @@ _HOMES = {
     "check_display": "api",
     "connect": "driving.session",
     **dict.fromkeys(("status", "stop", "runs", "log", "write"), "api"),
+    **dict.fromkeys(("new_keys", "read_keys", "node_image"), "driving.site_keys"),
     "read_shape": "shapes.files",
     "read_display": "shapes.files",
     "read_plan": "plan_file",

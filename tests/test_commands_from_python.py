@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -82,3 +83,51 @@ def test_what_is_built_in_is_listed(said: Said) -> None:
     }
     assert curveline.builtin_displays() == ("quad", "single")
     assert curveline.builtin_text("quad") == said("display", "show", "quad")
+
+
+HEX = ":0800000000180020C1000000FF\n:00000001FF\n"
+
+
+class Notes(curveline.RunListener):
+    """Keeps what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+
+    def note(self, text: str) -> None:
+        """See Listener."""
+        self.told.append(text)
+
+
+def test_keys_are_made_put_into_a_node_and_adopted(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CURVELINE_KEYS", "site.json")
+    site = curveline.new_keys()
+    assert curveline.read_keys() == site
+    assert curveline.read_keys("site.json").document() == document(said("keys", "show", "--json"))
+    with pytest.raises(InvalidInput, match="exists already"):
+        curveline.new_keys()
+    with curveline.connect("mock:keys", runs="runs") as session:
+        adoption = session.find_devices()
+        assert curveline.read_keys().chips == {}
+        assert adoption.record().chips == curveline.read_keys().chips
+        assert session.status().is_well
+        assert [row[-1] for row in session.find_devices().rows()] == ["as before", "as before"]
+    shown = "".join(each._repr_html_() for each in (adoption, curveline.read_keys()))
+    assert site.fingerprint in shown
+    assert site.master.hex() not in shown
+    Path("node.hex").write_text(HEX)
+    image = curveline.node_image(2, "node.hex", "node2.hex")
+    said("keys", "node", 2, "--hex", "node.hex", "-o", "same.hex")
+    assert Path("node2.hex").read_bytes() == Path("same.hex").read_bytes()
+    assert (image.node, image.display, image.address) == (2, "single", "C1C1C1C102")
+    for number, path, message in ((3, "node3.hex", "there is no node 3"), (1, "node2.hex", "exists already")):
+        with pytest.raises(InvalidInput, match=message):
+            curveline.node_image(number, "node.hex", path)
+
+
+def test_who_listens_is_told_of_a_key_that_would_be_committed() -> None:
+    subprocess.run(["git", "init", "-q"], check=True)
+    notes = Notes()
+    curveline.new_keys("keys.json", notes)
+    (told,) = notes.told
+    assert told.startswith("warning: keys.json holds the site's key")

@@ -9,19 +9,33 @@ from pathlib import Path
 
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError
+from curveline.notebook import html_of
 from curveline.radio.host.scan import ScannedNode, problems, scan
 from curveline.radio.interface import open_radio
 from curveline.radio.mock.spec import parse_spec
 from curveline.radio.site import key_file
 from curveline.radio.site.key_file import UNKNOWN_CHIP, SiteFile
 
+HEAD = ("node", "address", "chip", "")
+
 
 @dataclass(frozen=True)
 class Adoption:
     """The devices that answered on the addresses of a display, and the key file that is to record them."""
 
-    found: Sequence[ScannedNode]
-    site: SiteFile
+    found: Sequence[ScannedNode]  # left to right
+    site: SiteFile  # as it is
+
+    def rows(self) -> list[tuple[str, str, str, str]]:
+        """A row of every device, as `HEAD` names them; the last is what the key file says of its address so far."""
+        return [(str(each.node), each.address, f"{each.chip:08x}", self._before(each)) for each in self.found]
+
+    def _before(self, node: ScannedNode) -> str:
+        known = self.site.chips.get(node.address.upper())
+        return "new" if known is None else "as before" if known == node.chip else f"was {known:08x}"
+
+    def _repr_html_(self) -> str:
+        return html_of(f"to be recorded in {self.site.path}", [HEAD, *self.rows()])
 
     def record(self) -> SiteFile:
         """Write them down: from then on only these are obeyed and believed."""

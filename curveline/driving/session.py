@@ -33,6 +33,7 @@ from curveline.radio.host.stop_causes import display_option, named_display
 from curveline.radio.interface import InUse, Radio, open_radio
 
 if TYPE_CHECKING:
+    from curveline.driving.adoption import Adoption
     from curveline.driving.run_result import RunResult
     from curveline.driving.runs import Run
     from curveline.driving.wishes import Wish
@@ -117,6 +118,18 @@ class Session:
         """Who is on the air, without keys; `tests_chips` asks what can be told of the radio chips instead."""
         self.close()
         return scan_display(self.spec, self.drive, self.folder, tests_chips=tests_chips)
+
+    def find_devices(self) -> Adoption:
+        """Which devices are the nodes; `record` of what comes back writes them into the site's key file.
+
+        From then on only these are obeyed and believed: do it with nobody else's display switched on. Raises
+        InvalidInput without a key file, LinkError unless exactly one fitting device answers on each address.
+        """
+        from curveline.driving.adoption import find_devices
+        from curveline.driving.site_keys import read_keys
+
+        self.close()
+        return find_devices(self.spec, self.drive, self.folder, read_keys(listener=self.listener))
 
     def plan(self, *shapes: object, home: bool = False, touched: bool = False) -> Plan:
         """A plan from where the display stands and what it shows, through shapes (paths or scenes), and then home.

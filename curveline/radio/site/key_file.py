@@ -20,8 +20,10 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
+from curveline._version import __version__
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput
+from curveline.notebook import html_of
 from curveline.radio.protocol.air_time import RATES_KBPS
 from curveline.radio.protocol.codes import EVERY_NODE
 from curveline.radio.protocol.keys import KEY_BYTES, ZERO_MASTER, Site, derive
@@ -63,10 +65,10 @@ class SiteFile:
     A file of an older release has no checksum: damage in it may go unnoticed until `adopt` writes it anew.
     """
 
-    path: Path
-    master: bytes = field(repr=False)
+    path: Path  # of the file
+    master: bytes = field(repr=False)  # the key itself, 16 bytes: never show it
     chips: Mapping[str, int] = field(default_factory=dict)
-    has_checksum: bool = True
+    has_checksum: bool = True  # against damage
 
     @property
     def fingerprint(self) -> str:
@@ -80,6 +82,18 @@ class SiteFile:
             return ""
         command = "`curveline keys adopt --radio ... --display ...` writes it anew, with one"
         return f"{self.path} was written by an older release and has no checksum against damage: {command}"
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Address and chip id, in hexadecimal digits, of every device that was adopted."""
+        return [(address, f"{chip:08x}") for address, chip in sorted(self.chips.items())]
+
+    def document(self) -> dict[str, Any]:
+        """What is known as plain data, without the key."""
+        head = {"curveline": __version__, "file": str(self.path), "fingerprint": self.fingerprint}
+        return {**head, "chips": dict(self.rows())}
+
+    def _repr_html_(self) -> str:
+        return html_of(f"{self.path}: master key {self.fingerprint}", [("address", "chip"), *self.rows()])
 
     def site(self, drive: DriveSettings) -> Site:
         """Keys and chips of a display; InvalidInput if one of its nodes was never adopted."""
@@ -199,7 +213,7 @@ def write_private(path: Path, data: bytes) -> None:
 
 
 def _create(path: Path, site: SiteFile) -> None:
-    nodes = {address: f"{chip:08x}" for address, chip in sorted(site.chips.items())}
+    nodes = dict(site.rows())
     checksum = _checksum(site.master, nodes)
     document = {MARKER: FORMAT, "master": site.master.hex(), "nodes": nodes, "checksum": checksum}
     write_private(path, json.dumps(document, indent=1).encode() + b"\n")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -10,9 +10,6 @@ from curveline.cli import consent
 from curveline.cli.options import DisplayOption, RadioOption, RunsOption, require_radio, runs_folder
 from curveline.cli.printing import screen
 from curveline.errors import EXIT_NO
-
-if TYPE_CHECKING:
-    from curveline.driving.adoption import Adoption
 
 
 def adopt(
@@ -26,29 +23,20 @@ def adopt(
     From then on only these devices are obeyed and believed. Do it once, with nobody else's display switched on.
     """
     from curveline.drive_settings import drive_settings
-    from curveline.driving.adoption import check_adoptable, find_devices
-    from curveline.radio.site.key_file import default_path, read_site
+    from curveline.driving.adoption import HEAD, check_adoptable, find_devices
+    from curveline.driving.site_keys import read_keys
     from curveline.shapes.files import given_display
 
     spec = require_radio(radio)
     check_adoptable(spec)
     drive = drive_settings(given_display(display))
-    site = read_site(default_path())
+    site = read_keys()
     if not yes:
         consent.require_terminal("", "add --yes to record whoever answers")
     adoption = find_devices(spec, drive, runs_folder(runs), site)
-    screen.result("\n".join(_table(adoption)))
+    screen.result("\n".join(screen.table([HEAD, *adoption.rows()], frozenset({1, 2, 3}))))
     if not yes and not consent.agrees(f"Record them in {site.path}?"):
         screen.note("nothing was recorded")
         raise typer.Exit(EXIT_NO)
     adoption.record()
     screen.note(f"recorded in {site.path}")
-
-
-def _table(adoption: Adoption) -> list[str]:
-    rows = []
-    for each in adoption.found:
-        known = adoption.site.chips.get(each.address.upper())
-        before = "new" if known is None else "as before" if known == each.chip else f"was {known:08x}"
-        rows.append((str(each.node), each.address, f"{each.chip:08x}", before))
-    return screen.table([("node", "address", "chip", ""), *rows], frozenset({1, 2, 3}))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from curveline.cli.printing import screen
-from curveline.cli.printing.key_note import warn_of_commits
+from curveline.cli.terminal import TERMINAL
 
 
 def new(
@@ -21,11 +20,10 @@ def new(
 
     Keep a copy in a safe place: whoever has it can move the display, and without it every node must be given another.
     """
-    from curveline.radio.site.key_file import default_path, new_site
+    from curveline.driving.site_keys import new_keys
 
-    site = new_site(Path(file) if file else default_path())
+    site = new_keys(file, TERMINAL)
     screen.result(f"{site.path}: master key {site.fingerprint} (a fingerprint, not the key)")
-    warn_of_commits(site.path)
     screen.note(
         "next: `curveline keys node` puts it into each node's program, `curveline keys adopt` learns who they are"
     )

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from curveline.cli.options import JsonOption
 from curveline.cli.printing import screen
+from curveline.cli.terminal import TERMINAL
 
 
 def show(json: JsonOption = False) -> None:
     """Show where the keys are, their fingerprint, and which devices are known; never the key."""
-    from curveline._version import __version__
-    from curveline.radio.site.key_file import default_path, read_site
+    from curveline.driving.site_keys import read_keys
 
-    site = read_site(default_path())
-    if site.remark:
-        screen.note(site.remark)
-    chips = {address: f"{chip:08x}" for address, chip in sorted(site.chips.items())}
+    site = read_keys(listener=TERMINAL)
     if json:
-        screen.emit({"curveline": __version__, "file": str(site.path), "fingerprint": site.fingerprint, "chips": chips})
+        screen.emit(site.document())
         return
     screen.result(f"{site.path}: master key {site.fingerprint} (a fingerprint, not the key)")
-    screen.result(
-        "\n".join(screen.table([("address", "chip"), *chips.items()], frozenset({0, 1}))) if chips else "no nodes"
-    )
+    rows = [("address", "chip"), *site.rows()]
+    screen.result("\n".join(screen.table(rows, frozenset({0, 1}))) if site.chips else "no nodes")
