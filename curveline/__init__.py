@@ -49,10 +49,15 @@ if TYPE_CHECKING:
     from curveline.shapes.library import builtin_shapes as builtin_shapes
     from curveline.shapes.new_files import new_display as new_display
     from curveline.shapes.new_files import new_shape as new_shape
+    from curveline.simulation.explanation import explain as explain
     from curveline.simulation.results import Settings as Settings
+    from curveline.simulation.shape_batch import simulate_many as simulate_many
 
 _HOMES = {
-    **dict.fromkeys(("simulate", "sweep", "plan", "monte_carlo", "load", "load_map", "fall"), "api"),
+    "simulate": "api",
+    "simulate_many": "simulation.shape_batch",
+    "explain": "simulation.explanation",
+    **dict.fromkeys(("sweep", "plan", "monte_carlo", "load", "load_map", "fall"), "api"),
     "check_display": "api",
     "connect": "driving.session",
     **dict.fromkeys(("status", "stop", "runs", "log", "write"), "api"),

@@ -32,13 +32,16 @@ if TYPE_CHECKING:
     from curveline.simulation.sweep_report import SweepReport
 
 
-def _scene(shape: str | os.PathLike[str] | Scene) -> Scene:
-    """A scene, read if it is in a file."""
+def _scene(shape: str | os.PathLike[str] | Scene, listener: Listener) -> Scene:
+    """A scene, read if it is in a file, of which `listener` is told what is hardly meant."""
     if not isinstance(shape, str | os.PathLike):
         return shape
     from curveline.shapes.files import read_shape
+    from curveline.shapes.radians import tell_of_radians
 
-    return read_shape(shape)
+    scene = read_shape(shape)
+    tell_of_radians([scene], listener)
+    return scene
 
 
 def simulate(
@@ -60,7 +63,7 @@ def simulate(
     from curveline.simulation.results import Settings
 
     listener.computing()
-    return report_on(_scene(shape), Settings(tolerance, windings=windings, model=model))
+    return report_on(_scene(shape, listener), Settings(tolerance, windings=windings, model=model))
 
 
 def sweep(
@@ -73,8 +76,9 @@ def sweep(
     """A shape file simulated at every combination of some ranges of its numbers.
 
     `ranges` are {key: (start, stop, count)}, such as {"nodes.1.angle_deg": (0, 40, 41)}, in the unit of the key; the
-    last one runs fastest. `rows` of the report are plain values, ready for `pandas.DataFrame`. `jobs` processes share
-    the work, as many as are fastest for None. Raises InvalidInput before anything is computed.
+    last one runs fastest. `rows` of the report are plain values, ready for `pandas.DataFrame`; `points` have the
+    curves, some 5 kB a state. `jobs` processes share the work, one per core for 0, as many as are fastest for None.
+    Raises InvalidInput before anything is computed.
     """
     from curveline.simulation.results import Settings
     from curveline.simulation.sweep import Sweep
@@ -100,10 +104,10 @@ def plan(
 
     if not shapes and (begin is None or not home):
         raise InvalidInput("no shape to plan", "name shapes, or the one that is shown and home")
-    scenes = [_scene(shape) for shape in shapes]
+    scenes = [_scene(shape, listener) for shape in shapes]
     if begin is None:
         return plan_tour(tour_of(scenes, ends_home=home), Whereabouts(), listener)
-    first = _scene(begin)
+    first = _scene(begin, listener)
     tour = tour_of([*scenes, first], ends_home=home)
     return plan_tour(tour.without_last(), Whereabouts(*start_at(first)), listener)
 
@@ -120,7 +124,7 @@ def load(shape: str | os.PathLike[str] | Scene, push: Push | None = None, listen
 
     listener.computing()
     with listener.progress("pushing", 100) as heard:
-        return load(_scene(shape), push or Push(), heard)
+        return load(_scene(shape, listener), push or Push(), heard)
 
 
 def fall(loading: Loading, listener: Listener = SILENT) -> SnapFall:
@@ -149,7 +153,7 @@ def load_map(
 
     listener.computing()
     with listener.progress("pushing", points) as heard:
-        return load_map(_scene(shape), push or Push(), points, heard)
+        return load_map(_scene(shape, listener), push or Push(), points, heard)
 
 
 def monte_carlo(
@@ -229,26 +233,37 @@ def log(run: Run | Path | str) -> list[Entry]:
     return read_log(Path(run) if isinstance(run, Path | str) else run.folder)
 
 
-def write(result: object, path: str | os.PathLike[str], *, force: bool = False, points: int | None = None) -> None:
+def write(
+    result: object,
+    path: str | os.PathLike[str],
+    *,
+    force: bool = False,
+    points: int | None = None,
+    plot: str = "",
+) -> None:
     """Keep a result in a file whose suffix says how: data, a figure or a film.
 
     | result | suffixes |
     |---|---|
-    | `ShapeReport`, or a sequence of them | .json, .npz, .csv, .svg, .png, .pdf |
+    | `ShapeReport`, a sequence of them, `ShapeBatch` | .json, .npz, .csv, .svg, .png, .pdf |
     | `Plan` | .json, to be sent or played; .svg, .png, .pdf, .gif |
     | `Loading`, `LoadMap` | .json, .svg, .png, .pdf |
     | `SnapFall` | .gif, .svg, .png, .pdf |
-    | `SweepReport` | .csv; .svg, .png and .pdf over one key or two |
+    | `SweepReport` | .json, .npz, .csv; .svg, .png and .pdf over one key or two |
 
-    Curves of shapes have `points` points, 201 if it is None. Raises InvalidInput for a suffix that does not suit the
-    result, or a file that exists, unless `force` is given; MissingExtra for a figure without matplotlib.
+    Curves of shapes and sweeps have `points` points, as many as their settings say (201) if it is None. `plot` is what
+    the figure of a sweep over one key shows: a number of the rows such as "energy_mJ", "mean_height_mm" if it is empty.
+    Raises InvalidInput for a suffix that does not suit the result, or a file that exists, unless `force` is given;
+    MissingExtra for a figure without matplotlib.
     """
     from curveline.outputs import write_output, write_sweep
     from curveline.simulation.sweep_report import SweepReport
 
     if isinstance(result, SweepReport):
-        write_sweep(path, result, force=force)
+        write_sweep(path, result, points=points, plot=plot, force=force)
         return
+    if plot:
+        raise InvalidInput(f"{plot}: what is plotted is chosen for the figure of a sweep only", "leave plot out")
     kind, content = _kept(result, path, points)
     write_output(kind, path, content, force=force)
 
@@ -262,6 +277,7 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
     from curveline.outputs import FALL, LOADING, PLAN, PLAN_FILE, SIMULATION
     from curveline.plan_file import Plan
     from curveline.simulation.results import ShapeReport
+    from curveline.simulation.shape_batch import ShapeBatch
 
     if isinstance(result, Plan):
         is_plan = PLAN.suffix_of(path) == PLAN_FILE
@@ -270,6 +286,8 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
         return LOADING, (result,)
     if isinstance(result, SnapFall):
         return FALL, (result,)
+    if isinstance(result, ShapeBatch):
+        result = result.reports
     reports = [result] if isinstance(result, ShapeReport) else result
     if isinstance(reports, Sequence) and reports and all(isinstance(each, ShapeReport) for each in reports):
         return SIMULATION, ([each.with_points(points) for each in reports],)

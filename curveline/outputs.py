@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -23,7 +23,6 @@ Encoder = Callable[..., bytes]
 PICTURES = (".svg", ".png", ".pdf")
 FILM = ".gif"
 PLAN_FILE = ".json"
-ROWS = ".csv"
 
 
 @dataclass(frozen=True)
@@ -124,26 +123,6 @@ def write_output(kind: ResultKind, path: AnyPath, content: Sequence[object], *, 
     write_file(path, kind.encoder(kind.suffix_of(path))(*content), force=force)
 
 
-def write_sweep(path: AnyPath, report: SweepReport, *, force: bool = False) -> None:
-    """Write a sweep that is done: its rows, or a figure; InvalidInput for what needs more than was kept of it."""
-    from curveline.simulation.results import Settings
-
-    suffix = SWEEP.suffix_of(path)
-    if suffix in PICTURES:
-        if report.shown is None:
-            raise InvalidInput("a figure shows a sweep over one key or two", "write .csv, or sweep over fewer keys")
-        from curveline.figures.sweeps import draw
-
-        write_file(path, draw(report.shown, suffix.removeprefix(".")), force=force)
-    elif suffix == ROWS:
-        with NewFile(path, force=force) as file:
-            make: Callable[..., SweepFile] = SWEEP.encoder(suffix)  # type: ignore[assignment]
-            make(file, report.sweep, Settings()).take([tuple(row.values()) for row in report.rows])
-    else:
-        hint = f"write {ROWS}; `curveline simulate --sweep -o {os.fspath(path)}` writes it while points come in"
-        raise InvalidInput(f"{os.fspath(path)}: the curves of a sweep are not kept", hint)
-
-
 @contextmanager
 def open_sweep(
     path: AnyPath, sweep: Sweep, settings: Settings, *, plot: str = "", force: bool = False
@@ -160,3 +139,15 @@ def open_sweep(
         sweep_file = make(file, sweep, settings)
         yield sweep_file
         sweep_file.finish()
+
+
+def write_sweep(
+    path: AnyPath, report: SweepReport, *, points: int | None = None, plot: str = "", force: bool = False
+) -> None:
+    """Write a sweep that is done, as `open_sweep` does while its points come in; `points` of a curve if it is given."""
+    if plot and SWEEP.suffix_of(path) not in PICTURES:
+        raise InvalidInput(f"{plot}: what is plotted is chosen for the figure of a sweep only", "leave plot out")
+    settings = report.settings if points is None else replace(report.settings, points=points)
+    with open_sweep(path, report.sweep, settings, plot=plot, force=force) as file:
+        for point in report.points:
+            file.take(file.make(point.task, point.report.with_points(points)))

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -131,3 +132,86 @@ def test_who_listens_is_told_of_a_key_that_would_be_committed() -> None:
     curveline.new_keys("keys.json", notes)
     (told,) = notes.told
     assert told.startswith("warning: keys.json holds the site's key")
+
+
+PAIR = ("level-up-peak", "level-up-valley")
+
+
+def without(value: Any, *keys: str) -> Any:
+    """Plain data without what is another one each time."""
+    if isinstance(value, dict):
+        return {key: without(each, *keys) for key, each in value.items() if key not in keys}
+    return [without(each, *keys) for each in value] if isinstance(value, list) else value
+
+
+def test_many_shapes_are_simulated_on_several_processes(said: Said) -> None:
+    heard = Notes()
+    Path("turned.toml").write_text((SHAPES / "level-up-peak.toml").read_text().replace("30.0", "0.52"))
+    Path("broken.toml").write_text("name = 3\n")
+    shapes = [*PAIR, "broken.toml", curveline.read_shape("roofline"), "turned.toml"]
+    batch = curveline.simulate_many(shapes, curveline.Settings(points=11), jobs=2, listener=heard)
+    assert [each.shape for each in batch][:3] == [*PAIR, "broken.toml"]
+    assert [each.is_as_wanted for each in batch] == [True, True, False, True, True]
+    assert list(batch.failed) == ["broken.toml"]
+    assert batch[2].report is None
+    assert isinstance(batch[2].error, InvalidInput)
+    assert heard.told[0].startswith("turned.toml: is angle_deg in radians?")
+    lines = said("simulate", *PAIR, "--json", "-p", 11).splitlines()
+    assert [without(each.document(), "seconds", "argv") for each in batch.reports[:2]] == [
+        without(document(line), "seconds", "argv") for line in lines
+    ]
+    curveline.write(batch, "all.csv")
+    curveline.write(batch.reports, "same.csv")
+    assert Path("all.csv").read_text() == Path("same.csv").read_text()
+    assert Path("all.csv").read_text().count("\nlevel-up-valley,1,valley,") == 11
+
+
+def test_a_shape_without_its_state_is_advised_and_explained(said: Said) -> None:
+    Path("flat.toml").write_text((SHAPES / "level-up-peak.toml").read_text().replace('"peak"', '"valley"', 1))
+    Path("flat.toml").write_text(Path("flat.toml").read_text().replace("30.0", "60.0"))
+    (answer,) = curveline.simulate_many(["flat.toml"])
+    assert not answer.is_as_wanted
+    assert answer.advice
+    done = CliRunner().invoke(app, ["simulate", "flat.toml"])
+    assert answer.advice[0].split(",")[0] in " ".join(done.stderr.split())
+    (segment,) = curveline.simulate("level-up-peak")
+    explained = " ".join(said("simulate", "level-up-peak", "--explain").split())
+    assert all(sentence in explained for sentence in curveline.explain(segment))
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_sweep_is_kept_in_every_file_of_the_command(said: Said, jobs: int) -> None:
+    settings = curveline.Settings(points=7)
+    report = curveline.sweep("level-up-peak", {"nodes.1.angle_deg": (0.0, 30.0, 3)}, settings, jobs)
+    files = [f"there.{suffix}" for suffix in ("json", "npz", "csv", "svg")]
+    words = [word for file in files for word in ("-o", file)]
+    said("simulate", "level-up-peak", "--sweep", "nodes.1.angle_deg=0:30:3", "-p", 7, "--plot", "energy_mJ", *words)
+    for file in files:
+        curveline.write(report, file.replace("there", "here"), plot="energy_mJ" if file.endswith("svg") else "")
+    assert Path("here.csv").read_text() == Path("there.csv").read_text()
+    here, there = (
+        [without(document(line), "seconds", "argv") for line in Path(name).read_text().splitlines()]
+        for name in ("here.json", "there.json")
+    )
+    assert here == there
+    with np.load("here.npz") as mine, np.load("there.npz") as its:
+        assert mine["curve_mm"].shape == (len(report.rows), 7, 2)
+        assert {*mine} == {*its}
+        for name in {*mine} - {"settings"}:
+            assert np.array_equal(mine[name], its[name]), name
+    assert "energy" in Path("here.svg").read_text()
+    assert [dict(point.swept) for point in report.points] == [{"nodes.1.angle_deg": angle} for angle in (0, 15, 30)]
+    curveline.write(report, "coarse.npz", points=3)
+    with np.load("coarse.npz") as coarse:
+        assert coarse["curve_mm"].shape[1] == 3
+
+
+def test_what_cannot_be_plotted_is_refused() -> None:
+    report = curveline.sweep("level-up-peak", {"nodes.1.angle_deg": (0.0, 30.0, 2)})
+    with pytest.raises(InvalidInput, match="states have no such number"):
+        curveline.write(report, "x.svg", plot="colour")
+    with pytest.raises(InvalidInput, match="for the figure of a sweep only"):
+        curveline.write(report, "x.csv", plot="energy_mJ")
+    with pytest.raises(InvalidInput, match="for the figure of a sweep only"):
+        curveline.write(report.points[0].report, "x.svg", plot="energy_mJ")
+    assert not list(Path().iterdir())

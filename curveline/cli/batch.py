@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
 from curveline.cli.printing import failures, screen, terminal
 from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.progress_bar import Bar
-from curveline.cli.remarks import remark_on
+from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_NO, EXIT_USAGE, CurvelineError, InvalidInput
 from curveline.outputs import SIMULATION, write_output
-from curveline.shapes import files
-from curveline.simulation.batch import Order, Simulated, Task, jobs_for, line_of, report_of, run
+from curveline.simulation.batch import Order, Simulated, Task, jobs_for, line_of, report_of, run, tasks_of
 from curveline.simulation.results import Settings, ShapeReport
 
 
@@ -35,7 +34,7 @@ def run_batch(shapes: Sequence[str], request: BatchRequest) -> int:
     # The documents are made where the states were found; reports come along only if somebody looks at them.
     makers = [*([line_of] if request.as_json else []), *([] if request.as_json and not request.files else [report_of])]
     order = Order(request.settings, tuple(makers))
-    answers = run(tasks_of(shapes), order, jobs_for(request.jobs, len(shapes)), len(shapes))
+    answers = run(tasks_of(shapes, TERMINAL), order, jobs_for(request.jobs, len(shapes)), len(shapes))
     with closing(answers), Bar("simulating", len(shapes)) as bar:
         for number, (task, answer) in enumerate(answers, start=1):
             with terminal.aside():
@@ -44,19 +43,6 @@ def run_batch(shapes: Sequence[str], request: BatchRequest) -> int:
     batch.write_files()
     batch.sum_up()
     return batch.exit_code
-
-
-def tasks_of(shapes: Sequence[str]) -> Iterator[Task]:
-    """Every shape file read, or what is wrong with it."""
-    for path in shapes:
-        try:
-            scene = files.read_shape(path)
-        except CurvelineError as error:
-            yield Task(path, error)
-            continue
-        remark_on(path, scene)
-        screen.announce_compilation()
-        yield Task(path, scene)
 
 
 class _Batch:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from curveline.cli import consent
 from curveline.cli.printing import plan_text, run_text, screen
-from curveline.cli.remarks import remark_on_each
 from curveline.cli.terminal import TERMINAL
 from curveline.drive_settings import DEFAULT_DISPLAY
 from curveline.driving.dry_run import DrySite, dry_run_of
@@ -21,6 +20,7 @@ from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, InvalidInput,
 from curveline.plan_file import Plan
 from curveline.radio.host.actions import Policy
 from curveline.radio.host.link import Control, OperatorRequest
+from curveline.shapes.radians import tell_of_radians
 
 if TYPE_CHECKING:
     from curveline.driving.run_result import RunResult
@@ -64,7 +64,7 @@ def wish_of_named(named: Named, runs: Path, *, touched: bool = False) -> Wish:
             "--touched is for shapes and for --home: this plan is made already", "send the shape instead"
         )
     if isinstance(wish, Tour):
-        remark_on_each(wish.scenes)
+        tell_of_radians(wish.scenes, TERMINAL)
     return wish
 
 

@@ -9,10 +9,11 @@ from typing import Any
 from curveline.cli.batch import BatchRequest
 from curveline.cli.printing import failures, screen, terminal
 from curveline.cli.printing.progress_bar import Bar
-from curveline.cli.remarks import remark_on
+from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_NO, CurvelineError, InvalidInput
 from curveline.outputs import PICTURES, SWEEP, open_sweep
 from curveline.rod._jit import clock
+from curveline.shapes.radians import tell_of_radians
 from curveline.simulation.batch import Maker, Order, Simulated, Task, jobs_for, line_of, run
 from curveline.simulation.sweep import Sweep, SweepTally, digests
 from curveline.simulation.sweep_view import view_of
@@ -35,7 +36,7 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchReques
     if any(SWEEP.suffix_of(path) in PICTURES for path in request.files):
         # Refused now, not when all points have been simulated.
         view_of(sweep, plot)
-    remark_on(shapes[0], sweep.file.scene)
+    tell_of_radians([sweep.file.scene], TERMINAL)
     with Bar("checking", len(sweep)) as bar:
         sweep.check(bar.reach)
     screen.announce_compilation()

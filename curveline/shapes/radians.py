@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
+from curveline.listening import Listener
 from curveline.scene import Scene
 from curveline.units import to_deg
 
@@ -35,3 +36,10 @@ def remark_on_radians(scene: Scene) -> str:
     ask, say = ("is", "it is") if len(odd) == 1 else ("are", "they are")
     keys, other = " and ".join(odd), f"{first:g} rad would be {to_deg(first):.4g} deg"
     return f"{ask} {keys} in radians? {say} taken as degrees: {other}"
+
+
+def tell_of_radians(scenes: Iterable[Scene], listener: Listener) -> None:
+    """Tell, once per file, of what is odd about the angles of shapes."""
+    for path, scene in {scene.path or scene.name: scene for scene in scenes}.items():
+        if sentence := remark_on_radians(scene):
+            listener.note(f"{path}: {sentence}")

@@ -8,19 +8,24 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import time
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
 from curveline.errors import CurvelineError
+from curveline.listening import SILENT, Listener
 from curveline.rod import _jit
 from curveline.rod.models.choice import SearchRequest
 from curveline.scene import Scene
+from curveline.shapes.files import read_shape
+from curveline.shapes.radians import tell_of_radians
 from curveline.simulation.advice import advice_on
 from curveline.simulation.results import Settings, ShapeReport, document
 from curveline.simulation.simulate import simulate
+from curveline.system.files import AnyPath
 from curveline.system.portable import cores
 
 MANY = 400
@@ -86,6 +91,20 @@ def run(tasks: Iterable[Task], order: Order, jobs: int, total: int) -> Answers:
     work: partial[Simulated | CurvelineError] = partial(perform, order)
     with _jit.shared_cache(), Workers(work, min(jobs, max(1, total))) as workers:
         yield from workers.map(pending, total)
+
+
+def tasks_of(shapes: Iterable[AnyPath | Scene], listener: Listener = SILENT) -> Iterator[Task]:
+    """Every shape under the path or name that it goes by: its scene, read if it is in a file, or what is wrong."""
+    for shape in shapes:
+        label = shape.path or shape.name if isinstance(shape, Scene) else os.fspath(shape)
+        try:
+            scene = shape if isinstance(shape, Scene) else read_shape(shape)
+        except CurvelineError as error:
+            yield Task(label, error)
+            continue
+        tell_of_radians([scene], listener)
+        listener.computing()
+        yield Task(label, scene)
 
 
 def perform(order: Order, task: Task) -> Simulated | CurvelineError:

@@ -61,6 +61,10 @@ class ShapeReport:
         """One sentence for every model that was asked for and leaves out more than the tolerance."""
         return tuple(self._remarks())
 
+    def document(self) -> Document:
+        """What `curveline simulate --json` prints of the shape, as plain data."""
+        return document(self)
+
     def with_points(self, points: int | None) -> ShapeReport:
         """The same, with curves of `points` points in its files; unchanged for None."""
         return self if points is None else replace(self, settings=replace(self.settings, points=points))

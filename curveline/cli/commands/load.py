@@ -11,7 +11,7 @@ import typer
 
 from curveline.cli.options import RESULTS, BriefOption, ForceOption, JsonOption
 from curveline.cli.printing import screen
-from curveline.cli.remarks import remark_on
+from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_NO, InvalidInput
 
 if TYPE_CHECKING:
@@ -163,6 +163,7 @@ def load(
     from curveline.loading.snap_through import Loading
     from curveline.outputs import LOADING, write_output
     from curveline.shapes.files import read_shape
+    from curveline.shapes.radians import tell_of_radians
 
     if over_all:
         _check_map(at=at, film=film)
@@ -171,7 +172,7 @@ def load(
     files = [path for path in output or () if path != "-"]
     _check_files(files, film, force=force)
     scene = read_shape(shape)
-    remark_on(shape, scene)
+    tell_of_radians([scene], TERMINAL)
     index = _index(segment, len(scene.segments))
     push = Push(
         index,

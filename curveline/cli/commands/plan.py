@@ -98,11 +98,11 @@ def plan(
 
 def _made(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
     """A plan that was worked out before, or one through some shapes, and home."""
-    from curveline.cli.remarks import remark_on_each
     from curveline.cli.terminal import TERMINAL
     from curveline.driving.tours import Whereabouts, plan_tour, tour_of
     from curveline.plan_file import Plan
     from curveline.shapes.inputs import read_inputs
+    from curveline.shapes.radians import tell_of_radians
 
     if not paths and (begin is None or not goes_home):
         raise InvalidInput("no shape to plan", "name shapes, or the one that is shown: --from SHAPE --home")
@@ -112,7 +112,7 @@ def _made(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
     if isinstance(given, Plan):
         return given
     tour = tour_of(given, ends_home=goes_home)
-    remark_on_each(given)
+    tell_of_radians(given, TERMINAL)
     if begin is None:
         return plan_tour(tour, Whereabouts(), TERMINAL)
     from curveline.planning.tours import start_at
