@@ -36,6 +36,11 @@ def in_words(states: Sequence[str]) -> str:
     return ", ".join(state if count == 1 else f"{count} x {state}" for count, state in found)
 
 
+def counted(number: int, noun: str) -> str:
+    """A number of things: `1 item`, `2 items`."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
 def spans(numbers: Iterable[int]) -> str:
     """Whole numbers, rising, with those in a row joined: `1-4, 7`."""
     parts: list[list[int]] = []

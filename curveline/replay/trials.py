@@ -10,6 +10,7 @@ from typing import Any
 
 from curveline.listening import SILENT, Listener
 from curveline.notebook import html_of
+from curveline.phrases import counted
 from curveline.replay.monte_carlo import CONFIDENCE, Errors, MonteCarloOutcome, Setup, Share, run_trials, summarise
 from curveline.simulation.batch import jobs_for
 from curveline.units import to_deg, to_mm
@@ -40,6 +41,17 @@ class Trials:
         """How many runs ended as wanted in all segments, and its interval."""
         return self.outcome.total
 
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Sentences: why runs failed, and how many did so."""
+        return tuple(f"{counted(reason.runs, 'run')}: {reason}" for reason in self.outcome.reasons)
+
+    def summary(self) -> str:
+        """The answer as one sentence."""
+        low, high = self.share.interval
+        played = f"{self.share.count} of {counted(self.share.runs, 'run')} with errors as wanted"
+        return f"{self.setup.plan.name}: {played}, {100.0 * low:.1f} to {100.0 * high:.1f} % with 95 % confidence"
+
     def _repr_html_(self) -> str:
         rows = [
             (number, name, share.count, share.runs, share.value, *share.interval)
@@ -48,7 +60,9 @@ class Trials:
             )
         ]
         head = ("segment", "wanted", "ended so", "runs", "share", "95 % from", "to")
-        return html_of(f"{self.setup.plan.name}: {self.request.runs} runs with errors", [head, *rows])
+        worst = self.outcome.worst
+        again = [] if worst is None else [f"seed {worst.seed} fails with the smallest errors"]
+        return html_of(self.summary(), [head, *rows], remarks=[*self.reasons, *again])
 
     def document(self) -> dict[str, Any]:
         """The same as plain data: equal for equal seeds, however many processes there were."""

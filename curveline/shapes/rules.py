@@ -9,10 +9,11 @@ import math
 from collections.abc import Iterator
 
 from curveline.drive_settings import MAX_EDGES_PER_S
+from curveline.phrases import counted
 from curveline.scene import Display, Range, Vector
 from curveline.shapes.key_units import unit_of
 from curveline.shapes.rod_rules import check_rod
-from curveline.shapes.toml_document import Document, counted, shown
+from curveline.shapes.toml_document import Document, shown
 from curveline.shapes.toml_location import KeyPath
 from curveline.units import between, beyond, deg, rounded_down, rounded_up, to_deg, to_mm, told_apart
 

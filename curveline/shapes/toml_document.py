@@ -12,6 +12,7 @@ from typing import Any, NoReturn, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from curveline.errors import Diagnostic, InvalidInput
+from curveline.phrases import counted
 from curveline.shapes.key_units import unit_of
 from curveline.shapes.toml_fault import TomlFault
 from curveline.shapes.toml_location import MAX_DEPTH, KeyPath, TomlMap
@@ -213,11 +214,6 @@ def nearest(word: object, known: list[str]) -> str:
     """The first part of a hint: the known word that was probably meant; empty if there is none."""
     close = get_close_matches(str(word)[:100], known, n=1)
     return f"did you mean {close[0]}? " if close else ""
-
-
-def counted(number: int, noun: str) -> str:
-    """A number of things: `1 item`, `2 items`."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _explain(path: KeyPath, details: Mapping[str, Any]) -> tuple[str, str, str]:

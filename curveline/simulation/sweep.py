@@ -12,10 +12,11 @@ from difflib import get_close_matches
 from typing import NamedTuple
 
 from curveline.errors import InvalidInput
+from curveline.phrases import counted
 from curveline.rod.states.equilibrium import Outcome
 from curveline.scene import Scene
 from curveline.shapes.files import ShapeFile
-from curveline.shapes.toml_document import counted, shown
+from curveline.shapes.toml_document import shown
 from curveline.shapes.toml_location import KeyPath
 from curveline.simulation.batch import Task
 from curveline.simulation.results import ShapeReport

@@ -73,7 +73,8 @@ def plan(
     bend too tightly or need more than the motors give.
 
     With --monte-carlo the plan is played many times with errors of the nodes, and the share of runs that end in the
-    wanted states is reported. --json then prints one object with `plan` and `monte_carlo`; -o always writes the plan.
+    wanted states is reported. --json then prints one object with `plan` and `monte_carlo`, --brief that share alone; -o
+    always writes the plan.
     """
     from curveline.cli.printing.plan_text import describe
     from curveline.plan_file import to_json
@@ -89,7 +90,7 @@ def plan(
     is_piped = len(files) < len(output or ())
     if is_piped or (json and request is None):
         screen.result(to_json(made).rstrip("\n"))
-    elif not json:
+    elif not json and (request is None or not brief):
         screen.result("\n".join(describe(made)))
     if request is not None:
         share = trials.perturb(made, request, as_json=json and not is_piped, aside=is_piped)

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from textwrap import wrap
 
 from curveline.cli.printing import screen
+from curveline.cli.printing.manner import MANNER
+from curveline.phrases import counted
 from curveline.replay.monte_carlo import Share
 from curveline.replay.trials import Trials, sizes_of
 
@@ -16,16 +18,19 @@ HEAD = ("segment", "wanted", "ended so", "share %", "95 % confidence")
 
 def describe(trials: Trials) -> Iterator[str]:
     """Lines of text: shares with their intervals, why runs failed, and the errors that were drawn."""
+    if MANNER.is_brief:
+        yield trials.summary()
+        return
     request, outcome = trials.request, trials.outcome
     seeds = f"seed {request.seed}" + (f" to {request.seed + request.runs - 1}" if request.runs > 1 else "")
-    yield screen.paint(f"{_counted(request.runs)} with errors, {seeds}", screen.BOLD, sys.stdout)
+    yield screen.paint(f"{counted(request.runs, 'run')} with errors, {seeds}", screen.BOLD, sys.stdout)
     rows = [HEAD]
     for number, (name, share) in enumerate(zip(trials.setup.plan.wanted, outcome.segments, strict=True), start=1):
         rows.append((str(number), name, *_share_cells(share)))
     if len(outcome.segments) > 1:
         rows.append(("all", "", *_share_cells(outcome.total)))
     yield from screen.table(rows, frozenset({0, 1}))
-    yield from (f"{_counted(reason.runs)}: {reason}" for reason in outcome.reasons)
+    yield from trials.reasons
     if outcome.worst is not None:
         seed = outcome.worst.seed
         yield f"seed {seed} fails with the smallest errors; again: --monte-carlo 1 --seed {seed}"
@@ -33,10 +38,6 @@ def describe(trials: Trials) -> Iterator[str]:
     yield from wrap(f"errors: {sizes}", COLUMNS)
     processes = f"{trials.jobs} process{'' if trials.jobs == 1 else 'es'}"
     yield f"{trials.seconds:.1f} s on {processes}, {request.runs / trials.seconds:.0f} runs per second"
-
-
-def _counted(runs: int) -> str:
-    return f"{runs} run{'' if runs == 1 else 's'}"
 
 
 def _share_cells(share: Share) -> tuple[str, str, str]:
