@@ -17,7 +17,7 @@ from curveline.listening import SILENT, Listener
 if TYPE_CHECKING:
     from curveline.displays.check import DisplayCheck
     from curveline.driving.halting import Halting
-    from curveline.driving.logbook import Entry
+    from curveline.driving.logbook import RunLog
     from curveline.driving.runs import Run
     from curveline.driving.status import DisplayStatus
     from curveline.loading.falling import SnapFall
@@ -223,14 +223,20 @@ def runs(folder: Path | str | None = None, display: str = "") -> Iterator[Run]:
     return read_runs(runs_folder() if folder is None else Path(folder), display)
 
 
-def log(run: Run | Path | str) -> list[Entry]:
-    """The log of a run, or of one by its folder: when which step was released and done, what stopped it, who went on.
+def log(run: Run | Path | str, folder: Path | str | None = None) -> RunLog:
+    """The log of a run: when which step was released and done, what stopped it, who went on with it.
 
+    `run` is one of `runs`, the folder of one, its name, or "last", the one that was begun last; names are looked for in
+    `folder`, by default the user's. What comes back is a sequence of entries, with the `run` and its raw `records`.
     Raises InvalidInput for a record that is not there or is damaged.
     """
-    from curveline.driving.logbook import read_log
+    from curveline.driving.logbook import read_log, run_named
+    from curveline.driving.runs import Run
+    from curveline.radio.host.journal import runs_folder
 
-    return read_log(Path(run) if isinstance(run, Path | str) else run.folder)
+    if isinstance(run, Run):
+        return read_log(run.folder)
+    return read_log(run_named(os.fspath(run), runs_folder() if folder is None else Path(folder)))
 
 
 def write(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
+import time
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import TypeVar
@@ -39,6 +40,11 @@ def in_words(states: Sequence[str]) -> str:
 def counted(number: int, noun: str) -> str:
     """A number of things: `1 item`, `2 items`."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def local_time(moment: float | None) -> str:
+    """A time of day [s since 1970] as text."""
+    return "unknown time" if moment is None else time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(moment))
 
 
 def spans(numbers: Iterable[int]) -> str:

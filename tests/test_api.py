@@ -260,7 +260,8 @@ def test_a_dry_run_is_planned_from_where_the_mock_stands_and_sends_nothing(sessi
     entries = curveline.log(run)
     assert entries[0].what.startswith("begun")
     assert curveline.log(str(run.folder)) == entries
-    with pytest.raises(InvalidInput, match="no such file"):
+    assert curveline.log("last", session.folder) == curveline.log(run.name, session.folder) == entries
+    with pytest.raises(InvalidInput, match="there is no run 'nowhere'"):
         curveline.log("nowhere")
 
 

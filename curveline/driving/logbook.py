@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from curveline._version import __version__
 from curveline.drive_settings import DEFAULT_DISPLAY
-from curveline.driving.runs import advice_of, cause_of, moment, text
-from curveline.radio.host.journal import FILE_NAME, read_journal
+from curveline.driving.runs import LAST, Run, advice_of, cause_of, moment, read_run, text
+from curveline.errors import InvalidInput
+from curveline.notebook import html_of
+from curveline.phrases import local_time
+from curveline.radio.host.journal import FILE_NAME, find_run, read_journal
+from curveline.radio.host.run_folder import folder_names
 
 DEEPEST = 20
 """Lists within lists that a record has at most; ours have three."""
@@ -26,9 +31,57 @@ class Entry:
     hint: str = ""  # what to do about it
 
 
-def read_log(run: Path) -> list[Entry]:
+@dataclass(frozen=True)
+class RunLog:
+    """A run and its log: a sequence of entries, in the order in which they were written."""
+
+    run: Run  # as its record tells it
+    records: tuple[Mapping[str, Any], ...]  # as they are in the record
+
+    @property
+    def entries(self) -> list[Entry]:
+        """The records in words, one entry each."""
+        return log_of(self.records)
+
+    def __iter__(self) -> Iterator[Entry]:
+        return iter(self.entries)
+
+    def __len__(self) -> int:
+        return len(self.records)
+
+    def __getitem__(self, index: int) -> Entry:
+        return self.entries[index]
+
+    def _repr_html_(self) -> str:
+        rows = [(local_time(each.at), each.step or "", each.what, each.hint) for each in self]
+        return html_of(f"{self.run.name} {self.run.ended}", [("at", "step", "what", "hint"), *rows])
+
+    def document(self) -> dict[str, Any]:
+        """The run and its records as plain data."""
+        return {"curveline": __version__, **self.run.document(), "records": plain(list(self.records))}
+
+
+def read_log(folder: Path) -> RunLog:
     """The log of the run in a folder; InvalidInput for a record that is not there or is damaged."""
-    return log_of(read_journal(run / FILE_NAME))
+    return RunLog(read_run(folder), tuple(read_journal(folder / FILE_NAME)))
+
+
+def log_if_any(folder: Path) -> RunLog:
+    """The log of the run in a folder, without entries if its record cannot be read."""
+    try:
+        return read_log(folder)
+    except InvalidInput:
+        return RunLog(read_run(folder), ())
+
+
+def run_named(name: str, runs: Path) -> Path:
+    """The folder of the run that is meant, by its folder or its name; `last` is the one that was begun last."""
+    names = folder_names(runs, FILE_NAME)
+    if name != LAST:
+        return runs / name if name in names else find_run(runs, name)
+    if not names:
+        raise InvalidInput(f"there is no run in {runs}", "send a plan or a shape first")
+    return runs / names[0]
 
 
 def log_of(records: Sequence[Mapping[str, Any]]) -> list[Entry]:

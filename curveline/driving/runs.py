@@ -15,6 +15,8 @@ from typing import Any
 from curveline.driving.interrupted import plan_of, resuming
 from curveline.driving.live import LIVE_NAME, read_live
 from curveline.errors import InvalidInput
+from curveline.notebook import html_of
+from curveline.phrases import local_time
 from curveline.radio.host.journal import FILE_NAME, is_open, read_journal
 from curveline.radio.host.resume import FINAL, SEND_AGAIN, resume_point
 from curveline.radio.host.run_folder import folder_names
@@ -96,6 +98,11 @@ class Run:
             RunEnding.NOT_BEGUN: "never began" + (f": {self.reason}" if self.reason else ""),
             RunEnding.DAMAGED: f"is damaged: {self.reason}",
         }[self.ending]
+
+    def _repr_html_(self) -> str:
+        head = ("display", "plan", "began", "how it ended", "to go on")
+        row = (self.display, self.plan, local_time(self.began), self.ended, self.command or self.advice)
+        return html_of(self.name, [head, row])
 
     def document(self) -> dict[str, Any]:
         """The run as plain data; what is not known is null."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 
 from curveline.cli.printing import node_table
@@ -10,7 +9,7 @@ from curveline.cli.printing.manner import MANNER
 from curveline.driving.rod_report import rod_lines
 from curveline.driving.run_result import RunResult
 from curveline.driving.runs import Run, RunEnding
-from curveline.phrases import wrapped
+from curveline.phrases import local_time, wrapped
 
 
 def describe(result: RunResult) -> Iterator[str]:
@@ -29,11 +28,6 @@ def lines(run: Run) -> list[str]:
         return [f"{run.name}: {run.ending.value}, {how_far}{', can go on' if run.can_resume else ''}"]
     told = [line for sentence in (_what(run), run.ended, _advice(run)) for line in wrapped(sentence, 2)]
     return [run.name, *told, *([f"  to go on: {run.command}"] if run.can_resume else [])]
-
-
-def local_time(moment: float | None) -> str:
-    """A time of day [s since 1970] as text."""
-    return "unknown time" if moment is None else time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(moment))
 
 
 def _what(run: Run) -> str:
