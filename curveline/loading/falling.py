@@ -15,6 +15,7 @@ import numpy as np
 from curveline.errors import Infeasible, InvalidInput
 from curveline.loading.pushes import ROUGH, Stand
 from curveline.loading.snap_through import LOST, UNKNOWN, Loading, SnapThrough, before
+from curveline.notebook import html_of, svg_of
 from curveline.rod.problem import Array
 from curveline.rod.spatial.dynamics import FallMotion, Fate, StepControl, fall, kicked, lead, medium_of
 from curveline.rod.spatial.energy import Shape, SpatialRod, positions
@@ -66,6 +67,14 @@ class SnapFall:
     segment: SpatialSegment
     motion: FallMotion
     name: str
+
+    def _repr_svg_(self) -> str | None:
+        return svg_of("curveline.figures.falls:draw", self)
+
+    def _repr_html_(self) -> str:
+        head = ("falls under N", "comes to rest in", "how it ends")
+        row = (self.force, self.name, self.motion.fate.value)
+        return html_of(self.loading.scene.name, [head, row], self._repr_svg_())
 
 
 def fall_of(loading: Loading, progress: Callable[[int], object] = lambda _: None) -> SnapFall:

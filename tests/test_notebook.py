@@ -1,0 +1,131 @@
+"""What results show of themselves in a notebook: whole HTML and SVG, and nothing of a user's that acts as such."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import api_reference
+import pytest
+
+import curveline
+from curveline.notebook import html_of
+from curveline.shapes.files import builtin_text
+
+HOSTILE = '<b onclick="x()">&amp; $x_{1}$ \\alpha</b>'
+"""A name that is legal, and would be markup, an entity and a formula if anything took it for that."""
+SVG = "{http://www.w3.org/2000/svg}"
+DRAWN = {"LoadMap", "Loading", "Plan", "ShapeReport", "SnapFall", "SweepReport"}
+TABLES = {
+    "Adoption",
+    "DisplayCheck",
+    "DisplayStatus",
+    "DryRun",
+    "Halting",
+    "Run",
+    "RunLog",
+    "RunResult",
+    "ScanResult",
+    "SegmentStates",
+    "ShapeBatch",
+    "SiteFile",
+    "Trials",
+}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Any]]:
+    """One result of every kind, by the name of its class, all of a shape and a display of a hostile name."""
+    folder = tmp_path_factory.mktemp("hostile")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setenv("CURVELINE_KEYS", str(folder / "<i>keys.json"))
+        named = f"name = '{HOSTILE}'"
+        (folder / "mine.toml").write_text(builtin_text("single").replace('name = "single"', named))
+        shape = curveline.builtin_shapes()["level-up-peak"].read_text()
+        shape = shape.replace('name = "level-up-peak"', named).replace('"single"', '"mine.toml"')
+        (folder / "shape.toml").write_text(shape)
+        yield {type(each).__name__: each for each in made(folder / "runs")}
+
+
+def made(runs: Path) -> Iterator[Any]:
+    shape = "shape.toml"
+    yield (report := curveline.simulate(shape))
+    yield report[0]
+    yield curveline.simulate_many([shape, "<i>nowhere.toml"])
+    yield curveline.sweep(shape, {"nodes.1.angle_deg": (0.0, 30.0, 2)})
+    yield (plan := curveline.plan(shape))
+    yield curveline.monte_carlo(plan, curveline.TrialsRequest(runs=5, errors=curveline.Errors(feed=0.1)))
+    yield (loading := curveline.load(shape, curveline.Push(at=0.4, step=4.0)))
+    yield curveline.fall(loading)
+    yield curveline.load_map(shape, points=3)
+    yield curveline.check_display("mine.toml")
+    curveline.new_keys()
+    with curveline.connect("mock:keys", "mine.toml", runs=runs) as session:
+        yield (adoption := session.find_devices())
+        yield adoption.record()
+        yield session.status()
+        yield session.scan()
+        yield session.dry_run(plan)
+        yield session.send(plan)
+        yield session.stop()
+        yield next(session.runs())
+    yield curveline.log("last", runs)
+
+
+def parsed(markup: str) -> ElementTree.Element:
+    """The tree of HTML that is also XML; an error if a tag is left open, or a character stands for markup."""
+    return ElementTree.fromstring(markup)
+
+
+def test_every_kind_is_looked_at(results: dict[str, Any]) -> None:
+    assert set(results) == DRAWN | TABLES
+    offered = [getattr(curveline, name) for name in api_reference.public_names()]
+    kinds = [*(each for each in offered if isinstance(each, type)), *api_reference.classes(offered)]
+    assert {kind.__name__ for kind in kinds if hasattr(kind, "_repr_html_")} == DRAWN | TABLES
+
+
+@pytest.mark.parametrize("kind", sorted(DRAWN | TABLES))
+def test_html_is_whole_and_names_are_text(results: dict[str, Any], kind: str) -> None:
+    html = results[kind]._repr_html_()
+    tree = parsed(html)
+    (table,) = tree.iter("table")
+    widths = {len(row) for row in table}
+    assert len(table) > 1
+    assert len(widths) == 1, widths
+    tags = {element.tag for element in tree.iter() if not element.tag.startswith("{")}
+    assert tags <= {"div", "b", "table", "tr", "th", "td"}
+    assert not [element for element in tree.iter("b") if element.attrib]
+    assert "<i>" not in html
+    assert "<script" not in html
+
+
+@pytest.mark.parametrize("kind", sorted(DRAWN))
+def test_figures_are_whole_and_names_are_text(results: dict[str, Any], kind: str) -> None:
+    svg = results[kind]._repr_svg_()
+    tree = parsed(svg)
+    assert tree.tag == f"{SVG}svg"
+    assert not [element for element in tree.iter() if element.tag == f"{SVG}script" or "onclick" in element.attrib]
+    words = " ".join("".join(text.itertext()) for text in tree.iter(f"{SVG}text"))
+    assert HOSTILE[:12] in words
+
+
+@pytest.mark.parametrize("kind", ["DisplayCheck", "Plan", "ShapeReport", "Trials"])
+def test_titles_have_the_name_as_it_is(results: dict[str, Any], kind: str) -> None:
+    title = next(parsed(results[kind]._repr_html_()).iter("b")).text or ""
+    assert HOSTILE in title
+
+
+def test_what_goes_wrong_is_told_below(results: dict[str, Any]) -> None:
+    assert "&lt;i&gt;nowhere.toml: there is no such file" in results["ShapeBatch"]._repr_html_()
+    trials = results["Trials"]
+    assert trials.reasons
+    shown = "".join(parsed(trials._repr_html_()).itertext())
+    assert all(each in shown for each in (*trials.reasons, trials.summary(), "fails with the smallest errors"))
+
+
+def test_all_that_is_given_is_escaped() -> None:
+    html = html_of(HOSTILE, [(HOSTILE, 1.23456), (HOSTILE, None)], remarks=[HOSTILE])
+    assert [text for text in parsed(html).itertext() if text not in ("1.235", "None")] == [HOSTILE] * 4
