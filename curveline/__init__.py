@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from curveline.api import stop as stop
     from curveline.api import sweep as sweep
     from curveline.api import write as write
+    from curveline.bench.measuring import measure as measure
+    from curveline.bench.measuring import measure_link as measure_link
     from curveline.driving.run_listener import RunListener as RunListener
     from curveline.driving.session import connect as connect
     from curveline.driving.site_keys import new_keys as new_keys
@@ -59,6 +61,7 @@ _HOMES = {
     "explain": "simulation.explanation",
     **dict.fromkeys(("sweep", "plan", "monte_carlo", "load", "load_map", "fall"), "api"),
     "check_display": "api",
+    **dict.fromkeys(("measure", "measure_link"), "bench.measuring"),
     "connect": "driving.session",
     **dict.fromkeys(("status", "stop", "runs", "log", "write"), "api"),
     **dict.fromkeys(("new_keys", "read_keys", "node_image"), "driving.site_keys"),

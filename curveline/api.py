@@ -255,6 +255,7 @@ def write(
     | `Plan` | .json, to be sent or played; .svg, .png, .pdf, .gif |
     | `Loading`, `LoadMap` | .json, .svg, .png, .pdf |
     | `SnapFall` | .gif, .svg, .png, .pdf |
+    | `BenchReport` | .json, .svg, .png, .pdf |
     | `SweepReport` | .json, .npz, .csv; .svg, .png and .pdf over one key or two |
 
     Curves of shapes and sweeps have `points` points, as many as their settings say (201) if it is None. `plot` is what
@@ -276,11 +277,12 @@ def write(
 
 def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> tuple[ResultKind, Sequence[object]]:
     """The kind of a result, and what its encoders take."""
+    from curveline.bench.report import BenchReport
     from curveline.displays.of_plan import display_of
     from curveline.loading.falling import SnapFall
     from curveline.loading.load_map import LoadMap
     from curveline.loading.snap_through import Loading
-    from curveline.outputs import FALL, LOADING, PLAN, PLAN_FILE, SIMULATION
+    from curveline.outputs import FALL, LOADING, PLAN, PLAN_FILE, SIMULATION, TRADE
     from curveline.plan_file import Plan
     from curveline.simulation.results import ShapeReport
     from curveline.simulation.shape_batch import ShapeBatch
@@ -290,8 +292,8 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
         return PLAN, (result,) if is_plan else (result, display_of(result), lambda done: None)
     if isinstance(result, Loading | LoadMap):
         return LOADING, (result,)
-    if isinstance(result, SnapFall):
-        return FALL, (result,)
+    if isinstance(result, SnapFall | BenchReport):
+        return FALL if isinstance(result, SnapFall) else TRADE, (result,)
     if isinstance(result, ShapeBatch):
         result = result.reports
     reports = [result] if isinstance(result, ShapeReport) else result

@@ -19,7 +19,7 @@ LEFT_TO_RIGHT = """
 _version errors units phrases listening notebook sections scene system drive_settings plan_file shapes
 rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
-simulation loading planning replay displays figures outputs driving notebook_listener api bench/methods bench
+simulation loading planning replay displays figures outputs driving notebook_listener bench/methods bench api
 cli/printing cli cli/commands cli/app
 """
 ROOMS = LEFT_TO_RIGHT.split()

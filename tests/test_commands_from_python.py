@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,10 @@ import pytest
 from typer.testing import CliRunner
 
 import curveline
+from curveline.bench import measuring, trade
+from curveline.bench.measurement import Measurement
+from curveline.bench.methods import cases
+from curveline.bench.methods.own import OWN, Method
 from curveline.cli.app import app
 from curveline.errors import InvalidInput
 from curveline.shapes.files import builtin_text
@@ -215,3 +220,40 @@ def test_what_cannot_be_plotted_is_refused() -> None:
     with pytest.raises(InvalidInput, match="for the figure of a sweep only"):
         curveline.write(report.points[0].report, "x.svg", plot="energy_mJ")
     assert not list(Path().iterdir())
+
+
+def test_the_benchmark_measures_what_the_command_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    figure = Measurement("one state", 3.0, "us", "< 2", "from a guess")
+    asked: list[Sequence[str]] = []
+
+    def goals(shapes: Sequence[str]) -> Iterator[Measurement]:
+        asked.append(shapes)
+        yield figure
+
+    monkeypatch.setattr(measuring, "goals", goals)
+    methods = [Method(**{**vars(OWN[0]), "settings": OWN[0].settings[:2]})]
+    monkeypatch.setattr(measuring, "trade_jobs", lambda shapes: trade.jobs([cases.shapes(shapes)], methods))
+    file = str(curveline.builtin_shapes()["level-up-peak"])
+    heard: list[int] = []
+
+    class Counting(curveline.Listener):
+        @contextmanager
+        def progress(self, what: str, total: int | None) -> Iterator[Callable[[int], object]]:
+            yield heard.append
+
+    report = curveline.measure([file], listener=Counting())
+    assert (asked, list(report.rows)) == ([[file]], [figure])
+    assert [point.setting for point in report.points] == list(methods[0].settings)
+    assert heard == [1, 0, 1]
+    curveline.write(report, "trade.json")
+    assert document(Path("trade.json").read_text()) == report.document()
+    curveline.write(report, "trade.svg")
+    assert curveline.measure([file], quick=True).points == []
+    curveline.measure(quick=True)
+    assert len(asked[-1]) == len([name for name in curveline.builtin_shapes() if "-" in name]) > 1
+
+
+def test_the_link_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    figure = Measurement("polls", 100.0, "/s", "", "model")
+    monkeypatch.setattr(measuring.link, "rows", lambda: [figure])
+    assert curveline.measure_link() == [figure]

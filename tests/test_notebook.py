@@ -11,13 +11,16 @@ import api_reference
 import pytest
 
 import curveline
+from curveline.bench.measurement import Measurement
+from curveline.bench.report import BenchReport
+from curveline.bench.trade import TradePoint
 from curveline.notebook import html_of
 from curveline.shapes.files import builtin_text
 
 HOSTILE = '<b onclick="x()">&amp; $x_{1}$ \\alpha</b>'
 """A name that is legal, and would be markup, an entity and a formula if anything took it for that."""
 SVG = "{http://www.w3.org/2000/svg}"
-DRAWN = {"LoadMap", "Loading", "Plan", "ShapeReport", "SnapFall", "SweepReport"}
+DRAWN = {"BenchReport", "LoadMap", "Loading", "Plan", "ShapeReport", "SnapFall", "SweepReport"}
 TABLES = {
     "Adoption",
     "DisplayCheck",
@@ -73,6 +76,8 @@ def made(runs: Path) -> Iterator[Any]:
         yield session.stop()
         yield next(session.runs())
     yield curveline.log("last", runs)
+    point = TradePoint(HOSTILE, "planar", "one level", 1.0, "edges", 10, 0.1, 1e-3, 1e-4, 2.0, right=1, cases=1)
+    yield BenchReport([Measurement(HOSTILE, 1.0, "us", "< 2", HOSTILE)], [point])
 
 
 def parsed(markup: str) -> ElementTree.Element:

@@ -12,11 +12,11 @@ RELATIONS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operat
 class Measurement:
     """`value` in `unit`, the goal it is held against, such as `< 100`, empty if none, and how it was taken."""
 
-    name: str
+    name: str  # of what is measured
     value: float
     unit: str
-    goal: str
-    how: str
+    goal: str  # a relation and a number, empty if there is none
+    how: str  # it was taken
 
     @property
     def is_missed(self) -> bool:

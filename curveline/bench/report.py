@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from curveline._version import __version__
 from curveline.bench.measurement import Measurement
 from curveline.bench.trade import TradePoint
+from curveline.notebook import html_of, svg_of
 
 PACKAGES = ("numpy", "scipy", "numba", "pyelastica", "mujoco")
 
@@ -20,8 +21,20 @@ PACKAGES = ("numpy", "scipy", "numba", "pyelastica", "mujoco")
 class BenchReport(NamedTuple):
     """The rows that are held against goals, and the points of the trade."""
 
-    rows: Sequence[Measurement]
-    points: Sequence[TradePoint]
+    rows: Sequence[Measurement]  # held against goals
+    points: Sequence[TradePoint]  # of the trade
+
+    def document(self) -> dict[str, Any]:
+        """What was measured, and what on, as plain data."""
+        return document(self)
+
+    def _repr_svg_(self) -> str | None:
+        return svg_of("curveline.bench.trade_figure:draw", self) if self.points else None
+
+    def _repr_html_(self) -> str:
+        missed = sum(row.is_missed for row in self.rows)
+        rows = [(row.name, row.value, row.unit, row.goal, row.how) for row in self.rows]
+        return html_of(f"{missed} goals missed", [("figure", "value", "unit", "goal", "how"), *rows], self._repr_svg_())
 
 
 def document(report: BenchReport) -> dict[str, Any]:

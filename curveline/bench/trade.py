@@ -36,19 +36,19 @@ class TradePoint:
     `right` of `cases` led to the wanted state; the figures are theirs. `order` is fitted over the method's settings.
     """
 
-    scenes: str
-    model: str
-    method: str
-    setting: float | None
-    unit: str
-    vertices: int | None = None
-    error_mm: float | None = None
-    seconds: float | None = None
-    seconds_per_vertex: float | None = None
+    scenes: str  # the set of cases, by name
+    model: str  # by name
+    method: str  # by name
+    setting: float | None  # of the method
+    unit: str  # of the setting
+    vertices: int | None = None  # the most over the cases
+    error_mm: float | None = None  # [mm], the largest over the cases
+    seconds: float | None = None  # [s], the median over the cases
+    seconds_per_vertex: float | None = None  # [s], the median over the cases
     order: float | None = None
-    pareto: bool = False
+    pareto: bool = False  # whether nothing else beats it in both
     right: int = 0
-    cases: int = 0
+    cases: int = 0  # how many there are
     note: str = ""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -52,21 +52,25 @@ def bench(
     if output and (link or quick):
         raise InvalidInput("--output writes the trade, which --link and --quick leave out", "leave one of them out")
     if link:
-        rows = _show_rows(_link_figures(), hidden=json)
+        from curveline.bench import link as radio_link
+
+        rows = _show_rows(radio_link.rows(), hidden=json)
         if json:
             screen.emit({"rows": [vars(row) for row in rows]})
         return
+    from curveline.bench.measuring import own_shapes
+    from curveline.bench.quick import quick as goals
     from curveline.bench.report import BenchReport, document
     from curveline.outputs import TRADE, check_output, write_output
     from curveline.system.given_files import is_stream
 
     for path in output or ():
         check_output(TRADE, path, force=force)
-    files = [str(path) for path in shapes or _own_shapes()]
+    files = [str(path) for path in shapes or own_shapes()]
     if any(map(is_stream, files)):
         raise InvalidInput("shapes are read many times here, and what is piped in only once", "name files")
     screen.announce_compilation()
-    rows = _show_rows(_quick_figures(files), hidden=json)
+    rows = _show_rows(goals(files), hidden=json)
     points = [] if quick else _show_trade(files, hidden=json)
     if json:
         screen.emit(document(BenchReport(rows, points)))
@@ -95,38 +99,16 @@ def _show_rows(rows: Iterable[Measurement], *, hidden: bool) -> list[Measurement
 
 def _show_trade(files: Sequence[str], *, hidden: bool) -> list[TradePoint]:
     """The points of the trade, shown set by set as they are measured."""
-    from curveline.bench import trade
-    from curveline.bench.methods import cases
-    from curveline.bench.methods.own import OWN
-    from curveline.bench.methods.peers import PEERS
+    from curveline.bench.measuring import trade_jobs
+    from curveline.bench.trade import measure
     from curveline.cli.printing.trade_table import progress, table
 
-    jobs = trade.jobs([cases.shapes(files), cases.clamps(), cases.random()], [*OWN, *PEERS])
     points: list[TradePoint] = []
-    for job in jobs:
+    for job in trade_jobs(files):
         # The bar is gone before the table is printed, which may go to the same terminal.
         with progress(job.steps) as told:
-            measured = trade.measure(job, told)
+            measured = measure(job, told)
         points += measured
         if not hidden:
             screen.result("\n" + "\n".join(table(measured)))
     return points
-
-
-def _quick_figures(files: Sequence[str]) -> Iterator[Measurement]:
-    from curveline.bench.quick import quick
-
-    yield from quick(files)
-
-
-def _link_figures() -> Iterator[Measurement]:
-    from curveline.bench import link
-
-    yield from link.rows()
-
-
-def _own_shapes() -> list[Path]:
-    """The paper's shapes, which are built in: of one segment, named condition and state."""
-    from curveline.shapes.library import builtin_shapes
-
-    return [file for name, file in builtin_shapes().items() if "-" in name]
