@@ -173,9 +173,8 @@ def load(
     _check_files(files, film, force=force)
     scene = read_shape(shape)
     tell_of_radians([scene], TERMINAL)
-    index = _index(segment, len(scene.segments))
     push = Push(
-        index,
+        _index(segment, len(scene.segments)),
         0.5 if at is None else at,
         direction,
         step_n or 0.0,
