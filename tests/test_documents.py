@@ -221,6 +221,25 @@ def test_every_class_in_the_glossary_exists() -> None:
     assert named <= known, named - known
 
 
+ON_THE_AIR = ("radio-protocol.md", "security.md", "dongle-protocol.md")
+"""Pages on which a session is one host with one node under one key."""
+
+
+def test_the_two_kinds_of_session_have_two_names() -> None:
+    for page in (ROOT / "docs").rglob("*.md"):
+        text = page.read_text()
+        if page.name in ON_THE_AIR:
+            bare = re.findall(r'(?i)(?<!radio )(?<!")\bsessions?\b(?! key)', text)
+            assert not bare, page
+        elif page.name != "glossary.md":
+            assert "radio session" not in text, page
+    glossary = (ROOT / "docs" / "glossary.md").read_text()
+    assert [word.count("session") for word in re.findall(r"^\| ((?:radio )?session) \|", glossary, re.MULTILINE)] == [
+        1,
+        1,
+    ]
+
+
 def test_every_part_that_is_made_is_put_in() -> None:
     for page in (ROOT / "docs").rglob("*.md"):
         name = str(page.relative_to(ROOT / "docs"))

@@ -14,6 +14,7 @@ EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 SAYS = {
     "dry_run_in_ci": "sent: done, the rod shows peak",
     "loop_over_shapes": "level-up-peak: peak, valley; the peak has",
+    "new_display": "2 of 2 shapes as wanted",
     "own_display": "arch: ",
     "plot": "wrote shapes.svg and plan.svg",
     "sweep_to_pandas": "nodes.1.angle_deg  lowest_eigenvalue  energy_mJ",

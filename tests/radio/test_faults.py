@@ -68,7 +68,7 @@ HALTING = [
     ),
     Row("off=1@step2", Cause.SILENT, 1, r"node 1 does not answer any more, for 6\.\d s", "power and antenna"),
     Row("silence=2@step2", Cause.HELD, 2, "node 2 heard nothing for longer than its dead-man time", "resume the run"),
-    Row("taken=1@step2", Cause.TAKEN, 1, "node 1 no longer obeys this session", "only one host"),
+    Row("taken=1@step2", Cause.TAKEN, 1, "node 1 no longer obeys this radio session", "only one host"),
     Row("jam@step2", Cause.DEAF, 0, "no node answers any more, for", "jamming"),
     Row("gone@step2", None, 0, "the radio does not answer this computer any more", "plug it in again"),
     Row(

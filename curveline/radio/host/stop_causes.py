@@ -66,7 +66,7 @@ class Cause(Enum):
         "nodes over that stand still",
     )
     TAKEN = (
-        "node {node} no longer obeys this session; another host may have taken it over",
+        "node {node} no longer obeys this radio session; another host may have taken it over",
         "only one host may send at a time; find the other one, then send the shape again: that plans from where the "
         "display stands",
     )
@@ -162,7 +162,7 @@ class Cause(Enum):
         "free space on the disk of the runs folder, or set CURVELINE_RUNS to another one",
     )
     WORN = (
-        "this run has been paused and resumed as often as one session allows",
+        "this run has been paused and resumed as often as one radio session allows",
         "send the shape again from where the display stands",
     )
     UNTAKEN = (
