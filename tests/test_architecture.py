@@ -20,7 +20,7 @@ _version errors units phrases listening notebook sections scene system drive_set
 rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
 simulation loading planning replay displays figures outputs driving notebook_listener bench/methods bench api
-cli/printing cli cli/commands cli/app
+cli/printing cli/printing/progress cli/printing/help cli/printing/reports cli cli/commands cli/app
 """
 ROOMS = LEFT_TO_RIGHT.split()
 """The folders and modules of the package, each of which may import those to its left."""
@@ -73,7 +73,7 @@ def room_of(path: Path) -> str:
     *folders, _ = path.relative_to(ROOT).parts
     if path == ROOT / "cli" / "app.py":
         return "cli/app"
-    return "/".join(folders[:2] if folders[:1] == ["cli"] else folders) or part_of(path)
+    return "/".join(folders[:2] if folders[:2] == ["cli", "commands"] else folders) or part_of(path)
 
 
 def file_of(name: str) -> Path | None:

@@ -17,7 +17,7 @@ from curveline.bench.methods.peers import PEERS
 from curveline.bench.report import BenchReport
 from curveline.bench.trade import TradePoint
 from curveline.bench.trade_figure import draw
-from curveline.cli.printing.trade_table import measured, table
+from curveline.cli.printing.reports.trade_table import measured, table
 from curveline.rod.planar.elastica import clamped_arch
 from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod
 from curveline.rod.states.planar_states import find_states

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import curveline
-from curveline.cli.printing import load_report
+from curveline.cli.printing.reports import load_report
 from curveline.figures import loads
 from curveline.loading.load_map import load_map
 from curveline.loading.pushes import Push, most_on, stand_of

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from curveline.cli.printing.plan_text import describe
+from curveline.cli.printing.reports.plan_text import describe
 from curveline.drive_settings import drive_settings
 from curveline.errors import InvalidInput
 from curveline.plan_file import MARKER, NodeTarget, Plan, Step, from_json, seal_of, sealed, to_json

@@ -30,8 +30,8 @@ from curveline.cli.commands.runs import show as show_run
 from curveline.cli.misuse import misuse_of
 from curveline.cli.printing import failures, manner, screen, terminal
 from curveline.cli.printing.failures import Interrupted
-from curveline.cli.printing.help_pages import HelpCommand, HelpGroup
-from curveline.cli.printing.ticker import patience
+from curveline.cli.printing.help.help_pages import HelpCommand, HelpGroup
+from curveline.cli.printing.progress.ticker import patience
 from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError, LinkError, SystemRefusal
 from curveline.system.portable import is_hang_up
 from curveline.system.refusals import hint_of, message_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from curveline.cli.printing import failures, screen, terminal
 from curveline.cli.printing.manner import MANNER
-from curveline.cli.printing.progress_bar import Bar
+from curveline.cli.printing.progress.progress_bar import Bar
 from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_NO, EXIT_USAGE, CurvelineError, InvalidInput
 from curveline.outputs import SIMULATION, write_output
@@ -105,7 +105,7 @@ class _Batch:
 
 
 def _show(report: ShapeReport, *, drawn: bool) -> None:
-    from curveline.cli.printing.state_table import describe, sketch
+    from curveline.cli.printing.reports.state_table import describe, sketch
 
     screen.result("\n".join(describe(report)))
     if MANNER.is_brief:

@@ -6,7 +6,7 @@ from typing import Any
 
 import typer
 
-from curveline.cli.printing.parameters import choices_of, name_of, values_of
+from curveline.cli.printing.help.parameters import choices_of, name_of, values_of
 from curveline.cli.usage import in_words
 from curveline.errors import InvalidInput
 

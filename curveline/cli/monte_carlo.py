@@ -106,7 +106,7 @@ def perturb(plan: Plan, request: TrialsRequest, *, as_json: bool, aside: bool) -
 
     It goes to stdout, or with `aside` to stderr, where the plan itself is on stdout.
     """
-    from curveline.cli.printing.trials_text import describe
+    from curveline.cli.printing.reports.trials_text import describe
     from curveline.displays.of_plan import display_of
     from curveline.plan_file import to_json
     from curveline.replay.monte_carlo import Setup

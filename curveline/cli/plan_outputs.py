@@ -25,13 +25,13 @@ def write_outputs(plan: Plan, paths: Sequence[str], *, force: bool) -> None:
 
 def _draw(plan: Plan, path: str, *, force: bool) -> None:
     """Write a figure or a film of a plan."""
-    from curveline.cli.printing.progress_bar import Bar
+    from curveline.cli.printing.progress.progress_bar import Bar
     from curveline.cli.terminal import TERMINAL
     from curveline.displays.of_plan import display_of
     from curveline.figures import planfilms, plans
 
     is_film = PLAN.suffix_of(path) == FILM
     display = display_of(plan, TERMINAL)
-    screen.announce_compilation()
+    TERMINAL.computing()
     with Bar("film, parts" if is_film else "figure, parts", (planfilms if is_film else plans).parts_of(plan)) as bar:
         write_output(PLAN, path, (plan, display, bar.reach), force=force)

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from curveline.cli import consent
-from curveline.cli.printing import plan_text, run_text, screen
+from curveline.cli.printing import screen
+from curveline.cli.printing.reports import plan_text, run_text
 from curveline.cli.terminal import TERMINAL
 from curveline.drive_settings import DEFAULT_DISPLAY
 from curveline.driving.dry_run import DrySite, dry_run_of
@@ -79,7 +80,7 @@ def _name_of(display: str | None) -> str:
 
 def rehearse(wish: Wish, means: Means, *, as_json: bool) -> None:
     """Print what would be staged."""
-    from curveline.cli.printing import frame_table
+    from curveline.cli.printing.reports import frame_table
 
     dry = dry_run_of(wish, DrySite(means.spec, means.runs, means.touched, TERMINAL))
     if as_json:

@@ -8,7 +8,7 @@ from typing import Any
 
 from curveline.cli.batch import BatchRequest
 from curveline.cli.printing import failures, screen, terminal
-from curveline.cli.printing.progress_bar import Bar
+from curveline.cli.printing.progress.progress_bar import Bar
 from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_NO, CurvelineError, InvalidInput
 from curveline.outputs import PICTURES, SWEEP, open_sweep
@@ -39,7 +39,7 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchReques
     tell_of_radians([sweep.file.scene], TERMINAL)
     with Bar("checking", len(sweep)) as bar:
         sweep.check(bar.reach)
-    screen.announce_compilation()
+    TERMINAL.computing()
     tally = SweepTally.of(len(sweep.file.scene.segments))
     jobs = jobs_for(request.jobs, len(sweep))
     begin = clock()
@@ -83,7 +83,7 @@ def _take(task: Task, answer: Simulated | CurvelineError, sinks: Sequence[Sink],
 def _sum_up(sweep: Sweep, tally: SweepTally, request: BatchRequest, cost: tuple[float, int]) -> None:
     """The screen, if results are not elsewhere, and beside it how many points are as asked for."""
     if not request.as_json:
-        from curveline.cli.printing.sweep_overview import describe
+        from curveline.cli.printing.reports.sweep_overview import describe
 
         seconds, jobs = cost
         screen.result("\n".join(describe(sweep, tally, request.settings)))

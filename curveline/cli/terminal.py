@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from curveline.cli.printing import screen
-from curveline.cli.printing.progress_bar import Bar
+from curveline.cli.printing.progress.progress_bar import Bar
 from curveline.driving.run_listener import RunListener
 from curveline.listening import Heard
 from curveline.system.portable import STOP_SIGNALS
@@ -27,7 +27,9 @@ class Terminal(RunListener):
 
     def computing(self) -> None:
         """See Listener."""
-        screen.announce_compilation()
+        from curveline.cli.printing.progress.compiling import announce_compilation
+
+        announce_compilation()
 
     @contextmanager
     def progress(self, what: str, total: int | None) -> Iterator[Heard]:
@@ -38,7 +40,7 @@ class Terminal(RunListener):
     @contextmanager
     def sending(self, plan: Plan, control: Control) -> Iterator[Observer]:
         """See Listener."""
-        from curveline.cli.printing.run_progress import watch
+        from curveline.cli.printing.progress.run_progress import watch
 
         with _signals(control), watch(plan, control) as shown:
             yield shown

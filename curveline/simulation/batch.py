@@ -20,7 +20,7 @@ from curveline.listening import SILENT, Listener
 from curveline.rod import _jit
 from curveline.rod.models.choice import SearchRequest
 from curveline.scene import Scene
-from curveline.shapes.files import read_shape
+from curveline.shapes import files
 from curveline.shapes.radians import tell_of_radians
 from curveline.simulation.advice import advice_on
 from curveline.simulation.results import Settings, ShapeReport, document
@@ -98,7 +98,7 @@ def tasks_of(shapes: Iterable[AnyPath | Scene], listener: Listener = SILENT) -> 
     for shape in shapes:
         label = shape.path or shape.name if isinstance(shape, Scene) else os.fspath(shape)
         try:
-            scene = shape if isinstance(shape, Scene) else read_shape(shape)
+            scene = shape if isinstance(shape, Scene) else files.read_shape(shape)
         except CurvelineError as error:
             yield Task(label, error)
             continue

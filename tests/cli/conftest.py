@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from curveline.cli.app import main
-from curveline.cli.printing import compiling, screen
+from curveline.cli.printing.progress import compiling
 from curveline.drive_settings import drive_settings
 from curveline.plan_file import NodeTarget, Plan, Step, sealed, write_plan
 from curveline.rod import _jit
@@ -61,7 +61,7 @@ def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "no-config"))
     monkeypatch.setattr(_jit, "FIRST_RUN", False)
     monkeypatch.setattr(compiling.Announcement, "_heard", lambda self: None)
-    screen.announce_compilation.cache_clear()
+    compiling.announce_compilation.cache_clear()
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from curveline.cli.printing import screen
+from curveline.cli.printing.progress import compiling
 from curveline.displays.capability import TOO_HARD, TOO_STIFF, TOO_TIGHT, Ability, Held, held_lengths, leaving, too_much
 from curveline.displays.lint import suspicions
 from curveline.radio.protocol.codes import POSITION_LIMIT
@@ -299,5 +299,5 @@ def test_kernels_are_announced_before_they_are_compiled(run: Run, monkeypatch: p
     from curveline.rod import _jit
 
     monkeypatch.setattr(_jit, "FIRST_RUN", True)
-    screen.announce_compilation.cache_clear()
+    compiling.announce_compilation.cache_clear()
     assert "compiling" in run("display", "check", "single").err

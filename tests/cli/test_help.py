@@ -13,7 +13,7 @@ from typer.main import get_command
 
 from curveline.cli.app import app
 from curveline.cli.printing import terminal
-from curveline.cli.printing.examples import EXAMPLES
+from curveline.cli.printing.help.examples import EXAMPLES
 
 from .conftest import Run
 

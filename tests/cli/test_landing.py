@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from curveline.cli.printing import run_progress
+from curveline.cli.printing.progress import run_progress
 from curveline.plan_file import NodeTarget, Plan, read_plan, sealed, write_plan
 from curveline.radio.host.actions import Policy
 from curveline.radio.host.journal import Journal, new_run

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from curveline.cli.printing import load_report
+from curveline.cli.printing.reports import load_report
 from curveline.loading import load_map, snap_through
 from curveline.loading.pushes import Push, Stand
 from curveline.loading.snap_through import Limit, limit_of, load

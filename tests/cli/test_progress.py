@@ -17,8 +17,9 @@ from curveline.bench.measurement import Measurement
 from curveline.cli import consent
 from curveline.cli.app import main
 from curveline.cli.commands import status
-from curveline.cli.printing import compiling, screen, terminal, ticker
-from curveline.cli.printing.trade_table import measured
+from curveline.cli.printing import screen, terminal
+from curveline.cli.printing.progress import compiling, ticker
+from curveline.cli.printing.reports.trade_table import measured
 from curveline.rod import _jit
 from curveline.rod._jit import COMPILATION, clock
 from curveline.shapes import files
@@ -56,7 +57,7 @@ def test_kernels_are_counted_on_a_terminal_while_they_are_compiled(
 ) -> None:
     terminal.begin()
     with here(monkeypatch) as text:
-        screen.announce_compilation()
+        compiling.announce_compilation()
         compile_for(0.3)
         time.sleep(0.1)
         screen.result("an answer")
@@ -72,14 +73,14 @@ def test_kernels_are_counted_on_a_terminal_while_they_are_compiled(
 def test_the_line_of_the_kernels_goes_when_they_are_done(monkeypatch: pytest.MonkeyPatch, compilation: None) -> None:
     terminal.begin()
     with here(monkeypatch) as text:
-        screen.announce_compilation()
+        compiling.announce_compilation()
         compile_for(0.1)
         time.sleep(0.2)
     assert text[0].endswith(" s\r\x1b[J")
 
 
 def test_elsewhere_a_sentence_says_that_they_are(compilation: None, capsys: pytest.CaptureFixture[str]) -> None:
-    screen.announce_compilation()
+    compiling.announce_compilation()
     assert capsys.readouterr().err == ""
     compile_for(0.1)
     compile_for(0.1)

@@ -26,7 +26,7 @@ SHAPE = SHAPES / "level-up-peak.toml"
 @pytest.fixture
 def asking(monkeypatch: pytest.MonkeyPatch):
     """Ask for something as soon as a step has begun, once, as somebody at the keyboard would."""
-    from curveline.cli.printing import run_progress
+    from curveline.cli.printing.progress import run_progress
 
     def ask(request: OperatorRequest, step: int) -> None:
         plain, asked = run_progress.Lines.__call__, []

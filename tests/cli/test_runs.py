@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from curveline.cli.printing import run_progress
+from curveline.cli.printing.progress import run_progress
 from curveline.plan_file import sealed, write_plan
 from curveline.radio.host.journal import read_journal
 from curveline.radio.host.link import OperatorRequest, Progress

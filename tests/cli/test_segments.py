@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from curveline.cli.printing import run_progress
-from curveline.cli.printing.plan_text import describe
+from curveline.cli.printing.progress import run_progress
+from curveline.cli.printing.reports.plan_text import describe
 from curveline.drive_settings import drive_settings
 from curveline.driving.promises import promise
 from curveline.driving.rod_report import rod_lines

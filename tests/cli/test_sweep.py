@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from curveline.cli.printing import progress_bar, terminal
+from curveline.cli.printing import terminal
+from curveline.cli.printing.progress import progress_bar
 from curveline.rod import _jit
 from curveline.simulation import batch
 from curveline.system import workers

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from curveline.cli.app import main
-from curveline.cli.printing import node_table
+from curveline.cli.printing.reports import node_table
 from curveline.drive_settings import drive_settings
 from curveline.plan_file import write_plan
 from curveline.radio.host.node_status import NodeStatus

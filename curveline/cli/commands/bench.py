@@ -10,8 +10,9 @@ import typer
 
 from curveline.cli.options import ForceOption, JsonOption
 from curveline.cli.printing import screen
-from curveline.cli.printing.ticker import patience
-from curveline.cli.printing.trade_table import measured, missed
+from curveline.cli.printing.progress.ticker import patience
+from curveline.cli.printing.reports.trade_table import measured, missed
+from curveline.cli.terminal import TERMINAL
 from curveline.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def bench(
     files = [str(path) for path in shapes or own_shapes()]
     if any(map(is_stream, files)):
         raise InvalidInput("shapes are read many times here, and what is piped in only once", "name files")
-    screen.announce_compilation()
+    TERMINAL.computing()
     rows = _show_rows(goals(files), hidden=json)
     points = [] if quick else _show_trade(files, hidden=json)
     if json:
@@ -101,7 +102,7 @@ def _show_trade(files: Sequence[str], *, hidden: bool) -> list[TradePoint]:
     """The points of the trade, shown set by set as they are measured."""
     from curveline.bench.measuring import trade_jobs
     from curveline.bench.trade import measure
-    from curveline.cli.printing.trade_table import progress, table
+    from curveline.cli.printing.reports.trade_table import progress, table
 
     points: list[TradePoint] = []
     for job in trade_jobs(files):

@@ -157,7 +157,7 @@ def load(
     With --film the shape is shown as it is pushed, snaps and falls with its inertia into the state where it lands,
     slowed down so that it can be watched.
     """
-    from curveline.cli.printing import load_report
+    from curveline.cli.printing.reports import load_report
     from curveline.loading.pushes import Push
     from curveline.loading.results import to_json
     from curveline.loading.snap_through import Loading
@@ -183,7 +183,7 @@ def load(
         model.value,
         tuple(sys.argv[1:]),
     )
-    screen.announce_compilation()
+    TERMINAL.computing()
     found = load_report.found(scene, push, points or load_report.MAP_POINTS if over_all else None)
     if json or len(files) < len(output or ()):
         screen.result(to_json(found).decode().rstrip("\n"))
@@ -228,7 +228,7 @@ def _index(segment: int | None, count: int) -> int:
 
 def _film(loading: Loading, path: str, *, force: bool) -> None:
     """Film the fall of a pushed shape, or draw it; Infeasible if it does not snap."""
-    from curveline.cli.printing.progress_bar import Bar
+    from curveline.cli.printing.progress.progress_bar import Bar
     from curveline.figures import falls
     from curveline.loading.falling import PARTS, fall_of
     from curveline.outputs import FALL, FILM, write_output

@@ -76,7 +76,7 @@ def plan(
     wanted states is reported. --json then prints one object with `plan` and `monte_carlo`, --brief that share alone; -o
     always writes the plan.
     """
-    from curveline.cli.printing.plan_text import describe
+    from curveline.cli.printing.reports.plan_text import describe
     from curveline.plan_file import to_json
 
     files = [path for path in output or () if path != "-"]

@@ -17,7 +17,7 @@ from curveline.cli.options import (
     runs_folder,
 )
 from curveline.cli.printing import screen
-from curveline.cli.printing.watching import watching
+from curveline.cli.printing.progress.watching import watching
 from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_LINK, InvalidInput
 
@@ -64,7 +64,7 @@ def status(
 
 def _scan(session: Session, *, tests_chips: bool, as_json: bool) -> int:
     """Ask every address, show the answers, and return the exit code."""
-    from curveline.cli.printing.status_text import UNTESTED, describe_radio_test, describe_scan
+    from curveline.cli.printing.reports.status_text import UNTESTED, describe_radio_test, describe_scan
 
     scan = session.scan(tests_chips=tests_chips)
     if as_json:
@@ -77,7 +77,7 @@ def _scan(session: Session, *, tests_chips: bool, as_json: bool) -> int:
 
 
 def _show(status: DisplayStatus, *, as_json: bool) -> None:
-    from curveline.cli.printing.status_text import describe
+    from curveline.cli.printing.reports.status_text import describe
 
     if as_json:
         screen.emit(status.document())
@@ -87,7 +87,7 @@ def _show(status: DisplayStatus, *, as_json: bool) -> None:
 
 def _watch(session: Session, *, as_json: bool) -> None:
     """Ask for ever; Ctrl-C ends it. While somebody who tells nothing has the display, say so and wait."""
-    from curveline.cli.printing.status_text import describe
+    from curveline.cli.printing.reports.status_text import describe
     from curveline.radio.interface import InUse
 
     is_waiting = False

@@ -6,7 +6,6 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from functools import cache
 from typing import Any, TextIO
 
 from curveline.cli.printing import terminal
@@ -120,11 +119,3 @@ def _label(label: str, colour: str, text: str) -> None:
     """Text after a label in colour."""
     first, *rest = _wrapped(f"{label} {text}")
     _say([paint(label, colour, sys.stderr) + first[len(label) :], *rest])
-
-
-@cache
-def announce_compilation() -> None:
-    """Say once why the very first run takes long, before it does."""
-    from curveline.cli.printing import compiling
-
-    compiling.announce(note)

@@ -9,6 +9,7 @@ import typer
 from curveline.cli import completion
 from curveline.cli.options import JsonOption
 from curveline.cli.printing import screen
+from curveline.cli.terminal import TERMINAL
 
 
 def check(
@@ -28,12 +29,12 @@ def check(
     left for the tails, the reach of the motors in encoder counts, the lengths of rod that they hold between level
     nodes, and a warning for everything that is legal but looks odd.
     """
-    from curveline.cli.printing.display_report import describe
+    from curveline.cli.printing.reports.display_report import describe
     from curveline.displays.check import check_of
     from curveline.shapes.files import given_display
 
     display = given_display(file)
-    screen.announce_compilation()
+    TERMINAL.computing()
     checked = check_of(display)
     if json:
         screen.emit(checked.document())

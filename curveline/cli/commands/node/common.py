@@ -28,7 +28,7 @@ def session_of(radio: str | None, display: str, runs: str | None) -> Session:
 
 def show_report(node: OneNode, report: ReportFrame, *, as_json: bool) -> NodeStatus:
     """Print what a node said, and give it back in words."""
-    from curveline.cli.printing.one_node_text import describe
+    from curveline.cli.printing.reports.one_node_text import describe
 
     if as_json:
         screen.emit(node.document(report))

@@ -67,7 +67,7 @@ def _ask(number: int, axes: list[str]) -> None:
 
 def _home(node: OneNode, axes: Iterable[str]) -> ReportFrame:
     """Home, with a line once the node has begun, and another one about how it stands if that is cut short."""
-    from curveline.cli.printing.one_node_text import describe
+    from curveline.cli.printing.reports.one_node_text import describe
     from curveline.radio.protocol.codes import NodeState
 
     told: list[NodeState] = []

@@ -42,7 +42,7 @@ def listing(
             raise InvalidInput("options before a command of `curveline runs` mean nothing", hint)
         return
     from curveline._version import __version__
-    from curveline.cli.printing.run_text import lines
+    from curveline.cli.printing.reports.run_text import lines
     from curveline.driving.runs import read_runs
     from curveline.shapes.files import given_display
 

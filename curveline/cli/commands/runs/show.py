@@ -24,7 +24,7 @@ def show(
     runs: RunsOption = None,
 ) -> None:
     """Show the log of a run: when which step was released and done, what stopped it, and who went on with it."""
-    from curveline.cli.printing.run_text import lines
+    from curveline.cli.printing.reports.run_text import lines
     from curveline.driving.logbook import log_if_any, run_named
     from curveline.driving.runs import RunEnding
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from curveline.cli.printing import node_table, screen
+from curveline.cli.printing import screen
+from curveline.cli.printing.reports import node_table
 from curveline.driving.live import Sender
 from curveline.driving.scanning import ScanResult
 from curveline.driving.status import DisplayStatus

@@ -5,15 +5,17 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable
+from functools import cache
 
-from curveline.cli.printing import terminal
-from curveline.cli.printing.ticker import tick
+from curveline.cli.printing import screen, terminal
+from curveline.cli.printing.progress.ticker import tick
 from curveline.rod import _jit
 
 
-def announce(tell: Callable[[str], None]) -> None:
-    """Have `tell` say once why something takes long, before it does: at once if nothing was ever compiled here."""
-    Announcement(tell)
+@cache
+def announce_compilation() -> None:
+    """Say once why something takes long, before it does: at once if nothing was ever compiled here."""
+    Announcement(screen.note)
 
 
 class Announcement:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from curveline.cli.printing import screen
-from curveline.cli.printing.progress_bar import Bar
+from curveline.cli.printing.progress.progress_bar import Bar
 
 if TYPE_CHECKING:
     from curveline.bench.measurement import Measurement

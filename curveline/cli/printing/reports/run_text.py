@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from curveline.cli.printing import node_table
 from curveline.cli.printing.manner import MANNER
+from curveline.cli.printing.reports import node_table
 from curveline.driving.rod_report import rod_lines
 from curveline.driving.run_result import RunResult
 from curveline.driving.runs import Run, RunEnding

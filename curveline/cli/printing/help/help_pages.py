@@ -11,8 +11,8 @@ import typer
 from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
 
 from curveline.cli.printing import screen
-from curveline.cli.printing.examples import EXAMPLES, Example
-from curveline.cli.printing.parameters import heading_of, help_of, usage_of
+from curveline.cli.printing.help.examples import EXAMPLES, Example
+from curveline.cli.printing.help.parameters import heading_of, help_of, usage_of
 from curveline.cli.printing.terminal import columns
 from curveline.errors import EXIT_USAGE
 from curveline.phrases import wrapped

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from curveline.cli.printing import screen
 from curveline.cli.printing.manner import MANNER
-from curveline.cli.printing.progress_bar import Bar
+from curveline.cli.printing.progress.progress_bar import Bar
 from curveline.cli.printing.tables import fitting
 from curveline.loading.load_map import LoadMap, MapPoint, Verdict, load_map
 from curveline.loading.pushes import Push, Stand

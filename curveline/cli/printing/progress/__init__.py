@@ -1,0 +1,1 @@
+"""What people see while something takes long: bars, counters, a run on its way, answers that are drawn over."""
