@@ -13,6 +13,7 @@ import pytest
 from typer.core import TyperGroup
 
 from curveline.bench import quick
+from curveline.driving import logbook
 from curveline.driving import runs as all_runs
 from curveline.radio.mock import store
 from curveline.radio.site import key_file
@@ -72,7 +73,7 @@ def struck(monkeypatch: pytest.MonkeyPatch, strike: Callable[..., Any]) -> None:
         (files, "read_display"),
         (key_file, "read_site"),
         (all_runs, "read_runs"),
-        (all_runs, "read_run"),
+        (logbook, "read_run"),
     ):
         monkeypatch.setattr(module, function, strike)
 
@@ -196,7 +197,7 @@ def test_what_ends_a_stream_of_answers_is_its_last_line(run: Run, monkeypatch: p
 
 
 def test_a_batch_that_is_cut_short_says_so(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    from curveline.cli import batch
+    from curveline.simulation import batch
 
     really, seen = batch.files.read_shape, []
 
