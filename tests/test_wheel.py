@@ -70,7 +70,7 @@ def test_a_wheel_reads_built_in_shapes_and_displays_and_makes_new_ones(installed
 
 def test_a_wheel_finds_the_shapes_to_measure_with_and_the_yardstick(installed: Path, tmp_path: Path) -> None:
     code = (
-        "from curveline.cli.commands.bench import _own_shapes; from curveline.bench.methods import bare_newton; "
-        "print(len(_own_shapes()))"
+        "from curveline.bench.measuring import own_shapes; from curveline.bench.methods import bare_newton; "
+        "print(len(own_shapes()))"
     )
     assert said(installed, tmp_path, "-c", code) == "16\n"
