@@ -49,8 +49,8 @@ class Trials:
     def summary(self) -> str:
         """The answer as one sentence."""
         low, high = self.share.interval
-        played = f"{self.share.count} of {counted(self.share.runs, 'run')} with errors as wanted"
-        return f"{self.setup.plan.name}: {played}, {100.0 * low:.1f} to {100.0 * high:.1f} % with 95 % confidence"
+        played = f"{self.share.count} of {counted(self.share.runs, 'run')} as wanted"
+        return f"{self.setup.plan.name}: {played}, {100.0 * low:.1f} to {100.0 * high:.1f} % (95 % confidence)"
 
     def _repr_html_(self) -> str:
         rows = [
