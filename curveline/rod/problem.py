@@ -71,6 +71,10 @@ class Bearing(NamedTuple):
     lateral: float = 0.0  # [N m^2], EI out of the plane
     twisting: float = 0.0  # [N m^2], GJ
 
+    def held_in_plane(self) -> Bearing:
+        """The same of a rod that cannot leave its plane."""
+        return self._replace(lateral=0.0, twisting=0.0)
+
 
 class Problem(NamedTuple):
     """A discrete rod between two clamps, in units of its free length and EI.
@@ -90,8 +94,8 @@ class Problem(NamedTuple):
 
 
 @njit
-def scale_rod(pose, bearing, loads):
-    """The free rod of a `Pose` in units of its length and EI; `loads (m, 3)`: fraction of length, force [N]."""
+def scale_rod(pose, bearing, at, forces):
+    """The free rod of a `Pose` in units of its length and EI; `forces (m, 2)` [N] act at fractions `at (m,)` of it."""
     half = 0.5 * bearing.clamp
     free = pose.length - bearing.clamp
     unit = free * free / bearing.stiffness
@@ -101,9 +105,9 @@ def scale_rod(pose, bearing, loads):
             (pose.y - half * (np.sin(pose.start) + np.sin(pose.end))) / free,
         ]
     )
-    at = (loads[:, 0] * pose.length - half) / free
+    places = (at * pose.length - half) / free
     ends = np.array([pose.start, pose.end])
-    return ScaledRod(bearing.weight * free * unit, at, loads[:, 1:] * unit, chord, ends, bearing.compliance / free**2)
+    return ScaledRod(bearing.weight * free * unit, places, forces * unit, chord, ends, bearing.compliance / free**2)
 
 
 @njit

@@ -8,15 +8,15 @@ import time
 import numpy as np
 import pytest
 
+from clamped_rods import rod_between
 from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
 from curveline.rod.planar.modes import lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, newton
 from curveline.rod.planar.richardson import vertex_table
 from curveline.rod.problem import make_problem, mesh, released
-from curveline.rod.states.equilibrium import ClampedRod
 from curveline.rod.states.planar_states import find_states
 
-ROD = ClampedRod((0.5, 0.03), 0.4, -0.6, 0.64, 0.0, 1.0, 10.0)
+ROD = rod_between((0.5, 0.03), 0.4, -0.6, 0.64, 0.0, 1.0, 10.0)
 EXACT = Effort(turn=0.3, close=1e-7, iterations=40)
 HANG = 2.0
 COUNTS = [4, 5, 10, 100, 1_000, 10_000, 100_000]

@@ -7,18 +7,19 @@ import math
 import numpy as np
 import pytest
 
+from clamped_rods import rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.dips import bottom, hold_at, lean, let_go
 from curveline.rod.planar.search import search_edges
 from curveline.rod.planar.sweep import nothing_found
 from curveline.rod.problem import Array, Problem, make_problem, mesh
-from curveline.rod.states.equilibrium import ClampedRod
 
 FOLD_DEG = 10.161195
 """Where the valley of the strip ends, by a spectral method: see tests/completeness."""
 
 
 def strip(angle_deg: float) -> ClampedRod:
-    return ClampedRod((0.5, 0.0), math.radians(angle_deg), 0.0, 0.505, 0.0, 1.0, 0.0)
+    return rod_between((0.5, 0.0), math.radians(angle_deg), 0.0, 0.505, 0.0, 1.0, 0.0)
 
 
 def dip(rod: ClampedRod, n: int) -> tuple[Problem, tuple[float, float], Array, Array, float]:

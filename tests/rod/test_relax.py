@@ -14,8 +14,8 @@ from curveline.rod.planar.newton import newton as planar_newton
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released
 from curveline.rod.spatial.bands import times
 from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, metric, moments, moved, positions
+from curveline.rod.spatial.lifting import frame
 from curveline.rod.spatial.relax import RESIDUAL, RelaxEnding, descend, is_stable, lowest_mode, lowest_modes, newton
-from curveline.rod.spatial.segment import frame
 from curveline.rod.spatial.twisting import spun, total_twist, twisted, wind
 
 from .spatial_rods import arch, dense, turned

@@ -19,8 +19,8 @@ from curveline.rod.branches.continuation import FOLLOW_EDGES, land, perturbation
 from curveline.rod.branches.control_path import ControlPath, pose_at, straight_path
 from curveline.rod.branches.out_of_plane import Aside, back_in_plane, go_aside, pushed_off, stays
 from curveline.rod.branches.tracking import TrackedState, on_edges, reached
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose
-from curveline.rod.spatial.segment import SpatialSegment
 from curveline.rod.states.slack import has_spare
 
 FINER_EDGES = (4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
@@ -50,7 +50,7 @@ class Event(NamedTuple):
 
 
 def move_through(
-    poses: Array, segment: SpatialSegment, start: State | None, bow: float = 0.0
+    poses: Array, segment: ClampedRod, start: State | None, bow: float = 0.0
 ) -> tuple[State | None, list[Event]]:
     """The state at the last of `poses (m, 5)`, each as a `Pose`, and what happened on the way.
 
@@ -75,7 +75,7 @@ class _MovedRod:
     It `is_done` if it has no state at the last pose, and gets none.
     """
 
-    def __init__(self, poses: Array, segment: SpatialSegment, start: State | None) -> None:
+    def __init__(self, poses: Array, segment: ClampedRod, start: State | None) -> None:
         self.poses = poses
         self.segment = segment
         self.bearing = segment.bearing
@@ -155,7 +155,7 @@ class _MovedRod:
     def _pose(self, place: int) -> Pose:
         return Pose(*self.poses[place].tolist())
 
-    def _at(self, place: int) -> SpatialSegment:
+    def _at(self, place: int) -> ClampedRod:
         return self.segment.moved_to(self._pose(place))
 
 
@@ -186,7 +186,7 @@ def _landed(pose: Pose, bearing: Bearing, held: TrackedState) -> TrackedState | 
     return TrackedState(angles, forces) if landed else None
 
 
-def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[int, TrackedState, bool]:
+def _passed(poses: Array, segment: ClampedRod, held: TrackedState) -> tuple[int, TrackedState, bool]:
     """How many of the ways between `poses` a state passes, on finer edges where it takes them, and where it is then.
 
     The last is True if the rod leaves its plane on the next way.
@@ -196,7 +196,7 @@ def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[
         if done == len(poses) - 1:
             break
         begin, end = (Pose(*poses[place].tolist()) for place in (done, done + 1))
-        fine = on_edges(segment.moved_to(begin).rod, held, n) if n > held.angles.size else None
+        fine = on_edges(segment.moved_to(begin), held, n) if n > held.angles.size else None
         if fine is None:
             continue
         # Whether finer edges help is soon told, and mostly they do not: the rod falls.
@@ -209,10 +209,10 @@ def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[
     return done, held, leaves
 
 
-def _kept_for(segment: SpatialSegment, held: TrackedState, way: ControlPath) -> int:
+def _kept_for(segment: ClampedRod, held: TrackedState, way: ControlPath) -> int:
     """At how many of the `LOOKS` at a way, one after the other, a state is still there."""
     for look in range(LOOKS):
-        here = reached(segment.moved_to(pose_at(way, (look + 1) / LOOKS)).rod, held)
+        here = reached(segment.moved_to(pose_at(way, (look + 1) / LOOKS)), held)
         if here is None:
             return look
         held = here

@@ -14,8 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from curveline.rod.branches.continuation import FOLLOW_EDGES, LARGEST_MOVE, coarse_start, try_step
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Problem, make_problem, mesh, refine_angles, released
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.identity import same_curve
 
 CLOSE = 0.02

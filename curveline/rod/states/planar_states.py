@@ -13,12 +13,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.approach import THIN, approach, easier, graded_mesh, laid_out, layer, loop_edges
 from curveline.rod.planar.newton import newton
 from curveline.rod.planar.search import may_be_stable, relax_from, search_edges
 from curveline.rod.planar.sweep import CERTIFY, MetEquilibria, keep, nothing_found
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.hidden_pairs import pairs_near
 from curveline.rod.states.identity import named, same_curve
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Bearing
-from curveline.rod.states.equilibrium import ClampedRod
 
 STRAIGHT = 5e-4
 """Up to this excess of the free rod over its chord, as a fraction, it counts as straight: play and stretch decide which
