@@ -27,7 +27,7 @@ from curveline.rod.planar.elastica import clamped_arch
 from curveline.rod.planar.newton import descend
 from curveline.rod.planar.richardson import climb_levels
 from curveline.rod.planar.search import RELAX
-from curveline.rod.problem import Array, Bearing, Pose, Problem, ScaledRod, make_problem, mesh, released
+from curveline.rod.problem import Array, Bearing, Pose, Problem, ScaledRod, make_problem, mesh
 from curveline.rod.spatial import relax
 from curveline.rod.spatial.lifting import lift
 from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, refine
@@ -103,7 +103,7 @@ def _planar_start(case: Case) -> tuple[ScaledRod, Array, Array, Problem]:
     """Rod, edges, spline guess and equations with which the refinement of a planar state begins."""
     scaled = case.rod.scaled()
     edges = mesh(scaled.at, SEARCH_EDGES[0])
-    return scaled, edges, case.guess(edges.size), released(make_problem(scaled, edges))
+    return scaled, edges, case.guess(edges.size), make_problem(scaled, edges)
 
 
 def _bare_newton(scaled: ScaledRod, guess: Array, finest: int, relax_it: Callable[[], object]) -> Iterator[Measurement]:

@@ -13,7 +13,7 @@ from curveline.bench.methods.cases import SEED
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.newton import descend
 from curveline.rod.planar.search import RELAX
-from curveline.rod.problem import Bearing, Pose, make_problem, mesh, released, sharpest_turn
+from curveline.rod.problem import Bearing, Pose, make_problem, mesh, sharpest_turn
 from curveline.rod.states.equilibrium import refine
 from curveline.rod.states.planar_states import find_states
 from curveline.units import deg, mm
@@ -47,7 +47,7 @@ def missed(rod: ClampedRod, known: list[float], rng: np.random.Generator) -> int
     """How many stable states random descents reach whose mean height [m] is not among `known`."""
     scaled = rod.scaled()
     edges = mesh(scaled.at, 48)
-    problem = released(make_problem(scaled, edges))
+    problem = make_problem(scaled, edges)
     places = np.cumsum(edges) - 0.5 * edges
     news: list[float] = []
     for _ in range(STARTS):

@@ -21,9 +21,10 @@ from curveline.rod.branches.continuation import start_along
 from curveline.rod.branches.control_path import ControlPath
 from curveline.rod.branches.special_points import FallOutcome, SpecialKind, SpecialPoint, critical, falls
 from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.geometry.vertex_table import X, Y
 from curveline.rod.models.model_error import lateral, probe
 from curveline.rod.planar.richardson import vertex_table
-from curveline.rod.problem import make_problem, mesh, released
+from curveline.rod.problem import make_problem, mesh
 from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.identity import called
 from curveline.rod.states.planar_states import find_states
@@ -214,11 +215,11 @@ def _deflection_at(stand: Stand, limit: Limit) -> float:
     """How far the point that is pushed has moved along the push at the special point [m], on its finest level."""
     point = limit.point
     rod = stand.loaded(point.reached * limit.far)
-    problem = released(make_problem(rod.scaled(), point.edges))
+    problem = make_problem(rod.scaled(), point.edges)
     table = vertex_table(problem, point.phi, point.multipliers)
     ends = np.concatenate([[0.0], np.cumsum(point.edges)]) * rod.free_length + 0.5 * rod.clamp
-    x, y = rod.free_length * table[np.argmin(np.abs(ends - stand.at * rod.length)), :2]
-    return stand.moved((rod.free_start[0] + float(x), rod.free_start[1] + float(y)))
+    pushed = rod.free_length * table[np.argmin(np.abs(ends - stand.at * rod.length))]
+    return stand.moved((rod.free_start[0] + float(pushed[X]), rod.free_start[1] + float(pushed[Y])))
 
 
 def _branch(stand: Stand, most: float) -> Iterator[BranchPoint]:

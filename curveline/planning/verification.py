@@ -271,7 +271,7 @@ class Verifier:
         key = before, after, hold.key
         if key not in self._ways:
             way = straight_path(before, after)
-            branch = follow(way, self.bearing, hold.angles, hold.forces)
+            branch = follow(way, self.bearing, hold.angles, hold.multipliers)
             if branch.reached < 1.0:
                 where = describe(between(before, after, branch.reached))
                 what = "leaves the plane" if branch.leaves_plane else "loses its stability"

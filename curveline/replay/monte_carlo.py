@@ -26,7 +26,7 @@ from curveline.replay.playback import known_state, name_of
 from curveline.rod import _jit
 from curveline.rod.branches.quasi_static import FELL, move_through
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.problem import Array, Bearing
+from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.states.slack import has_spare
 from curveline.scene import BUCKLED, LOST, STRAIGHT, Display, Node
 from curveline.simulation.simulate import clamped_rod
@@ -293,7 +293,9 @@ def _detour(poses: Array, bearing: Bearing) -> Array:
 
     Slopes a and b of its ends against the chord L take up L ((a^2 + b^2) / 15 - a b / 30), as of a cubic.
     """
-    chord = np.hypot(poses[:, 0], poses[:, 1]) - bearing.clamp
-    left, right = (poses[:, 2:4] - np.arctan2(poses[:, 1], poses[:, 0])[:, None]).T
+    at = Pose(*poses.T)
+    chord = np.hypot(at.x, at.y) - bearing.clamp
+    line = np.arctan2(at.y, at.x)
+    left, right = at.start - line, at.end - line
     taken: Array = chord * ((left**2 + right**2) / 15.0 - left * right / 30.0)
     return taken

@@ -16,12 +16,13 @@ import numpy as np
 from curveline.plan_file import NodeTarget, Plan
 from curveline.radio.protocol.motion import axes_of, plan_move
 from curveline.replay.playback import SNAPS, Counts, Snap, known_state, name_of, segment_at
-from curveline.rod.branches.out_of_plane import Aside, seen
+from curveline.rod.branches.out_of_plane import seen
 from curveline.rod.branches.quasi_static import State, move_through
 from curveline.rod.branches.tracking import refined
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.showable import showable_states
 from curveline.rod.problem import Array
+from curveline.rod.spatial.energy import Shape
 from curveline.rod.states.slack import is_slack
 from curveline.scene import STRAIGHT, Display, Node
 from curveline.simulation.simulate import DEFAULT_TOLERANCE, clamped_rod
@@ -136,7 +137,7 @@ class _PlayedRod:
     def curve(self) -> Array:
         """The rod seen from its left pivot (points, 2) [m]; no points while it is lost."""
         rod = self._segments[-1]
-        if isinstance(self._state, Aside):
+        if isinstance(self._state, Shape):
             return seen(rod, self._state, POINTS)
         if self._state is not None:
             return refined(rod, self._state, SHOWN).curve(POINTS)

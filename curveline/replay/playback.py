@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from curveline.drive_settings import DriveSettings, drive_settings
-from curveline.rod.branches.out_of_plane import Aside
 from curveline.rod.branches.quasi_static import FELL, LEFT, PULLED, RETURNED, Event, State, move_through
 from curveline.rod.branches.tracking import identify, tracked
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.showable import showable_states
+from curveline.rod.spatial.energy import Shape
 from curveline.rod.states.slack import is_slack
 from curveline.scene import BUCKLED, LOST, STRAIGHT, UNNAMED, Display, Node
 from curveline.simulation.simulate import DEFAULT_TOLERANCE, clamped_rod
@@ -90,7 +90,7 @@ def name_of(segment: ClampedRod, held: State | None) -> str:
     """The name of the state in which the rod of a flat segment is held; "lost" if no stable state of it is that one."""
     if held is None:
         return LOST if is_slack(segment) else STRAIGHT
-    if isinstance(held, Aside):
+    if isinstance(held, Shape):
         return BUCKLED
     shown = showable_states(segment, DEFAULT_TOLERANCE)
     state = identify(segment, held, shown.states)

@@ -13,7 +13,7 @@ from clamped_rods import rod_between
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.newton import Effort, newton
 from curveline.rod.planar.richardson import level_scalars, vertex_table
-from curveline.rod.problem import Array, Problem, make_problem, mesh, released
+from curveline.rod.problem import Array, Problem, make_problem, mesh
 from curveline.rod.states.equilibrium import Equilibrium
 
 DATA = Path(__file__).parent.parent / "data"
@@ -41,7 +41,7 @@ class Level(NamedTuple):
 def solve_level(rod: ClampedRod, n: int, phi: Array, multipliers: Array) -> Level:
     """The equilibrium of `rod` on n edges that Newton reaches from `phi (n,)`, `multipliers (2,)`."""
     scaled = rod.scaled()
-    problem = released(make_problem(scaled, mesh(scaled.at, n)))
+    problem = make_problem(scaled, mesh(scaled.at, n))
     phi, multipliers = phi.copy(), multipliers.copy()
     iterations, unstable = newton(problem, phi, multipliers, EXACT)
     assert iterations > 0

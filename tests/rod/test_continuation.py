@@ -30,7 +30,7 @@ from curveline.rod.branches.control_path import (
 )
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.richardson import LOAD_POTENTIAL, STRAIN_ENERGY
-from curveline.rod.problem import Array, make_problem, mesh, released
+from curveline.rod.problem import Array, make_problem, mesh
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import find_states
 
@@ -190,7 +190,7 @@ def test_what_the_nodes_hold_is_what_the_equilibrium_says(number: int, natural: 
     rod = changed(random_rods(3, 6)[number], natural_curvature=natural)
     for state in find_states(rod, 1e-7):
         level = solve_level(rod, 400, *coarse_start(state, 400))
-        free = released(make_problem(rod.scaled(), mesh(np.empty(0), 400)))
+        free = make_problem(rod.scaled(), mesh(np.empty(0), 400))
         here = straight_path(rod.pose, rod.pose)
         bent, held = node_loads(here, 0.0, rod.bearing, free, level.phi, level.multipliers)
         assert bent == pytest.approx(state.max_curvature, rel=1e-2)

@@ -12,12 +12,12 @@ import pytest
 from clamped_rods import Stock, made_of, rod_between
 from curveline.rod.branches.continuation import coarse_start
 from curveline.rod.branches.control_path import between, straight_path
-from curveline.rod.branches.out_of_plane import Aside
 from curveline.rod.branches.quasi_static import FELL, LEFT, RETURNED, move_through, pass_through
 from curveline.rod.branches.special_points import SpecialKind, critical
 from curveline.rod.branches.tracking import TrackedState, identify, tracked
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Pose
+from curveline.rod.spatial.energy import Shape
 from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT
@@ -71,7 +71,7 @@ def test_a_rod_keeps_its_state_up_to_the_fold_of_the_continuous_rod(past: float,
         poses = poses_to(rod, end, fold * (1.0 + past))
         _, events = move_through(poses, segment(rod, HELD), held)
         assert (not events) == is_kept
-        early += pass_through(poses, rod.bearing, held.angles, held.forces)[0] < len(poses) - 1
+        early += pass_through(poses, rod.bearing, held.angles, held.multipliers)[0] < len(poses) - 1
     assert early == RODS if not is_kept else early > 0.5 * RODS
 
 
@@ -115,7 +115,7 @@ def test_a_rod_that_is_narrow_sideways_stays_out_of_its_plane() -> None:
     narrow = replace(ROUND, lateral_stiffness=0.3 * STIFFNESS, twisting_stiffness=0.3 * STIFFNESS)
     state, events = move_through(through(LEVEL._replace(length=0.5), LEVEL), segment(at(LEVEL), narrow), None)
     assert [event.kind for event in events] == ["buckled", LEFT]
-    assert isinstance(state, Aside)
+    assert isinstance(state, Shape)
 
 
 def test_drawn_in_again_a_rod_out_of_its_plane_is_straight() -> None:

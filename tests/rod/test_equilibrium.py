@@ -13,7 +13,7 @@ import pytest
 from clamped_rods import changed, rod_between
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.newton import Effort, descend, newton
-from curveline.rod.problem import make_problem, mesh, released, sharpest_turn
+from curveline.rod.problem import make_problem, mesh, sharpest_turn
 from curveline.rod.states import equilibrium
 from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.planar_states import find_states
@@ -57,7 +57,7 @@ def test_a_saddle_is_called_unstable() -> None:
     # The S between the two arches of a level rod.
     rod = rod_between((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, 1.0, 0.0)
     n = 48
-    problem = released(make_problem(rod.scaled(), mesh(np.empty(0), n)))
+    problem = make_problem(rod.scaled(), mesh(np.empty(0), n))
     phi = np.cos(2.0 * np.pi * (np.arange(n) + 0.5) / n) - 1.0
     multipliers = np.array([80.0, 0.0])
     iterations, unstable = newton(problem, phi, multipliers, Effort(0.3, 1e-9, 60))
@@ -73,7 +73,7 @@ def test_a_saddle_is_called_unstable() -> None:
 def test_a_state_of_the_coarse_rod_alone_is_called_lost(n: int) -> None:
     # A few edges can turn right over, which no smooth curve follows; more edges lose such a state at any level.
     rng = np.random.default_rng(1)
-    problem = released(make_problem(ROD.scaled(), mesh(np.empty(0), n)))
+    problem = make_problem(ROD.scaled(), mesh(np.empty(0), n))
     lost = 0
     for _ in range(100):
         phi, multipliers = rng.normal(0.0, 2.5, n), np.zeros(2)

@@ -14,7 +14,7 @@ from curveline.rod.branches.continuation import coarse_start, follow
 from curveline.rod.branches.control_path import straight_path
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.newton import Effort, descend, newton
-from curveline.rod.problem import Array, Problem, make_problem, mesh, released, sharpest_turn
+from curveline.rod.problem import Array, Problem, make_problem, mesh, sharpest_turn
 from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.identity import named
 from curveline.rod.states.planar_states import find_states
@@ -41,7 +41,7 @@ def brute_force(rod: ClampedRod, rng: np.random.Generator) -> list[Equilibrium]:
     """Simple stable states met from random starts, by descent and by Newton, without anything `find_states` uses."""
     scaled = rod.scaled()
     edges = mesh(scaled.at, EDGES)
-    problem = released(make_problem(scaled, edges))
+    problem = make_problem(scaled, edges)
     states: list[Equilibrium] = []
     shapes: list[Array] = []
     for attempt in range(TRIES):
@@ -81,7 +81,7 @@ def test_brute_force_meets_nothing_that_the_search_missed() -> None:
 def resolved(state: Equilibrium, n: int) -> float:
     """Distance of a state [m] to the equilibrium that Newton reaches from it on n edges; infinite if not stable."""
     scaled = state.rod.scaled()
-    problem = released(make_problem(scaled, mesh(scaled.at, n)))
+    problem = make_problem(scaled, mesh(scaled.at, n))
     phi, multipliers = coarse_start(state, n)
     iterations, unstable = newton(problem, phi, multipliers, JUMP)
     if iterations < 0 or unstable != 0:

@@ -15,7 +15,7 @@ from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.planar.newton import descend, newton
 from curveline.rod.planar.richardson import POLISH, vertex_table
 from curveline.rod.planar.search import RELAX
-from curveline.rod.problem import Array, make_problem, mesh, released
+from curveline.rod.problem import Array, make_problem, mesh
 from curveline.rod.spatial import relax
 from curveline.rod.spatial.energy import Shape
 from curveline.rod.spatial.energy import positions as spatial_positions
@@ -76,7 +76,7 @@ def one_level(case: Case, model: str, n: int) -> Solved | None:
         if found is None:
             return None
         edges, angles, forces = found
-        return edges, vertex_table(released(make_problem(rod.scaled(), edges)), angles, forces)
+        return edges, vertex_table(make_problem(rod.scaled(), edges), angles, forces)
 
     answer = relax()
     if answer is None:
@@ -92,9 +92,9 @@ def _relaxed(case: Case, rod: ClampedRod, n: int) -> tuple[Array, Array, Array] 
     scaled = rod.scaled()
     edges = mesh(scaled.at, n)
     angles, forces = case.guess(edges.size), np.zeros(2)
-    settled = descend(released(make_problem(scaled._replace(compliance=0.0), edges)), angles, forces, RELAX) > 0
+    settled = descend(make_problem(scaled._replace(compliance=0.0), edges), angles, forces, RELAX) > 0
     if settled and scaled.compliance > 0.0:
-        settled = newton(released(make_problem(scaled, edges)), angles, forces, POLISH)[0] > 0
+        settled = newton(make_problem(scaled, edges), angles, forces, POLISH)[0] > 0
     return (edges, angles, forces) if settled else None
 
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.planar.richardson import CURVATURE
+from curveline.rod.geometry.vertex_table import CURVATURE
 from curveline.rod.problem import Array
 from curveline.rod.states.equilibrium import Equilibrium
 

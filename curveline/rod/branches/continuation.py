@@ -28,10 +28,11 @@ from curveline.rod.branches.control_path import (
     problem_at,
     rod_at,
 )
+from curveline.rod.geometry.vertex_table import CURVATURE
 from curveline.rod.planar.lateral import lateral_eigenvalue_below, lateral_modes_below, lateral_variation
 from curveline.rod.planar.modes import lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, descend, newton
-from curveline.rod.planar.richardson import CURVATURE, vertex_table
+from curveline.rod.planar.richardson import vertex_table
 from curveline.rod.problem import Array, cut, largest_change, mesh, refine_angles, sharpest_turn
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import SEARCH_EDGES

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod._jit import njit
-from curveline.rod.problem import Array, Pose, cut, make_problem, released, scale_rod, shares
+from curveline.rod.problem import Array, Pose, cut, make_problem, scale_rod, shares
 
 
 class ControlPath(NamedTuple):
@@ -80,7 +80,7 @@ def counts_along(path, bearing, n):
 def problem_at(path, bearing, fraction, counts):
     """The rod at a fraction of the path, cut into `counts (m+1,)` edges between its loads."""
     rod = rod_at(path, bearing, fraction)
-    return released(make_problem(rod, cut(rod.at, counts)))
+    return make_problem(rod, cut(rod.at, counts))
 
 
 @njit

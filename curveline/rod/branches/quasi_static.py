@@ -17,10 +17,11 @@ import numpy as np
 from curveline.rod._jit import njit
 from curveline.rod.branches.continuation import FOLLOW_EDGES, land, perturbation, travel
 from curveline.rod.branches.control_path import ControlPath, pose_at, straight_path
-from curveline.rod.branches.out_of_plane import Aside, back_in_plane, go_aside, pushed_off, stays
+from curveline.rod.branches.out_of_plane import back_in_plane, go_aside, pushed_off, stays
 from curveline.rod.branches.tracking import TrackedState, on_edges, reached
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose
+from curveline.rod.spatial.energy import Shape
 from curveline.rod.states.slack import has_spare
 
 FINER_EDGES = (4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
@@ -38,7 +39,8 @@ RETURNED = "returned"
 """What happens to a rod: it leaves the straight, or the state it was in, or there is no rod to spare any more; it
 leaves the plane, or comes back to it."""
 
-State = TrackedState | Aside
+State = TrackedState | Shape
+"""Of a rod in its plane, and out of it."""
 
 
 class Event(NamedTuple):
@@ -62,7 +64,7 @@ def move_through(
     while rider.place < rider.last or (rider.state is None and not rider.is_done):
         if rider.state is None:
             rider.wait(bow)
-        elif isinstance(rider.state, Aside):
+        elif isinstance(rider.state, Shape):
             rider.go_aside(rider.state)
         else:
             rider.follow(rider.state)
@@ -109,7 +111,7 @@ class _MovedRod:
         elif end < self.last:
             self._be_pulled(end)
 
-    def go_aside(self, aside: Aside) -> None:
+    def go_aside(self, aside: Shape) -> None:
         """Go on out of the plane until the rod comes back to it or is taut, or to the end."""
         end = self._slack_until()
         self.place, state = go_aside(self.poses[: end + 1], self.segment, aside, self.place)
@@ -182,8 +184,8 @@ def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> TrackedState | Non
 def _landed(pose: Pose, bearing: Bearing, held: TrackedState) -> TrackedState | None:
     """Where the rod falls in its plane from a state that is gone at `pose`; None if nowhere."""
     way = straight_path(pose, pose)
-    landed, angles, forces = land(way, 0.0, bearing, held.angles, held.forces, perturbation(held.angles.size))
-    return TrackedState(angles, forces) if landed else None
+    landed, angles, multipliers = land(way, 0.0, bearing, held.angles, held.multipliers, perturbation(held.angles.size))
+    return TrackedState(angles, multipliers) if landed else None
 
 
 def _passed(poses: Array, segment: ClampedRod, held: TrackedState) -> tuple[int, TrackedState, bool]:
@@ -221,8 +223,8 @@ def _kept_for(segment: ClampedRod, held: TrackedState, way: ControlPath) -> int:
 
 def _passed_on(poses: Array, bearing: Bearing, held: TrackedState) -> tuple[int, TrackedState, bool]:
     """As `_passed`, on the edges that the state is on; the state is that at the last pose it came to."""
-    done, angles, forces, leaves = pass_through(poses, bearing, held.angles, held.forces)
-    return done, TrackedState(angles, forces), leaves
+    done, angles, multipliers, leaves = pass_through(poses, bearing, held.angles, held.multipliers)
+    return done, TrackedState(angles, multipliers), leaves
 
 
 @njit

@@ -72,14 +72,18 @@ UNKNOWN = Lateral(math.nan, math.inf)
 class Probe(NamedTuple):
     """A planar `state` in units of its free length and EI, ready to be solved once more.
 
-    `rod`, on its `edges (m,)` the `angles (m,)` and `multipliers (2,)`.
+    On its `edges (m,)` the `angles (m,)` and `multipliers (2,)`.
     """
 
     state: Equilibrium
-    rod: ScaledRod
     edges: Array
     angles: Array
     multipliers: Array
+
+    @property
+    def rod(self) -> ScaledRod:
+        """The rod whose state it is."""
+        return self.state.rod.scaled()
 
     def moved(self, other: ScaledRod) -> float:
         """Largest distance between the curve of the state and that of an `other` rod's, near it, on few edges [m]."""
@@ -101,10 +105,8 @@ class Judged(NamedTuple):
 
 def probe(state: Equilibrium) -> Probe:
     """A planar or extensible state in units of its free length and EI."""
-    rod, length = state.rod, state.rod.free_length
-    multipliers = -state.clamp_force[1] * (length**2 / rod.stiffness)
     angles = middle_angles(state.edges, state.vertices_table)
-    return Probe(state, rod.scaled(), state.edges / length, angles, multipliers)
+    return Probe(state, state.edges / state.rod.free_length, angles, state.multipliers)
 
 
 def judge(state: Equilibrium) -> Judged:

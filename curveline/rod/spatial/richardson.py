@@ -13,7 +13,7 @@ from curveline.rod.geometry.closest_approach import nearest_parts
 from curveline.rod.geometry.crossings import APART, crosses_itself, crosses_tails
 from curveline.rod.geometry.hermite import integral
 from curveline.rod.geometry.rotations import between, exponential, logarithm, matrix_of, multiply
-from curveline.rod.geometry.space_curve import SpaceCurve
+from curveline.rod.geometry.space_curve import SpaceCurve, X, Y, Z
 from curveline.rod.planar.richardson import ROUNDING
 from curveline.rod.problem import Array, halved
 from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, cell_of, energy, moments, positions, relative
@@ -254,7 +254,7 @@ def refine_shape(segment: ClampedRod, rod: SpatialRod, relaxed: Relaxed, toleran
         clearance=_clearance(space),
         mean_height=_mean_height(space),
         clamp_force=space.forces[:, :2].copy(),
-        clamp_moment=space.moments[:, 2].copy(),
+        clamp_moment=space.moments[:, Z].copy(),
         max_curvature=float(np.max(level.bends)) / length,
         vertices_table=table,
         edges=space.edges,
@@ -300,23 +300,23 @@ def _mean_height(space: SpaceCurve) -> float:
     Slopes and second derivatives are those of the table: seen from the front, a rod in space is not as long as it is.
     """
     x, y = space.chord[:2]
-    heights = x * space.table[:, 1::3] - y * space.table[:, 0::3]
+    heights = x * space.coordinate(Y) - y * space.coordinate(X)
     return float(integral(heights, space.edges)) / max(math.hypot(x, y), 1e-300) / (space.length - space.clamp)
 
 
 def _front(space: SpaceCurve) -> Array:
     """Table (m+1, 6) of the curve as it looks from the front: see `Equilibrium.vertices_table`."""
-    slope, bend = space.table[:, 3:6], space.table[:, 6:]
+    slope, bend = space.slopes, space.bends
     speed = np.linalg.norm(slope, axis=1)
-    angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
-    seen = np.maximum(slope[:, 0] ** 2 + slope[:, 1] ** 2, 1e-300)
-    turning = (slope[:, 0] * bend[:, 1] - slope[:, 1] * bend[:, 0]) / seen
+    angle = np.unwrap(np.arctan2(slope[:, Y], slope[:, X]))
+    seen = np.maximum(slope[:, X] ** 2 + slope[:, Y] ** 2, 1e-300)
+    turning = (slope[:, X] * bend[:, Y] - slope[:, Y] * bend[:, X]) / seen
     gain = np.sum(slope * bend, axis=1) / speed
-    return np.column_stack([space.table[:, :2], angle, turning, speed - 1.0, gain])
+    return np.column_stack([space.vertices[:, :Z], angle, turning, speed - 1.0, gain])
 
 
 def _clearance(space: SpaceCurve) -> float:
     """Smallest distance in space between vertices that are not neighbours [m]."""
-    places = space.table[:, :3]
+    places = space.vertices
     apart = max(2, int(APART * (len(places) - 1)))
     return float(nearest_parts(places, apart, np.linalg.norm(places[-1] - places[0])))

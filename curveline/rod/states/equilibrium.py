@@ -14,9 +14,9 @@ from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
 from curveline.rod.geometry.hermite import integral
 from curveline.rod.geometry.space_curve import SpaceCurve
+from curveline.rod.geometry.vertex_table import ANGLE, CURVATURE, STRAIN_SLOPE, X, Y
 from curveline.rod.planar.richardson import (
     ACROSS,
-    ANGLE,
     EIGENVALUE,
     FIRST_CURVATURE,
     LAST_CURVATURE,
@@ -103,6 +103,11 @@ class Equilibrium:
         return column
 
     @property
+    def multipliers(self) -> Array:
+        """Those of the planar rod in units of its length and EI, (2,): the force of the last clamp, reversed."""
+        return -self.clamp_force[1] * (self.rod.free_length**2 / self.rod.stiffness)
+
+    @property
     def simple(self) -> bool:
         """True if a planar display can show this state."""
         return self.is_untangled and not self.leaves_plane
@@ -116,8 +121,7 @@ class Equilibrium:
         """Angles (n,) and multipliers (2,) from which Newton finds the state again on `edges (n,)` that sum to 1."""
         places = np.concatenate([[0.0], np.cumsum(self.edges)])
         middles = (np.cumsum(edges) - 0.5 * edges) * places[-1]
-        unit = self.rod.free_length**2 / self.rod.stiffness
-        return np.interp(middles, places, self.angles), -self.clamp_force[1] * unit
+        return np.interp(middles, places, self.angles), self.multipliers
 
     def curve(self, points: int) -> Array:
         """`points` positions (points, 2) [m] in the plane, equally spaced in arc length from pivot to pivot."""
@@ -245,10 +249,10 @@ def _in_metres(table, edges, frame, start, chord):
     inverse = 1.0 / length
     sharpest = 0.0
     for j in range(table.shape[0]):
-        table[j, 0] = table[j, 0] * length + start[0]
-        table[j, 1] = table[j, 1] * length + start[1]
-        table[j, 3] *= inverse
-        table[j, 5] *= inverse
-        sharpest = max(sharpest, abs(table[j, 3] - natural))
+        table[j, X] = table[j, X] * length + start[0]
+        table[j, Y] = table[j, Y] * length + start[1]
+        table[j, CURVATURE] *= inverse
+        table[j, STRAIN_SLOPE] *= inverse
+        sharpest = max(sharpest, abs(table[j, CURVATURE] - natural))
     area = _area_under(table, edges, chord)
     return crosses_itself(table), crosses_tails(table, tail), clearance(table), area, sharpest
