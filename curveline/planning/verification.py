@@ -101,7 +101,7 @@ class Verifier:
         self.display = display
         self.tell = tell
         self.drive = drive_settings(display)
-        self._rod = clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), display.span)
+        self._rod = _level_rod(display)
         self.bearing = self._rod.bearing
         self._steps_left = math.inf
         self._showable: dict[Pose, Showable] = {}
@@ -110,6 +110,10 @@ class Verifier:
         self._weighed: dict[Pose, ClampLoads] = {}
         self._allowed: dict[tuple[Pose, Pose, Box], Passed] = {}
         self._funnels: dict[tuple[Pose, str], float] = {}
+
+    def has_rod_of(self, display: Display) -> bool:
+        """True if a rod between nodes of `display` does what this one does, in its plane and out of it."""
+        return _level_rod(display).bearing == self.bearing
 
     def like(self, display: Display, steps: float = math.inf) -> Verifier:
         """A verifier for a `display` with the same rod between its nodes, but maybe other motors or limits.
@@ -307,6 +311,11 @@ class Verifier:
             segment_loads = map(clamp_loads_of_state, self.showable(pose).planar)
             self._weighed[pose] = reduce(ClampLoads.joined, segment_loads, ClampLoads())
         return self._weighed[pose]
+
+
+def _level_rod(display: Display) -> ClampedRod:
+    """The rod between two level nodes that it leads to on the straight way."""
+    return clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), display.span)
 
 
 def too_near(inside: float, outside: float) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from curveline.errors import Infeasible
 from curveline.planning.tours import make_plan
-from curveline.planning.verification import LEAST_STABILITY, OUT_OF_PLANE, STIFFEST
+from curveline.planning.verification import LEAST_STABILITY, OUT_OF_PLANE, STIFFEST, Verifier
 from curveline.replay.monte_carlo import Errors, Setup, play_run
 from curveline.replay.playback import replay
 from curveline.rod.models.model_error import judge
@@ -135,3 +135,12 @@ def test_moved_on_to_where_its_state_leaves_the_plane_a_rod_is_seen_to_buckle() 
     played = replay(SINGLE, course)
     assert played.states == (BUCKLED,)
     assert [(snap.before, snap.after) for snap in played.snaps][-1] == ("valley", BUCKLED)
+
+
+def test_a_thicker_rod_whose_measured_stiffness_is_the_same_is_another_one_out_of_the_plane() -> None:
+    verifier = Verifier(SINGLE, lambda: None)
+    thick = Rectangle(mm(10.0), mm(3.0))
+    as_stiff = replace(SINGLE.rod, section=thick, youngs_modulus=SINGLE.rod.bending_stiffness / thick.second_moment)
+    assert as_stiff.bending_stiffness == pytest.approx(SINGLE.rod.bending_stiffness, rel=1e-12)
+    assert not verifier.has_rod_of(replace(SINGLE, rod=as_stiff))
+    assert verifier.has_rod_of(replace(SINGLE, rod=replace(SINGLE.rod, max_strain=0.5)))
