@@ -112,7 +112,7 @@ def test_a_segment_in_space_has_all_that_the_scene_says_of_it() -> None:
     )
     space = scene_rod(scene, 1)
     assert (space.yaw, space.roll) == ((0.0, deg(20)), (0.0, deg(400)))
-    assert space.further_weight == pytest.approx((0.0, 0.6 * rod.weight_per_length))
+    assert (space.weight_x, space.weight_z) == pytest.approx((0.0, 0.6 * rod.weight_per_length))
     assert space.loads == ((0.3, 0.0, 0.4, 0.0), (0.7, 0.1, -0.2, 0.3))
     assert space.lateral_curvature == 0.3
     assert [forces.tolist() for forces in space.dead_loads()] == [[0.3, 0.7], [[0.0, 0.4], [0.1, -0.2]]]

@@ -36,8 +36,8 @@ class ClampedRod:
 
     `pose` and `bearing` are to hold floats, as kernels take them. The tangent turns by `winding` further full turns
     from clamp to clamp. Of what a planar rod leaves out, `yaw` turns the clamps' tangents out of the plane towards +z,
-    then `roll` turns the clamps about their tangents; `further_weight` is what of the weight does not point down;
-    `lateral_curvature` is the free rod's towards +z. Kernels in the plane take nothing of that from it.
+    then `roll` turns the clamps about their tangents; `weight_x` and `weight_z` are what of the weight does not point
+    down; `lateral_curvature` is the free rod's towards +z. Kernels in the plane take nothing of that from it.
     """
 
     pose: Pose  # what the nodes impose
@@ -47,7 +47,8 @@ class ClampedRod:
     section: Section = LINE  # what the rod is made of
     yaw: tuple[float, float] = (0.0, 0.0)  # [rad]
     roll: tuple[float, float] = (0.0, 0.0)  # [rad]
-    further_weight: tuple[float, float] = (0.0, 0.0)  # [N/m], towards +x and +z
+    weight_x: float = 0.0  # [N/m]
+    weight_z: float = 0.0  # [N/m]
     lateral_curvature: float = 0.0  # [1/m]
 
     @property
@@ -118,22 +119,27 @@ class ClampedRod:
         return self.bearing.compliance > 0.0
 
     @property
+    def stretching_compliance(self) -> float:
+        """EI / EA of the section [m^2], whether the rod may stretch or not."""
+        return self.stiffness / self.section.stretching_stiffness
+
+    @property
     def is_flat(self) -> bool:
         """True if nothing points out of the plane."""
-        sideways = (*self.yaw, *self.roll, self.further_weight[1], self.lateral_curvature)
+        sideways = (*self.yaw, *self.roll, self.weight_z, self.lateral_curvature)
         return not any(sideways) and not any(load.z for load in self.loads)
 
     @property
     def is_nearly_flat(self) -> bool:
         """True if what points out of the plane is no more than changes of a billionth make of nothing."""
-        forces = (self.further_weight[1] * self.free_length, *(load.z for load in self.loads))
+        forces = (self.weight_z * self.free_length, *(load.z for load in self.loads))
         turned = (*self.yaw, *self.roll, self.lateral_curvature * self.free_length)
         return max(map(abs, (*turned, *(force * self._unit for force in forces)))) < NEARLY
 
     @property
     def needs_space(self) -> bool:
         """True if a planar model, whose weight points straight down, leaves out more of the scene than rounding."""
-        return not self.is_nearly_flat or abs(self.further_weight[0]) * self.free_length * self._unit >= NEARLY
+        return not self.is_nearly_flat or abs(self.weight_x) * self.free_length * self._unit >= NEARLY
 
     @property
     def _unit(self) -> float:
@@ -146,7 +152,7 @@ class ClampedRod:
 
     def weighing(self, weight: float) -> ClampedRod:
         """The same rod with a weight [N/m] that points straight down."""
-        return replace(self, bearing=self.bearing._replace(weight=weight), further_weight=(0.0, 0.0))
+        return replace(self, bearing=self.bearing._replace(weight=weight), weight_x=0.0, weight_z=0.0)
 
     def extensible(self) -> ClampedRod:
         """The same rod, which may stretch in the plane as its section lets it."""
@@ -156,18 +162,13 @@ class ClampedRod:
         """The same rod, which may not stretch in the plane."""
         return replace(self, bearing=self.bearing._replace(compliance=0.0))
 
-    @property
-    def stretching_compliance(self) -> float:
-        """EI / EA of the section [m^2], whether the rod may stretch or not."""
-        return self.stiffness / self.section.stretching_stiffness
-
     def part(self, share: float) -> ClampedRod:
         """The same rod with a `share` of all that points out of the plane."""
         return replace(
             self,
             yaw=(share * self.yaw[0], share * self.yaw[1]),
             roll=(share * self.roll[0], share * self.roll[1]),
-            further_weight=(self.further_weight[0], share * self.further_weight[1]),
+            weight_z=share * self.weight_z,
             loads=tuple(load._replace(z=share * load.z) for load in self.loads),
             lateral_curvature=share * self.lateral_curvature,
         )

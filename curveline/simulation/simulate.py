@@ -79,7 +79,7 @@ def clamped_rod(
         twisting=float(rod.twisting_stiffness),
     )
     section = Section(rod.stretching_stiffness, rod.thickness, rod.polar_gyration, rod.weight_per_length)
-    return ClampedRod(Pose(*map(float, pose)), bearing, loads, section=section, further_weight=(aside, front))
+    return ClampedRod(Pose(*map(float, pose)), bearing, loads, section=section, weight_x=aside, weight_z=front)
 
 
 def scene_rod(scene: Scene, index: int) -> ClampedRod:

@@ -102,7 +102,7 @@ def rod_of(segment: ClampedRod) -> Rod:
     return Rod(
         np.array([*(rigid / rod.stiffness), rod.section.stretching_stiffness * unit]),
         np.array([-segment.lateral_curvature * length, rod.natural_curvature * length, 0.0]),
-        np.array([rod.further_weight[0], -rod.weight, rod.further_weight[1]]) * length * unit,
+        np.array([rod.weight_x, -rod.weight, rod.weight_z]) * length * unit,
         np.array([(load.at * rod.length - 0.5 * rod.clamp) / length for load in segment.loads]),
         np.array([load[1:] for load in segment.loads]).reshape(-1, 3) * unit,
         (np.array([*rod.chord, 0.0]) - 0.5 * rod.clamp * (tangents[0] + tangents[1])) / length,

@@ -99,7 +99,8 @@ def segment_of(numbers: Array, size: tuple[float, float], clamp: float) -> Clamp
         section=Section(rod.stretching_stiffness, rod.thickness, rod.polar_gyration, 0.0),
         yaw=(float(yaw[0]), float(yaw[1])),
         roll=(float(roll[0]), float(roll[1])),
-        further_weight=(float(weight[0]), float(weight[2])),
+        weight_x=float(weight[0]),
+        weight_z=float(weight[2]),
     )
 
 

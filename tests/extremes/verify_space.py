@@ -48,7 +48,7 @@ def integrate(segment: ClampedRod, wrench: Array, places: Array) -> tuple[Array,
     rod, bearing = segment, segment.bearing
     rigid = np.array([bearing.lateral, bearing.stiffness, bearing.twisting])
     rest = np.array([-segment.lateral_curvature, rod.natural_curvature, 0.0])
-    weight = np.array([rod.further_weight[0], -rod.weight, rod.further_weight[1]])
+    weight = np.array([rod.weight_x, -rod.weight, rod.weight_z])
 
     def slope(_: float, y: Array) -> Array:
         directors, force, moment = y[3:12].reshape(3, 3), y[12:15], y[15:18]

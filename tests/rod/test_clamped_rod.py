@@ -26,13 +26,13 @@ def numbers(rod: ClampedRod) -> list[list[float]]:
 
 
 def test_what_points_out_of_the_plane_is_nothing_in_it() -> None:
-    turned = changed(ROD, yaw=(0.3, -0.2), roll=(0.1, 2.0), further_weight=(0.2, 0.1), lateral_curvature=1.0)
+    turned = changed(ROD, yaw=(0.3, -0.2), roll=(0.1, 2.0), weight_x=0.2, weight_z=0.1, lateral_curvature=1.0)
     pushed = replace(turned, loads=tuple(load._replace(z=0.3) for load in turned.loads))
     assert not pushed.is_flat
     assert numbers(pushed) == numbers(ROD) == numbers(LINE)
     flat = pushed.part(0.0)
     assert flat.is_flat
-    assert flat.further_weight == (0.2, 0.0)
+    assert (flat.weight_x, flat.weight_z) == (0.2, 0.0)
     assert flat.weighing(WEIGHT) == ROD
 
 

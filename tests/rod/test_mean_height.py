@@ -50,7 +50,7 @@ def modelled(model: str) -> Callable[[ClampedRod, float], list[Equilibrium]]:
 
 def rolled(rod: ClampedRod, tolerance: float) -> list[Equilibrium]:
     """A little out of the plane, by roll, yaw, and gravity that leans."""
-    leaning = {"weight": 0.8 * rod.weight, "further_weight": (0.0, -0.6 * rod.weight)}
+    leaning = {"weight": 0.8 * rod.weight, "weight_z": -0.6 * rod.weight}
     segment = made_of(SECTION, rod, yaw=(0.2, -0.1), roll=(0.0, 0.6), **leaning)
     return list(model_states(segment, SearchRequest(tolerance, (0,), "spatial")).states)
 

@@ -25,7 +25,7 @@ ASIDE = {
     "yaw": replace(FLAT, yaw=(0.25, -0.1)),
     "roll": replace(FLAT, roll=(0.3, 2.0)),
     "push": changed(FLAT, loads=((0.3, 0.1, -0.2, 0.4),)),
-    "lean": changed(FLAT, weight=0.3, further_weight=(0.1, 0.35)),
+    "lean": changed(FLAT, weight=0.3, weight_x=0.1, weight_z=0.35),
     "coil": replace(FLAT, lateral_curvature=1.5),
 }
 
@@ -92,7 +92,7 @@ def test_forces_and_moments_are_in_balance(name: str) -> None:
     assert space is not None
     places = space.positions(4001)
     free = places[(np.linspace(0.0, ROD.length, 4001) >= 0.01) & (np.linspace(0.0, ROD.length, 4001) <= 0.63)]
-    weight = np.array([segment.further_weight[0], -segment.weight, segment.further_weight[1]]) * ROD.free_length
+    weight = np.array([segment.weight_x, -segment.weight, segment.weight_z]) * ROD.free_length
     loads = [(space.positions(10001)[round(at * 10000)], np.array(force)) for at, *force in segment.loads]
     forces = space.forces.sum(axis=0) + weight + sum(force for _, force in loads)
     np.testing.assert_allclose(forces, 0.0, atol=1e-8)
@@ -128,7 +128,8 @@ def any_segment(rod: ClampedRod, rng: np.random.Generator) -> ClampedRod:
         yaw=tuple(yaw),
         roll=tuple(roll),
         weight=-up,
-        further_weight=(aside, front),
+        weight_x=aside,
+        weight_z=front,
         loads=((float(rng.uniform(0.2, 0.8)), *rng.uniform(-0.3, 0.3, 3)),),
         lateral_curvature=float(rng.uniform(-1.0, 1.0)),
     )

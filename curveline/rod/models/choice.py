@@ -79,7 +79,7 @@ def beyond(segment: ClampedRod) -> tuple[str, ...]:
         "the yaw of its clamps": any(segment.yaw),
         "the roll of its clamps": any(segment.roll),
         "a load that points out of the plane": any(load.z for load in segment.loads),
-        "gravity that does not point straight down": any(segment.further_weight),
+        "gravity that does not point straight down": bool(segment.weight_x or segment.weight_z),
         "the rod's curvature out of the plane": bool(segment.lateral_curvature),
     }
     return tuple(what for what, is_there in there.items() if is_there)
@@ -247,7 +247,7 @@ def _terms(segment: ClampedRod, model: str) -> tuple[str, ...]:
         "stretch": model != PLANAR,
         "lateral bend": model == SPATIAL,
         "twist": model == SPATIAL,
-        "gravity": bool(segment.weight) or (model == SPATIAL and any(segment.further_weight)),
+        "gravity": bool(segment.weight) or (model == SPATIAL and bool(segment.weight_x or segment.weight_z)),
         "loads": any(load.x or load.y or (model == SPATIAL and load.z) for load in segment.loads),
     }
     return tuple(name for name, is_there in there.items() if is_there)

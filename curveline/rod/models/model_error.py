@@ -203,7 +203,7 @@ def space_bound(segment: ClampedRod, judged: Judged) -> Bound:
 def spatial_left_out(segment: ClampedRod, resting: tuple[SpatialRod, Shape], state: Equilibrium) -> dict[str, Bound]:
     """Every term that the spatial model of `state` leaves out; it was refined from a `resting` shape on few edges."""
     bounds = {"contact": contact_bound(state)}
-    if segment.section.weight > 0.0 and not any((segment.weight, *segment.further_weight)):
+    if segment.section.weight > 0.0 and not (segment.weight or segment.weight_x or segment.weight_z):
         rod, shape = resting
         heavy = spatial_rod(segment.weighing(segment.section.weight), rod.edges)
         loaded = descend(heavy, shape)

@@ -36,7 +36,7 @@ def spatial_rod(segment: ClampedRod, edges: Array) -> SpatialRod:
     length, bearing = segment.free_length, segment.bearing
     unit = length**2 / bearing.stiffness
     forces = np.zeros((edges.size + 1, 3))
-    carried = np.array([segment.further_weight[0], -bearing.weight, segment.further_weight[1]]) * length * unit
+    carried = np.array([segment.weight_x, -bearing.weight, segment.weight_z]) * length * unit
     forces[:-1] += 0.5 * edges[:, None] * carried
     forces[1:] += 0.5 * edges[:, None] * carried
     places = np.concatenate([[0.0], np.cumsum(edges)])
