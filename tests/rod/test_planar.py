@@ -193,7 +193,7 @@ def test_small_systems_are_solved_with_pivoting(k: int) -> None:
 def arch_problem(length: float, tilt: float, weight: float = 0.0, n: int = 40) -> Problem:
     """Level clamps tilted by +-tilt, the chord 1 / length."""
     rod = ScaledRod(weight, np.empty(0), np.empty((0, 2)), np.array([1.0 / length, 0.0]), np.array([tilt, -tilt]))
-    return held_in_height(make_problem(rod, mesh(np.empty(0), n)))
+    return make_problem(rod, mesh(np.empty(0), n))
 
 
 def symmetric_start(n: int, height: float) -> Array:
@@ -234,7 +234,7 @@ def test_descent_ends_at_stable_equilibria_only(seed: int) -> None:
     rng = np.random.default_rng(seed)
     chord = np.array([rng.uniform(0.6, 0.9), rng.uniform(-0.2, 0.2)])
     rod = ScaledRod(rng.uniform(0.0, 20.0), np.empty(0), np.empty((0, 2)), chord, rng.uniform(-1.0, 1.0, 2))
-    problem = held_in_height(make_problem(rod, mesh(np.empty(0), 40)))
+    problem = make_problem(rod, mesh(np.empty(0), 40))
     phi, multipliers = rng.normal(0.0, 0.6, 40), np.zeros(2)
     if descend(problem, phi, multipliers, RELAX) < 0:
         return
@@ -263,7 +263,7 @@ def test_running_out_of_iterations_is_said(effort: Effort) -> None:
 
 def at_equilibrium(chord: Array, ends: Array) -> tuple[float, Array, Problem, Array]:
     rod = ScaledRod(12.0, np.empty(0), np.empty((0, 2)), chord, ends)
-    problem = held_in_height(make_problem(rod, mesh(np.empty(0), 40)))
+    problem = make_problem(rod, mesh(np.empty(0), 40))
     phi, multipliers = symmetric_start(40, 1.0), np.array([40.0, 0.0])
     assert newton(problem, phi, multipliers, RELAX)[0] > 0
     return float(energy(problem, phi, NO_FORCES)), multipliers, problem, phi
