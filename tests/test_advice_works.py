@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from campaign import only
+from clamped_rods import changed, rod_between
 from curveline.displays.capability import Ability, Held, departures_of
 from curveline.displays.lint import Suspicion, suspicions
 from curveline.drive_settings import MAX_EDGES_PER_S, drive_settings
@@ -26,7 +27,6 @@ from curveline.planning.tours import make_plan
 from curveline.planning.verification import Refused, Verifier
 from curveline.rod.models.choice import SearchRequest
 from curveline.rod.models.no_state_reason import why_none
-from curveline.rod.states.equilibrium import ClampedRod
 from curveline.rod.states.planar_states import find_states
 from curveline.scene import Display, Node, Range, Scene, Segment
 from curveline.shapes.files import builtin_text, read_display, read_shape
@@ -247,10 +247,10 @@ def test_a_rod_that_is_too_short_has_a_state_with_what_is_advised(seed: int) -> 
     chance = random.Random(f"short {seed}")
     clamp = chance.choice([0.0, 0.02, 0.45])
     angles = chance.uniform(-1.2, 1.2), chance.uniform(-1.2, 1.2)
-    rod = ClampedRod((0.5, chance.uniform(-0.3, 0.3)), *angles, chance.uniform(0.05, 0.44), clamp, 0.03, 0.0)
+    rod = rod_between((0.5, chance.uniform(-0.3, 0.3)), *angles, chance.uniform(0.05, 0.44), clamp, 0.03, 0.0)
     found = re.search(rf"lengthen it by {NUMBER} mm$", why_none(rod))
     assert found is not None
-    assert find_states(replace(rod, length=rod.length + mm(float(found[1]))), DEFAULT_TOLERANCE)
+    assert find_states(changed(rod, length=rod.length + mm(float(found[1]))), DEFAULT_TOLERANCE)
 
 
 @pytest.mark.parametrize("seed", range(50))

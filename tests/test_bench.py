@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from clamped_rods import rod_between
 from curveline.bench import quick, report, search, trade
 from curveline.bench.measurement import Measurement
 from curveline.bench.methods import cases, collocation, straddling
@@ -19,7 +20,7 @@ from curveline.bench.trade import TradePoint
 from curveline.bench.trade_figure import draw
 from curveline.cli.printing.reports.trade_table import measured, table
 from curveline.rod.planar.elastica import clamped_arch
-from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod
+from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL
 from curveline.rod.states.planar_states import find_states
 from curveline.shapes.files import read_shape
 from curveline.units import to_deg, to_mm
@@ -44,7 +45,7 @@ def point(error: float | None, seconds: float | None) -> TradePoint:
 
 
 def test_a_state_that_is_not_known_counts_as_missed():
-    rod = ClampedRod((0.5, 0.0), 0.2, -0.2, 0.65, 0.02, 0.028224, 0.4707192)
+    rod = rod_between((0.5, 0.0), 0.2, -0.2, 0.65, 0.02, 0.028224, 0.4707192)
     heights = [state.mean_height for state in find_states(rod, 1e-4)]
     assert len(heights) == 2
     assert search.missed(rod, heights, np.random.default_rng(1)) == 0
@@ -69,7 +70,7 @@ def test_shooting_meets_the_closed_form_and_the_stored_stretch(clamps: CaseSet):
 
 
 def test_shooting_carries_weight_loads_and_clamps():
-    rod = ClampedRod((0.5, 0.05), 0.3, -0.2, 0.62, 0.02, 0.028, 0.47, loads=((0.3, 0.1, -0.4), (0.7, 0.0, 0.3)))
+    rod = rod_between((0.5, 0.05), 0.3, -0.2, 0.62, 0.02, 0.028, 0.47, loads=((0.3, 0.1, -0.4), (0.7, 0.0, 0.3)))
     for state in find_states(rod, 1e-9):
         curve = cases.exact(state, math.inf)
         assert curve is not None

@@ -14,6 +14,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import curveline
+from clamped_rods import changed
 from curveline.errors import Infeasible, InvalidInput
 from curveline.loading.load_map import load_map
 from curveline.loading.pushes import Push, direction_of, most_on, stand_of
@@ -113,7 +114,7 @@ def test_stiffness_is_the_slope_of_the_curve_and_what_single_states_say() -> Non
     assert loading.stiffness == pytest.approx(slope, rel=1e-5)
     places = []
     for force in (0.02, -0.02):
-        rod = replace(loading.stand.rod, loads=((0.4, force * math.sqrt(0.5), -force * math.sqrt(0.5)),))
+        rod = changed(loading.stand.rod, loads=((0.4, force * math.sqrt(0.5), -force * math.sqrt(0.5)),))
         (peak,) = (state for state in find_states(rod, 1e-7) if state.name == "peak")
         places.append(peak.curve(1001)[400])
     moved = (places[0] - places[1]) @ [math.sqrt(0.5), -math.sqrt(0.5)]

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import curveline
+from curveline.rod.spatial.lifting import lift
 from curveline.rod.spatial.relax import is_stable
-from curveline.rod.spatial.segment import lift
 from curveline.rod.states.equilibrium import Equilibrium, Outcome
 from curveline.scene import Load, Node, Scene
 from curveline.sections import Rectangle
-from curveline.simulation.simulate import SegmentStates, simulate, spatial_segment
+from curveline.simulation.simulate import SegmentStates, scene_rod, simulate
 from curveline.units import deg, mm
 
 SHAPES = Path(__file__).parent.parent / "shapes"
@@ -139,7 +139,7 @@ def test_no_state_is_called_stable_that_is_not_stable_in_space() -> None:
         nodes = tuple(Node(0.0, float(angle)) for angle in np.radians(rng.uniform(-40.0, 40.0, 2)))
         strip = Rectangle(mm(float(2.4 * 10.0 ** rng.uniform(-0.3, 0.4))), mm(2.4))
         scene = with_length(replace(with_rod(PLAIN, section=strip), nodes=nodes), float(rng.uniform(560.0, 900.0)))
-        segment = spatial_segment(scene, 0)
+        segment = scene_rod(scene, 0)
         for model in ("planar", "extensible"):
             for state in only(scene, model=model, windings=(0, 1)).states:
                 called += state.stable

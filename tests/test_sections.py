@@ -15,12 +15,12 @@ from curveline.displays.capability import ability_of
 from curveline.displays.lint import suspicions
 from curveline.errors import InvalidInput
 from curveline.planning.tours import make_plan
-from curveline.scene import Display, Rod, Scene
+from curveline.scene import Display, Node, Rod, Scene
 from curveline.sections import CrossSection, Rectangle, Round
 from curveline.shapes.files import builtin_text, read_display
 from curveline.simulation import results
 from curveline.simulation.results import Settings, ShapeReport
-from curveline.simulation.simulate import section_of, simulate
+from curveline.simulation.simulate import clamped_rod, simulate
 from curveline.units import mm
 
 SHAPES = Path(__file__).parent.parent / "shapes"
@@ -193,11 +193,15 @@ def test_curves_depend_on_the_section_by_its_stiffness_alone_and_plans_know_its_
 
 def test_out_of_the_plane_a_round_rod_is_as_stiff_as_in_it_and_turns_with_its_own_inertia() -> None:
     display = read_display("single")
-    seen = section_of(replace(display, rod=rod_with(TUBE)))
-    assert seen.lateral_stiffness == pytest.approx(rod_with(TUBE).bending_stiffness)
+    level = (Node(0.0, 0.0), Node(0.0, 0.0))
+    tube = clamped_rod(replace(display, rod=rod_with(TUBE)), level, 0.6)
+    assert tube.bearing.lateral == pytest.approx(rod_with(TUBE).bending_stiffness)
+    seen = tube.section
     assert seen.thickness == pytest.approx(0.006)
     assert seen.gyration == pytest.approx(math.sqrt((0.006**2 + 0.0045**2) / 8.0))
-    assert section_of(display).gyration == pytest.approx(math.hypot(0.01, 0.0024) / math.sqrt(12.0))
+    assert clamped_rod(display, level, 0.6).section.gyration == pytest.approx(
+        math.hypot(0.01, 0.0024) / math.sqrt(12.0)
+    )
 
 
 def test_results_say_what_rod_it_was(tmp_path: Path) -> None:

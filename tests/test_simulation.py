@@ -13,7 +13,7 @@ import curveline
 from curveline.errors import InvalidInput
 from curveline.scene import Load, Node, Scene, Segment
 from curveline.shapes.files import read_display
-from curveline.simulation.simulate import simulate, spatial_segment
+from curveline.simulation.simulate import scene_rod, simulate
 from curveline.units import deg, mm
 
 HERE = Path(__file__).parent
@@ -85,7 +85,7 @@ def test_loads_act_on_their_own_segment_only() -> None:
     for index in (0, 2, 3):
         np.testing.assert_array_equal(plain[index].states[0].curve(11), heavy[index].states[0].curve(11))
     state = heavy[1].states[0]
-    assert state.rod.loads == ((0.3, 0.1, -0.1), (0.7, 0.0, -0.2))
+    assert state.rod.loads == ((0.3, 0.1, -0.1, 0.0), (0.7, 0.0, -0.2, 0.0))
     weight = state.rod.weight * state.rod.free_length
     assert state.clamp_force.sum(axis=0) == pytest.approx([-0.1, 0.3 + weight])
 
@@ -110,15 +110,15 @@ def test_a_segment_in_space_has_all_that_the_scene_says_of_it() -> None:
     scene = replace(
         QUAD, display=display, nodes=nodes, loads=(Load(1, 0.7, (0.1, -0.2), 0.3), Load(1, 0.3, (0.0, 0.4)))
     )
-    space = spatial_segment(scene, 1)
+    space = scene_rod(scene, 1)
     assert (space.yaw, space.roll) == ((0.0, deg(20)), (0.0, deg(400)))
-    assert space.weight == pytest.approx((0.0, -0.8 * rod.weight_per_length, 0.6 * rod.weight_per_length))
+    assert (space.weight_x, space.weight_z) == pytest.approx((0.0, 0.6 * rod.weight_per_length))
     assert space.loads == ((0.3, 0.0, 0.4, 0.0), (0.7, 0.1, -0.2, 0.3))
     assert space.lateral_curvature == 0.3
-    assert space.rod.loads == ((0.3, 0.0, 0.4), (0.7, 0.1, -0.2))
-    assert space.rod.weight == pytest.approx(0.8 * rod.weight_per_length)
-    assert space.section.twisting_stiffness == rod.twisting_stiffness
-    assert spatial_segment(QUAD, 1).is_flat
+    assert [forces.tolist() for forces in space.dead_loads()] == [[0.3, 0.7], [[0.0, 0.4], [0.1, -0.2]]]
+    assert space.weight == pytest.approx(0.8 * rod.weight_per_length)
+    assert (space.bearing.lateral, space.bearing.twisting) == (rod.lateral_bending_stiffness, rod.twisting_stiffness)
+    assert scene_rod(QUAD, 1).is_flat
 
 
 def test_full_turns_that_both_clamps_make_are_not_made() -> None:
@@ -131,7 +131,7 @@ def test_full_turns_that_both_clamps_make_are_not_made() -> None:
     for (left, right), expected in rolled.items():
         nodes = (Node(0.0, 0.0, 0.0, deg(left)), Node(0.0, 0.0, 0.0, deg(right)))
         scene = Scene("rolled", read_display("single"), nodes, (Segment(mm(600), "peak"),))
-        assert spatial_segment(scene, 0).roll == pytest.approx(tuple(map(deg, expected)), abs=1e-9)
+        assert scene_rod(scene, 0).roll == pytest.approx(tuple(map(deg, expected)), abs=1e-9)
 
 
 def test_the_models_agree_where_nothing_points_out_of_the_plane_and_stretch_is_small() -> None:

@@ -15,7 +15,7 @@ from curveline.rod.models.model_error import judge
 from curveline.rod.states.planar_states import find_states
 from curveline.scene import Load, Node, Scene
 from curveline.sections import Rectangle
-from curveline.simulation.simulate import SegmentStates, simulate, spatial_segment
+from curveline.simulation.simulate import SegmentStates, scene_rod, simulate
 from curveline.units import deg, mm
 
 PLAIN = curveline.read_shape(Path(__file__).parent.parent / "shapes" / "level-neutral-peak.toml")
@@ -73,8 +73,8 @@ def test_a_peak_that_falls_out_of_its_plane_does_not_take_the_place_of_the_valle
 def test_the_good_one_of_two_planar_states_is_not_denied() -> None:
     left, right = Node(mm(86.3), deg(-56.1)), Node(mm(143.4), deg(65.6))
     scene = scene_of(left, right, 808.9, state="valley")
-    described = spatial_segment(scene, 0)
-    judged = {each.name: judge(each, described.section) for each in find_states(described.rod, 1e-4)}
+    described = scene_rod(scene, 0)
+    judged = {each.name: judge(each) for each in find_states(described, 1e-4)}
     assert judged["peak"].sideways.eigenvalue == pytest.approx(-0.845, abs=0.01)
     assert judged["valley"].state.lowest_eigenvalue == pytest.approx(79.5, abs=0.1)
     assert judged["valley"].sideways.eigenvalue == pytest.approx(62.5, abs=0.5)

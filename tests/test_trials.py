@@ -29,8 +29,8 @@ from curveline.replay.monte_carlo import (
 )
 from curveline.replay.playback import replay
 from curveline.rod.branches.quasi_static import FELL, Event, State, buckle
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Pose
-from curveline.rod.spatial.segment import SpatialSegment
 from curveline.scene import Display
 from curveline.shapes.files import read_display
 from curveline.units import deg, mm
@@ -269,9 +269,7 @@ def test_a_plan_is_played_on_its_own_display() -> None:
 
 @pytest.mark.parametrize(("fed", "ending"), [(60.0, LOST), (0.5, "valley")])
 def test_only_a_rod_with_somewhere_to_fall_is_lost(monkeypatch: pytest.MonkeyPatch, fed: float, ending: str) -> None:
-    def falling(
-        poses: Array, segment: SpatialSegment, start: State | None, bow: float
-    ) -> tuple[State | None, list[Event]]:
+    def falling(poses: Array, segment: ClampedRod, start: State | None, bow: float) -> tuple[State | None, list[Event]]:
         return buckle(Pose(*poses[-1]), segment.bearing), [Event(FELL, PIECES, None)]
 
     monkeypatch.setattr("curveline.replay.monte_carlo.move_through", falling)

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from clamped_rods import dead
 from curveline import scene, sections
 from curveline.displays.capability import ability_of, reaches
 from curveline.displays.lint import suspicions
@@ -25,7 +26,7 @@ from curveline.scene import Axis, Display, Drive, Limits, Load, Node, RadioSetti
 from curveline.sections import Rectangle
 from curveline.simulation import results
 from curveline.simulation.results import Settings, ShapeReport
-from curveline.simulation.simulate import clamped_rod, simulate, spatial_segment
+from curveline.simulation.simulate import clamped_rod, scene_rod, simulate
 
 Number = Callable[[int], Any]
 
@@ -97,11 +98,11 @@ def test_load_and_map() -> None:
 
 def test_rods() -> None:
     nodes = Node(0, 1), Node(0, -1)
-    whole = clamped_rod(display(int), nodes, 3, ((0.5, 0, -1),))
+    whole = clamped_rod(display(int), nodes, 3, dead(((0.5, 0, -1),)))
     (same, *_) = find_states(whole, 1)
-    (state, *_) = find_states(clamped_rod(display(float), nodes, 3.0, ((0.5, 0.0, -1.0),)), 1.0)
+    (state, *_) = find_states(clamped_rod(display(float), nodes, 3.0, dead(((0.5, 0.0, -1.0),))), 1.0)
     assert same.energy == state.energy
-    assert spatial_segment(turned(int), 0) == spatial_segment(turned(float), 0)
+    assert scene_rod(turned(int), 0) == scene_rod(turned(float), 0)
 
 
 def test_everything_that_is_measured_is_a_float() -> None:

@@ -22,18 +22,19 @@ from curveline.bench.methods.peers import PEERS
 from curveline.bench.methods.stopwatch import best
 from curveline.bench.trade import distance, fitted_exponent, is_installed
 from curveline.planning.tours import make_plan
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.elastica import clamped_arch
 from curveline.rod.planar.newton import descend
 from curveline.rod.planar.richardson import climb_levels
 from curveline.rod.planar.search import RELAX
-from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mesh, released
+from curveline.rod.problem import Array, Bearing, Pose, Problem, ScaledRod, make_problem, mesh
 from curveline.rod.spatial import relax
-from curveline.rod.spatial.segment import lift
-from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, ClampedRod, refine
+from curveline.rod.spatial.lifting import lift
+from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, refine
 from curveline.rod.states.planar_states import SEARCH_EDGES, find_states
 from curveline.scene import Scene
 from curveline.shapes.files import read_shape
-from curveline.simulation.simulate import simulate, spatial_segment
+from curveline.simulation.simulate import scene_rod, simulate
 from curveline.units import deg, mm, to_mm, to_ms
 
 BOUNDARY_CONDITIONS = (
@@ -102,7 +103,7 @@ def _planar_start(case: Case) -> tuple[ScaledRod, Array, Array, Problem]:
     """Rod, edges, spline guess and equations with which the refinement of a planar state begins."""
     scaled = case.rod.scaled()
     edges = mesh(scaled.at, SEARCH_EDGES[0])
-    return scaled, edges, case.guess(edges.size), released(make_problem(scaled, edges))
+    return scaled, edges, case.guess(edges.size), make_problem(scaled, edges)
 
 
 def _bare_newton(scaled: ScaledRod, guess: Array, finest: int, relax_it: Callable[[], object]) -> Iterator[Measurement]:
@@ -168,7 +169,7 @@ def linear_cost() -> Iterator[Measurement]:
     case = clamps().cases[0]
     spent = [_fastest(one_level(case, PLANAR, n)) for n in PLANAR_SIZES]
     yield _growth("planar", PLANAR_SIZES, spent)
-    segment = spatial_segment(case.scene, 0)
+    segment = scene_rod(case.scene, 0)
     spent = []
     for n in SPATIAL_SIZES:
         rod, shape = lift(segment, case.state, n)
@@ -188,7 +189,7 @@ def _growth(model: str, sizes: Sequence[int], seconds: Sequence[float]) -> Measu
 def all_states(scenes: Sequence[Scene]) -> Iterator[Measurement]:
     """Every stable state: of eight boundary conditions, and of shape files with all that `simulate` does."""
     rods = [
-        ClampedRod((0.5, mm(height)), deg(left), deg(right), mm(length), 0.0, 1.0, 0.0)
+        ClampedRod(Pose(0.5, mm(height), deg(left), deg(right), mm(length)), Bearing(0.0, 1.0, 0.0))
         for height, left, right, length in BOUNDARY_CONDITIONS
     ]
     found = sum(len(find_states(rod, mm(0.1))) for rod in rods)

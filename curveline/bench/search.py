@@ -10,10 +10,11 @@ import numpy as np
 
 from curveline.bench.measurement import Measurement
 from curveline.bench.methods.cases import SEED
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.newton import descend
 from curveline.rod.planar.search import RELAX
-from curveline.rod.problem import make_problem, mesh, released, sharpest_turn
-from curveline.rod.states.equilibrium import ClampedRod, refine
+from curveline.rod.problem import Bearing, Pose, make_problem, mesh, sharpest_turn
+from curveline.rod.states.equilibrium import refine
 from curveline.rod.states.planar_states import find_states
 from curveline.units import deg, mm
 
@@ -27,8 +28,9 @@ def rows() -> Iterator[Measurement]:
     found = lost = uncertain = 0
     times = []
     for _ in range(SCENES):
-        height, left, right, length = rng.uniform([-0.12, deg(-45), deg(-45), 0.56], [0.12, deg(45), deg(45), 0.8])
-        rod = ClampedRod((0.5, height), left, right, length, mm(20.0), 0.028224, 0.4707192)
+        drawn = rng.uniform([-0.12, deg(-45), deg(-45), 0.56], [0.12, deg(45), deg(45), 0.8])
+        height, left, right, length = drawn.tolist()
+        rod = ClampedRod(Pose(0.5, height, left, right, length), Bearing(mm(20.0), 0.028224, 0.4707192))
         begin = time.perf_counter()
         states = find_states(rod, mm(0.1))
         times.append(time.perf_counter() - begin)
@@ -45,7 +47,7 @@ def missed(rod: ClampedRod, known: list[float], rng: np.random.Generator) -> int
     """How many stable states random descents reach whose mean height [m] is not among `known`."""
     scaled = rod.scaled()
     edges = mesh(scaled.at, 48)
-    problem = released(make_problem(scaled, edges))
+    problem = make_problem(scaled, edges)
     places = np.cumsum(edges) - 0.5 * edges
     news: list[float] = []
     for _ in range(STARTS):

@@ -17,7 +17,7 @@ from curveline.planning.verification import Verifier
 from curveline.radio.protocol.motion import axes_of
 from curveline.rod.models.showable import Showable, showable_states
 from curveline.scene import Display, Node
-from curveline.simulation.simulate import DEFAULT_TOLERANCE, clamped_rod, section_of
+from curveline.simulation.simulate import DEFAULT_TOLERANCE, clamped_rod
 from curveline.units import mm, to_mm
 
 STATUS_COUNTS = 262_136
@@ -253,7 +253,7 @@ def leaving(display: Display, length: float) -> frozenset[str]:
 
 def _level_states(display: Display, length: float) -> Showable:
     rod = clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), length)
-    return showable_states(rod, section_of(display), DEFAULT_TOLERANCE)
+    return showable_states(rod, DEFAULT_TOLERANCE)
 
 
 def too_much(display: Display, length: float) -> str:

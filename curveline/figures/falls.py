@@ -230,7 +230,7 @@ def _pushed_at(fall: SnapFall, curve: Array) -> Array:
 
 def _seen(fall: SnapFall, places: Array) -> Array:
     """Points (n+3, 2) [mm], from pivot to pivot in the display's frame, of `places (n+1, 3)` of the free rod over L."""
-    rod = fall.segment.rod
+    rod = fall.segment
     free = np.array(rod.free_start) + rod.free_length * places[:, :2]
     whole: Array = to_mm(1.0) * (np.array(fall.loading.stand.origin) + np.vstack([[0.0, 0.0], free, rod.chord]))
     return whole

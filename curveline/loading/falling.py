@@ -16,13 +16,13 @@ from curveline.errors import Infeasible, InvalidInput
 from curveline.loading.pushes import ROUGH, Stand
 from curveline.loading.snap_through import LOST, UNKNOWN, Loading, SnapThrough, before
 from curveline.notebook import html_of, svg_of
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array
 from curveline.rod.spatial.dynamics import FallMotion, Fate, StepControl, fall, kicked, lead, medium_of
 from curveline.rod.spatial.energy import Shape, SpatialRod, positions
+from curveline.rod.spatial.lifting import lift
 from curveline.rod.spatial.relax import RelaxEnding, is_stable, largest_turn, newton
-from curveline.rod.spatial.segment import SpatialSegment, lift
 from curveline.rod.states.planar_states import find_states
-from curveline.simulation.simulate import spatial_segment
 
 PUSHES = 40
 """Loads at which the rod is looked at on its way to the snap-through."""
@@ -64,7 +64,7 @@ class SnapFall:
     loading: Loading  # the push that led to it
     pushed: tuple[PushedCurve, ...]
     force: float
-    segment: SpatialSegment
+    segment: ClampedRod
     motion: FallMotion
     name: str
 
@@ -118,13 +118,11 @@ def _pushes(loading: Loading, force: float) -> Iterator[PushedCurve]:
     yield PushedCurve(before(force), np.array(stand.origin) + loading.last.curve(POINTS))
 
 
-def _let_go(loading: Loading, force: float) -> tuple[float, SpatialSegment, SpatialRod, FallMotion]:
+def _let_go(loading: Loading, force: float) -> tuple[float, ClampedRod, SpatialRod, FallMotion]:
     """The load [N] under which the rod falls, the segment and the rod under it, and the fall."""
     stand = loading.stand
-    base = spatial_segment(loading.scene, loading.push.segment)
     for share in BEYOND:
-        load = (stand.at, share * force * stand.toward[0], share * force * stand.toward[1], 0.0)
-        segment = replace(base, rod=stand.loaded(share * force), loads=tuple(sorted((*base.loads, load))))
+        segment = stand.loaded(share * force)
         rod, shape = lift(segment, loading.last, EDGES)
         if share < BEYOND[-1] and _holds(rod, shape):
             continue
@@ -141,7 +139,7 @@ def _holds(rod: SpatialRod, shape: Shape) -> bool:
     return is_there and is_stable(rod, held.shape)
 
 
-def _fallen(segment: SpatialSegment, rod: SpatialRod, shape: Shape) -> FallMotion:
+def _fallen(segment: ClampedRod, rod: SpatialRod, shape: Shape) -> FallMotion:
     """The motion from rest in a shape until the rod has landed, and on until it hardly moves."""
     medium = medium_of(segment)
     start = kicked(rod, shape, NUDGE, SEED)
@@ -167,7 +165,7 @@ def _name(stand: Stand, force: float, rod: SpatialRod, settled: Shape | None) ->
         return UNKNOWN
     tangents = np.diff(positions(rod, settled), axis=0)[:, :2]
     along = np.arctan2(tangents[:, 1], tangents[:, 0])
-    loaded = replace(stand.loaded(force), stretching=np.inf)
+    loaded = stand.loaded(force).inextensible()
     nearest = ALIKE, UNKNOWN
     for state in find_states(loaded, ROUGH * loaded.length):
         turns = along - state.start_on(rod.edges)[0]

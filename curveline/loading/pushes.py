@@ -11,15 +11,14 @@ import numpy as np
 
 from curveline.errors import Infeasible, InvalidInput
 from curveline.rod.branches.control_path import ControlPath, loading
+from curveline.rod.clamped_rod import ClampedRod, DeadLoad
 from curveline.rod.models.choice import AUTO, SearchRequest, model_states
 from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.planar.richardson import interpolate
-from curveline.rod.problem import Array
-from curveline.rod.section import Section
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod, Equilibrium, refine
+from curveline.rod.problem import Array, Bearing
+from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, refine
 from curveline.scene import Scene
-from curveline.simulation.simulate import section_of, spatial_segment
+from curveline.simulation.simulate import scene_rod
 from curveline.units import between, deg
 
 DOWN = "down"
@@ -73,7 +72,6 @@ class Stand:
     """
 
     rod: ClampedRod
-    section: Section
     origin: tuple[float, float]
     state: Equilibrium
     at: float
@@ -89,13 +87,18 @@ class Stand:
 
     def loaded(self, force: float) -> ClampedRod:
         """The rod under a push of `force` [N]."""
-        pushed = (self.at, force * self.toward[0], force * self.toward[1])
-        return replace(self.rod, loads=tuple(sorted((*self.rod.loads, pushed), key=lambda load: load[0])))
+        pushed = DeadLoad(self.at, force * self.toward[0], force * self.toward[1])
+        return replace(self.rod, loads=tuple(sorted((*self.rod.loads, pushed), key=lambda load: load.at)))
+
+    @property
+    def bearing(self) -> Bearing:
+        """What holds the rod in the plane, in which pushes are computed."""
+        return self.rod.bearing.held_in_plane()
 
     def path(self, before: float, after: float) -> ControlPath:
         """The path from one push to another [N]."""
-        begin, end = (np.array(self.loaded(force).loads) for force in (before, after))
-        path: ControlPath = loading(self.rod.pose, begin[:, 0].copy(), begin[:, 1:].copy(), end[:, 1:].copy())
+        (at, begin), (_, end) = (self.loaded(force).dead_loads() for force in (before, after))
+        path: ControlPath = loading(self.rod.pose, at, begin, end)
         return path
 
     def place(self, state: Equilibrium) -> tuple[float, float]:
@@ -162,7 +165,7 @@ def stand_of(scene: Scene, push: Push) -> Stand:
     check_place(scene, push)
     state = _state(scene, push)
     origin = (push.segment * scene.display.span, scene.nodes[push.segment].height)
-    stand = Stand(state.rod, section_of(scene.display), origin, state, push.at, DOWNWARDS)
+    stand = Stand(state.rod, origin, state, push.at, DOWNWARDS)
     return stand.moved_to(push.at, push.direction)
 
 
@@ -226,25 +229,25 @@ def turned(one: Equilibrium, other: Equilibrium) -> float:
 def _state(scene: Scene, push: Push) -> Equilibrium:
     """The state that is pushed."""
     name = push.state or scene.segments[push.segment].state
-    described = spatial_segment(scene, push.segment)
+    described = scene_rod(scene, push.segment)
     shown = _shown(described, push.model)
     for state in shown:
         if state.name == name:
             return state
     names = " and ".join(state.name for state in shown) or "none that stays in the plane"
     where = f"{scene.name}, segment {push.segment + 1}"
-    bare = spatial_segment(replace(scene, loads=()), push.segment)
-    if bare.rod.loads != described.rod.loads and any(state.name == name for state in _shown(bare, push.model)):
+    bare = scene_rod(replace(scene, loads=()), push.segment)
+    if bare.loads != described.loads and any(state.name == name for state in _shown(bare, push.model)):
         message = f"{where}: the {name} does not withstand the loads in the file; under them there is {names}"
         raise Infeasible(message, "make these loads smaller, or take them out, and push again")
     raise Infeasible(f"{where} has no stable {name} to push; there is {names}", "choose another one with --state")
 
 
-def _shown(segment: SpatialSegment, model: str) -> list[Equilibrium]:
+def _shown(segment: ClampedRod, model: str) -> list[Equilibrium]:
     """The states of a segment that a planar display can show; InvalidInput for a model that is none of `MODELS`."""
     if model not in MODELS:
         raise InvalidInput(f"a push has no model {model!r}", f"choose one of {', '.join(MODELS)}")
-    tolerance = ROUGH * segment.rod.length
+    tolerance = ROUGH * segment.length
     found = model_states(segment, SearchRequest(tolerance, (0,), model))
     if found.model == SPATIAL:
         # Some state leaves the plane; those that do not are pushed in it.

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -20,10 +20,12 @@ from curveline.rod.branches.arclength import TraceReach, trace
 from curveline.rod.branches.continuation import start_along
 from curveline.rod.branches.control_path import ControlPath
 from curveline.rod.branches.special_points import FallOutcome, SpecialKind, SpecialPoint, critical, falls
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.geometry.vertex_table import X, Y
 from curveline.rod.models.model_error import lateral, probe
 from curveline.rod.planar.richardson import vertex_table
-from curveline.rod.problem import make_problem, mesh, released
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.problem import make_problem, mesh
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.identity import called
 from curveline.rod.states.planar_states import find_states
 from curveline.scene import Scene
@@ -168,7 +170,7 @@ def limit_of(stand: Stand, most: float, tolerance: float = NEAR) -> Limit | None
     # Up to what suits the rod first: on a path that is a million times as long a special point is hard to place.
     for far in sorted({min(most, most_on(stand.rod)), most}):
         path = stand.path(0.0, far)
-        point = critical(path, stand.rod.bearing, *start_along(path, stand.state), tolerance)
+        point = critical(path, stand.bearing, *start_along(path, stand.state), tolerance)
         if point.kind is SpecialKind.LOST:
             return Limit(point.reached * far, math.inf, point.kind.value, point, far)
         if point.kind is not SpecialKind.NONE:
@@ -213,17 +215,17 @@ def _deflection_at(stand: Stand, limit: Limit) -> float:
     """How far the point that is pushed has moved along the push at the special point [m], on its finest level."""
     point = limit.point
     rod = stand.loaded(point.reached * limit.far)
-    problem = released(make_problem(rod.scaled(), point.edges))
+    problem = make_problem(rod.scaled(), point.edges)
     table = vertex_table(problem, point.phi, point.multipliers)
     ends = np.concatenate([[0.0], np.cumsum(point.edges)]) * rod.free_length + 0.5 * rod.clamp
-    x, y = rod.free_length * table[np.argmin(np.abs(ends - stand.at * rod.length)), :2]
-    return stand.moved((rod.free_start[0] + float(x), rod.free_start[1] + float(y)))
+    pushed = rod.free_length * table[np.argmin(np.abs(ends - stand.at * rod.length))]
+    return stand.moved((rod.free_start[0] + float(pushed[X]), rod.free_start[1] + float(pushed[Y])))
 
 
 def _branch(stand: Stand, most: float) -> Iterator[BranchPoint]:
     """The branch of the state that is pushed up to `most` [N], past special points, until it is stable once more."""
     path = stand.path(0.0, most)
-    track = trace(path, stand.rod.bearing, *start_along(path, stand.state, TRACE_EDGES), TraceReach(step=SHORT_STEP))
+    track = trace(path, stand.bearing, *start_along(path, stand.state, TRACE_EDGES), TraceReach(step=SHORT_STEP))
     was_unstable = False
     for number, unstable in enumerate(track.unstable):
         if was_unstable and not unstable:
@@ -262,19 +264,19 @@ def leaves_plane(stand: Stand, last: float) -> float | None:
     below = here = (0.0, stand.state)
     for number in range(1, LOOKS + 1):
         here = stand.reach(last * number / LOOKS, here, ROUGH)
-        if not _stays(stand, here[1]):
+        if not _stays(here[1]):
             after = here
             for _ in range(HALVINGS):
                 middle = stand.reach(0.5 * (below[0] + after[0]), below, ROUGH)
-                below, after = (middle, after) if _stays(stand, middle[1]) else (below, middle)
+                below, after = (middle, after) if _stays(middle[1]) else (below, middle)
             return after[0]
         below = here
     return None
 
 
-def _stays(stand: Stand, state: Equilibrium) -> bool:
+def _stays(state: Equilibrium) -> bool:
     """True if a state is stable also against leaving the plane."""
-    return lateral(probe(state), stand.section).stays
+    return lateral(probe(state)).stays
 
 
 def _landings(stand: Stand, limit: Limit) -> Iterator[Landing]:
@@ -294,7 +296,7 @@ def _landings(stand: Stand, limit: Limit) -> Iterator[Landing]:
 
 def _falls(stand: Stand, path: ControlPath, point: SpecialPoint) -> tuple[FallOutcome, ...]:
     """Both ways off a bifurcation; off a fold there is but the one on which the branch led."""
-    found = falls(path, stand.rod.bearing, point)
+    found = falls(path, stand.bearing, point)
     return found[:1] if point.kind is SpecialKind.FOLD else found
 
 
@@ -313,7 +315,7 @@ def _released(stand: Stand, force: float, state: Equilibrium | None) -> Equilibr
         if state is None:
             return None
         path = stand.path(force, 0.0)
-        point = critical(path, stand.rod.bearing, *start_along(path, state))
+        point = critical(path, stand.bearing, *start_along(path, state))
         if point.kind is SpecialKind.NONE:
             return stand.reach(0.0, (force, state))[1]
         if point.kind is SpecialKind.LOST:
@@ -328,4 +330,4 @@ def _name(state: Equilibrium | None, loads: ClampedRod) -> str:
     """What a state is called among all of a rod under the same loads; names do not depend on how far it stretches."""
     if state is None:
         return UNKNOWN
-    return called(state, find_states(replace(loads, stretching=math.inf), ROUGH * loads.length))
+    return called(state, find_states(loads.inextensible(), ROUGH * loads.length))

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
-
 from curveline.errors import Infeasible, InvalidInput
 from curveline.planning.actuator_loads import (
     ActuatorLoad,
@@ -26,6 +24,7 @@ from curveline.rod.branches.control_path import loading
 from curveline.rod.branches.special_points import SpecialKind, critical
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Display, Scene
+from curveline.simulation.simulate import scene_rod
 
 RESERVE = 1.25
 """What a state must withstand over its loads: these are at most four fifths of what snaps it through."""
@@ -124,13 +123,12 @@ class _Loaded(NamedTuple):
 
 def _loaded(verifier: Verifier, scene: Scene, number: int, state: Equilibrium) -> _Loaded:
     """A state of a segment, counted from 1, while its loads are put on; Refused if they are too much for it."""
-    loads = sorted((load.at, *load.force) for load in scene.loads if load.segment == number - 1)
-    if not loads:
+    at, forces = scene_rod(scene, number - 1).dead_loads()
+    if not at.size:
         return _Loaded((state.lowest_eigenvalue, STABILITY), ClampLoads())
-    at, forces = np.array(loads)[:, 0].copy(), np.array(loads)[:, 1:].copy()
     way = loading(state.rod.pose, at, 0.0 * forces, forces)
     far = loading(state.rod.pose, at, 0.0 * forces, RESERVE * forces)
-    snap = critical(far, state.rod.bearing, *start_along(far, state))
+    snap = critical(far, state.rod.bearing.held_in_plane(), *start_along(far, state))
     if snap.kind is not SpecialKind.NONE:
         share = 100.0 * RESERVE * (snap.fraction if snap.kind is not SpecialKind.LOST else snap.reached)
         text = f"segment {number}: the {state.name} snaps at {share:.0f} % of its loads; it must withstand"

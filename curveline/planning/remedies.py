@@ -206,7 +206,7 @@ class _DialSearch:
         return self._known[values]
 
     def _prover_of(self, display: Display) -> Verifier:
-        is_same_rod = display.rod.bending_stiffness == self._prover.display.rod.bending_stiffness
+        is_same_rod = self._prover.has_rod_of(display)
         return self._prover.like(display) if is_same_rod else Verifier(display, self._prover.tell)
 
 

@@ -19,14 +19,15 @@ from curveline.planning.layout import Box, describe
 from curveline.rod.branches.continuation import FOLLOW_EDGES, STIFFEST, coarse_start, follow, stiffness_of, travel
 from curveline.rod.branches.control_path import between, straight_path
 from curveline.rod.branches.tracking import CLOSE, TrackedState, identify, on_edges, refined, tracked, why_not_shown
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.models.showable import Showable, showable_states
 from curveline.rod.planar.approach import layer
 from curveline.rod.problem import Pose
-from curveline.rod.states.equilibrium import SPATIAL, ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import SPATIAL, Equilibrium
 from curveline.rod.states.slack import is_slack, missing, out_of_line
 from curveline.scene import PEAK, STRAIGHT, VALLEY, Display, Node
-from curveline.simulation.simulate import DEFAULT_TOLERANCE, clamped_rod, flat_segment, section_of
+from curveline.simulation.simulate import DEFAULT_TOLERANCE, clamped_rod
 from curveline.units import deg, mm
 
 LEAST_STABILITY = 0.05
@@ -100,7 +101,8 @@ class Verifier:
         self.display = display
         self.tell = tell
         self.drive = drive_settings(display)
-        self.bearing = flat_segment(display, *_nodes(Pose(display.span, 0.0, 0.0, 0.0, display.span))).bearing
+        self._rod = _level_rod(display)
+        self.bearing = self._rod.bearing
         self._steps_left = math.inf
         self._showable: dict[Pose, Showable] = {}
         self._elsewhere: dict[Pose, tuple[Equilibrium, ...]] = {}
@@ -108,6 +110,10 @@ class Verifier:
         self._weighed: dict[Pose, ClampLoads] = {}
         self._allowed: dict[tuple[Pose, Pose, Box], Passed] = {}
         self._funnels: dict[tuple[Pose, str], float] = {}
+
+    def has_rod_of(self, display: Display) -> bool:
+        """True if a rod between nodes of `display` does what this one does, in its plane and out of it."""
+        return _level_rod(display).bearing == self.bearing
 
     def like(self, display: Display, steps: float = math.inf) -> Verifier:
         """A verifier for a `display` with the same rod between its nodes, but maybe other motors or limits.
@@ -126,15 +132,13 @@ class Verifier:
 
     def rod(self, pose: Pose) -> ClampedRod:
         """The rod between two nodes."""
-        return clamped_rod(self.display, *_nodes(pose))
+        return self._rod.moved_to(pose)
 
     def showable(self, pose: Pose) -> Showable:
         """The states that the display can show at a pose, and those that would leave the plane; none if straight."""
         if pose not in self._showable:
             rod = self.rod(pose)
-            self._showable[pose] = (
-                showable_states(rod, section_of(self.display), DEFAULT_TOLERANCE) if is_slack(rod) else Showable()
-            )
+            self._showable[pose] = showable_states(rod, DEFAULT_TOLERANCE) if is_slack(rod) else Showable()
         return self._showable[pose]
 
     def states(self, pose: Pose) -> tuple[Equilibrium, ...]:
@@ -144,8 +148,7 @@ class Verifier:
     def elsewhere(self, pose: Pose) -> tuple[Equilibrium, ...]:
         """The states out of the plane that the rod has at a pose."""
         if pose not in self._elsewhere:
-            segment = flat_segment(self.display, *_nodes(pose))
-            found = model_states(segment, SearchRequest(COARSE_CURVE, (0,), SPATIAL)).states
+            found = model_states(self.rod(pose), SearchRequest(COARSE_CURVE, (0,), SPATIAL)).states
             self._elsewhere[pose] = tuple(state for state in found if state.leaves_plane and state.stable)
         return self._elsewhere[pose]
 
@@ -272,7 +275,7 @@ class Verifier:
         key = before, after, hold.key
         if key not in self._ways:
             way = straight_path(before, after)
-            branch = follow(way, self.bearing, hold.angles, hold.forces)
+            branch = follow(way, self.bearing, hold.angles, hold.multipliers)
             if branch.reached < 1.0:
                 where = describe(between(before, after, branch.reached))
                 what = "leaves the plane" if branch.leaves_plane else "loses its stability"
@@ -288,7 +291,7 @@ class Verifier:
     def weigh_on_the_way(self, before: Pose, after: Pose) -> ClampLoads:
         """What the states at `before` ask at `after`, as far as a straight way leads them there: near folds they are
         sooner followed than found."""
-        way, bearing = straight_path(before, after), self.rod(before).bearing
+        way, bearing = straight_path(before, after), self.bearing.held_in_plane()
         clamp_loads = ClampLoads()
         for state in self.showable(before).planar:
             reached, angles, forces, _ = travel(way, bearing, *coarse_start(state))
@@ -310,14 +313,14 @@ class Verifier:
         return self._weighed[pose]
 
 
+def _level_rod(display: Display) -> ClampedRod:
+    """The rod between two level nodes that it leads to on the straight way."""
+    return clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), display.span)
+
+
 def too_near(inside: float, outside: float) -> str:
     """Of what a state with these lowest eigenvalues [EI/L^2] is too near to, and how near; empty if it is not."""
     for lowest, what in ((inside, "losing stability"), (outside, "leaving the plane")):
         if lowest < LEAST_STABILITY * STIFFEST:
             return f"{max(lowest, 0.0) / STIFFEST:.3f} of {what}, and must stay {LEAST_STABILITY:g} away from it"
     return ""
-
-
-def _nodes(pose: Pose) -> tuple[tuple[Node, Node], float]:
-    """The nodes that make a pose, and the rod between them."""
-    return (Node(0.0, pose.start), Node(pose.y, pose.end)), pose.length

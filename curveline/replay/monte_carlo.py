@@ -25,12 +25,11 @@ from curveline.plan_file import NodeTarget, Plan
 from curveline.replay.playback import known_state, name_of
 from curveline.rod import _jit
 from curveline.rod.branches.quasi_static import FELL, move_through
-from curveline.rod.problem import Array, Bearing
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.states.slack import has_spare
 from curveline.scene import BUCKLED, LOST, STRAIGHT, Display, Node
-from curveline.simulation.simulate import flat_segment
+from curveline.simulation.simulate import clamped_rod
 from curveline.system.workers import WorkerDied, Workers
 from curveline.units import deg, mm
 
@@ -265,9 +264,9 @@ def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
     # A rod that is all but straight has nowhere to fall to: it buckles again with more rod to spare.
     gone = [event.place for event in events if event.kind == FELL and event.state is None]
     places = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in gone)
-    if not all(_is_nearly_straight(place.rod) for place in places):
+    if not all(_is_nearly_straight(place) for place in places):
         return LOST
-    if setup.plan.wanted[segment] == STRAIGHT and _is_nearly_straight(last.rod):
+    if setup.plan.wanted[segment] == STRAIGHT and _is_nearly_straight(last):
         return STRAIGHT
     return name_of(last, state)
 
@@ -279,10 +278,10 @@ def _poses(display: Display, values: Array) -> Array:
     return np.column_stack([span, right_height - left_height, left_angle, right_angle, span + left_feed - right_feed])
 
 
-def _segment_of(display: Display, values: Array) -> SpatialSegment:
+def _segment_of(display: Display, values: Array) -> ClampedRod:
     """The rod between two nodes whose axes have `values (2, 3)`."""
     left, right = (Node(float(height), float(angle)) for _, angle, height in values)
-    return flat_segment(display, (left, right), display.span + float(values[0, 0] - values[1, 0]))
+    return clamped_rod(display, (left, right), display.span + float(values[0, 0] - values[1, 0]))
 
 
 def _is_nearly_straight(rod: ClampedRod) -> bool:
@@ -294,7 +293,9 @@ def _detour(poses: Array, bearing: Bearing) -> Array:
 
     Slopes a and b of its ends against the chord L take up L ((a^2 + b^2) / 15 - a b / 30), as of a cubic.
     """
-    chord = np.hypot(poses[:, 0], poses[:, 1]) - bearing.clamp
-    left, right = (poses[:, 2:4] - np.arctan2(poses[:, 1], poses[:, 0])[:, None]).T
+    at = Pose(*poses.T)
+    chord = np.hypot(at.x, at.y) - bearing.clamp
+    line = np.arctan2(at.y, at.x)
+    left, right = at.start - line, at.end - line
     taken: Array = chord * ((left**2 + right**2) / 15.0 - left * right / 30.0)
     return taken

@@ -16,16 +16,16 @@ import numpy as np
 from curveline.plan_file import NodeTarget, Plan
 from curveline.radio.protocol.motion import axes_of, plan_move
 from curveline.replay.playback import SNAPS, Counts, Snap, known_state, name_of, segment_at
-from curveline.rod.branches.out_of_plane import Aside, seen
+from curveline.rod.branches.out_of_plane import seen
 from curveline.rod.branches.quasi_static import State, move_through
 from curveline.rod.branches.tracking import refined
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.showable import showable_states
 from curveline.rod.problem import Array
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.spatial.energy import Shape
 from curveline.rod.states.slack import is_slack
 from curveline.scene import STRAIGHT, Display, Node
-from curveline.simulation.simulate import DEFAULT_TOLERANCE, flat_segment
+from curveline.simulation.simulate import DEFAULT_TOLERANCE, clamped_rod
 from curveline.units import ms, to_ms
 
 POINTS = 81
@@ -89,14 +89,14 @@ def play(plan: Plan, display: Display, interval: float, heard: Callable[[int], N
     """
     begin = _segments(plan, display, _counts(plan.start))
     riders = [
-        _PlayedRod(number, known_state(each.segment, name))
+        _PlayedRod(number, known_state(each.rod, name))
         for number, (each, name) in enumerate(zip(begin, plan.granted, strict=True), start=1)
     ]
     moments: list[Moment] = []
     for instant in _instants(plan, interval):
         segments = _segments(plan, display, instant.counts)
         for rider, each in zip(riders, segments, strict=True):
-            rider.go(instant, each.segment)
+            rider.go(instant, each.rod)
         moments.append(
             Moment(
                 seconds=instant.seconds,
@@ -121,13 +121,13 @@ class _PlayedRod:
         self.name = ""
         self.snaps: list[Snap] = []
         self._number = number
-        self._segments: list[SpatialSegment] = []
+        self._segments: list[ClampedRod] = []
         self._state = start
 
-    def go(self, instant: _Instant, segment: SpatialSegment) -> None:
+    def go(self, instant: _Instant, segment: ClampedRod) -> None:
         """Come to where the nodes are at an instant."""
         self._segments = [*self._segments[-1:], segment]
-        self._state, events = move_through(np.array([each.rod.pose for each in self._segments]), segment, self._state)
+        self._state, events = move_through(np.array([each.pose for each in self._segments]), segment, self._state)
         before = self.name
         if events or instant.ends_step:
             self.name = name_of(segment, self._state)
@@ -136,10 +136,9 @@ class _PlayedRod:
 
     def curve(self) -> Array:
         """The rod seen from its left pivot (points, 2) [m]; no points while it is lost."""
-        segment = self._segments[-1]
-        rod = segment.rod
-        if isinstance(self._state, Aside):
-            return seen(segment, self._state, POINTS)
+        rod = self._segments[-1]
+        if isinstance(self._state, Shape):
+            return seen(rod, self._state, POINTS)
         if self._state is not None:
             return refined(rod, self._state, SHOWN).curve(POINTS)
         return np.empty((0, 2)) if is_slack(rod) else _chord(rod)
@@ -183,7 +182,7 @@ class _SegmentAt(NamedTuple):
     """One segment of a display at some counts: its nodes, the rod between them, where its left pivot is [m]."""
 
     nodes: tuple[Node, Node]
-    segment: SpatialSegment
+    rod: ClampedRod
     origin: Array
 
 
@@ -193,7 +192,7 @@ def _segments(plan: Plan, display: Display, counts: tuple[Counts, ...]) -> list[
     for index in range(len(counts) - 1):
         nodes, length = segment_at(display, plan.drive, counts[index : index + 2])
         origin = np.array([index * display.span, nodes[0].height])
-        stretches.append(_SegmentAt(nodes, flat_segment(display, nodes, length), origin))
+        stretches.append(_SegmentAt(nodes, clamped_rod(display, nodes, length), origin))
     return stretches
 
 
@@ -203,12 +202,12 @@ def _nodes(segments: Sequence[_SegmentAt]) -> tuple[Node, ...]:
 
 def _possible(stretch: _SegmentAt, names: str) -> Mapping[str, Array]:
     """The curves of the states called `names` (alternatives joined by `|`; empty for all) that a segment may show."""
-    rod, section = stretch.segment.rod, stretch.segment.section
+    rod = stretch.rod
     if not is_slack(rod):
         return {STRAIGHT: stretch.origin + _chord(rod)}
     return {
         state.name: stretch.origin + state.curve(POINTS)
-        for state in showable_states(rod, section, DEFAULT_TOLERANCE).states
+        for state in showable_states(rod, DEFAULT_TOLERANCE).states
         if not names or state.name in names.split(BAR)
     }
 

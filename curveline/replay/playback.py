@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from curveline.drive_settings import DriveSettings, drive_settings
-from curveline.rod.branches.out_of_plane import Aside
 from curveline.rod.branches.quasi_static import FELL, LEFT, PULLED, RETURNED, Event, State, move_through
 from curveline.rod.branches.tracking import identify, tracked
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.showable import showable_states
-from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.spatial.energy import Shape
 from curveline.rod.states.slack import is_slack
 from curveline.scene import BUCKLED, LOST, STRAIGHT, UNNAMED, Display, Node
-from curveline.simulation.simulate import DEFAULT_TOLERANCE, flat_segment
+from curveline.simulation.simulate import DEFAULT_TOLERANCE, clamped_rod
 from curveline.units import deg, mm
 
 Counts = tuple[int, int, int]
@@ -57,9 +57,9 @@ def replay(display: Display, motion: Motion, before: Sequence[str] = ()) -> Play
     starts, ends, snaps = [], [], []
     for segment in range(display.node_count - 1):
         course = list(_course(motion, segment))
-        rods = [flat_segment(display, *segment_at(display, drive, pair)) for _, pair in course]
+        rods = [clamped_rod(display, *segment_at(display, drive, pair)) for _, pair in course]
         start = known_state(rods[0], before[segment] if segment < len(before) else "")
-        state, events = move_through(np.array([each.rod.pose for each in rods]), rods[0], start)
+        state, events = move_through(np.array([each.pose for each in rods]), rods[0], start)
         first = events[0].state if start is None and events and events[0].place == 0 else start
         starts.append(name_of(rods[0], first))
         ends.append(name_of(rods[-1], state))
@@ -78,22 +78,22 @@ def _course(motion: Motion, segment: int) -> Iterator[tuple[float, tuple[Counts,
         before = pair
 
 
-def known_state(segment: SpatialSegment, name: str) -> State | None:
+def known_state(segment: ClampedRod, name: str) -> State | None:
     """The state of the rod of a flat segment that is called `name`; None if the display can show none."""
     if name in ("", STRAIGHT, *UNNAMED):
         return None
-    state = showable_states(segment.rod, segment.section, DEFAULT_TOLERANCE).called(name)
+    state = showable_states(segment, DEFAULT_TOLERANCE).called(name)
     return None if state is None else tracked(state)
 
 
-def name_of(segment: SpatialSegment, held: State | None) -> str:
+def name_of(segment: ClampedRod, held: State | None) -> str:
     """The name of the state in which the rod of a flat segment is held; "lost" if no stable state of it is that one."""
     if held is None:
-        return LOST if is_slack(segment.rod) else STRAIGHT
-    if isinstance(held, Aside):
+        return LOST if is_slack(segment) else STRAIGHT
+    if isinstance(held, Shape):
         return BUCKLED
-    shown = showable_states(segment.rod, segment.section, DEFAULT_TOLERANCE)
-    state = identify(segment.rod, held, shown.states)
+    shown = showable_states(segment, DEFAULT_TOLERANCE)
+    state = identify(segment, held, shown.states)
     return LOST if state is None else state.name
 
 
@@ -104,7 +104,7 @@ def segment_at(display: Display, drive: DriveSettings, counts: Sequence[Counts])
     return (left, right), display.span + mm(feed.value(counts[0][0]) - feed.value(counts[1][0]))
 
 
-def _snaps(name: str, rods: Sequence[SpatialSegment], events: Sequence[Event]) -> Iterator[tuple[int, tuple[str, str]]]:
+def _snaps(name: str, rods: Sequence[ClampedRod], events: Sequence[Event]) -> Iterator[tuple[int, tuple[str, str]]]:
     """Where in the motion the rod left a state, from what and to what; at first it is called `name`."""
     for kind, place, state in events:
         before = name

@@ -71,6 +71,10 @@ class Bearing(NamedTuple):
     lateral: float = 0.0  # [N m^2], EI out of the plane
     twisting: float = 0.0  # [N m^2], GJ
 
+    def held_in_plane(self) -> Bearing:
+        """The same of a rod that cannot leave its plane."""
+        return self._replace(lateral=0.0, twisting=0.0)
+
 
 class Problem(NamedTuple):
     """A discrete rod between two clamps, in units of its free length and EI.
@@ -90,8 +94,8 @@ class Problem(NamedTuple):
 
 
 @njit
-def scale_rod(pose, bearing, loads):
-    """The free rod of a `Pose` in units of its length and EI; `loads (m, 3)`: fraction of length, force [N]."""
+def scale_rod(pose, bearing, at, forces):
+    """The free rod of a `Pose` in units of its length and EI; `forces (m, 2)` [N] act at fractions `at (m,)` of it."""
     half = 0.5 * bearing.clamp
     free = pose.length - bearing.clamp
     unit = free * free / bearing.stiffness
@@ -101,14 +105,14 @@ def scale_rod(pose, bearing, loads):
             (pose.y - half * (np.sin(pose.start) + np.sin(pose.end))) / free,
         ]
     )
-    at = (loads[:, 0] * pose.length - half) / free
+    places = (at * pose.length - half) / free
     ends = np.array([pose.start, pose.end])
-    return ScaledRod(bearing.weight * free * unit, at, loads[:, 1:] * unit, chord, ends, bearing.compliance / free**2)
+    return ScaledRod(bearing.weight * free * unit, places, forces * unit, chord, ends, bearing.compliance / free**2)
 
 
 @njit
 def make_problem(rod, edges):
-    """Cut a `ScaledRod` into `edges (n,)`, with a third constraint on the mean height whose target is 0.
+    """Cut a `ScaledRod` into `edges (n,)`, between ends that are held where it has them.
 
     Dead loads must act at vertices, as they do for the edges that `mesh` gives.
     """
@@ -119,13 +123,10 @@ def make_problem(rod, edges):
     for i in range(1, n):
         stiffness[i] = 2.0 / (edges[i - 1] + edges[i])
     loads = np.zeros((2, n))
-    rows = np.zeros((3, 2, n))
-    span = max(np.hypot(rod.chord[0], rod.chord[1]), 1e-12)
+    rows = np.zeros((2, 2, n))
     beyond = 1.0
     for j in range(n):
-        # What the turning of an edge lifts: half of itself and all of the rod beyond it.
-        lifted = edges[j] * (beyond - 0.5 * edges[j])
-        loads[1, j] = rod.weight * lifted
+        loads[1, j] = rod.weight * _lifted(edges[j], beyond)
         for p in range(rod.at.size):
             if 1.0 - rod.at[p] < beyond - 0.5 * edges[j]:
                 loads[0, j] -= rod.forces[p, 0] * edges[j]
@@ -133,10 +134,42 @@ def make_problem(rod, edges):
         beyond -= edges[j]
         rows[0, 0, j] = edges[j]
         rows[1, 1, j] = edges[j]
-        rows[2, 0, j] = -rod.chord[1] / span * lifted
-        rows[2, 1, j] = rod.chord[0] / span * lifted
-    targets = np.array([rod.chord[0], rod.chord[1], 0.0])
-    return Problem(edges, stiffness, loads, rows, targets, rod.ends, rod.compliance / edges)
+    return Problem(edges, stiffness, loads, rows, rod.chord.copy(), rod.ends, rod.compliance / edges)
+
+
+@njit
+def _lifted(edge, beyond):
+    """Length of rod that the turning of an edge lifts: half of itself and all of what is `beyond` its begin."""
+    return edge * (beyond - 0.5 * edge)
+
+
+@njit
+def held_in_height(problem):
+    """The same rod with a third constraint, on its mean height over the chord, whose target is 0."""
+    chord = problem.targets
+    span = max(np.hypot(chord[0], chord[1]), 1e-12)
+    rows = np.zeros((3, 2, problem.edges.size))
+    beyond = 1.0
+    for j in range(problem.edges.size):
+        lifted = _lifted(problem.edges[j], beyond)
+        beyond -= problem.edges[j]
+        rows[0, 0, j] = problem.rows[0, 0, j]
+        rows[1, 1, j] = problem.rows[1, 1, j]
+        rows[2, 0, j] = -chord[1] / span * lifted
+        rows[2, 1, j] = chord[0] / span * lifted
+    return _constrained(problem, rows, np.array([chord[0], chord[1], 0.0]))
+
+
+@njit
+def released(problem):
+    """The same rod without the constraint on its mean height."""
+    return _constrained(problem, problem.rows[:2], problem.targets[:2])
+
+
+@njit
+def _constrained(problem, rows, targets):
+    """The same rod under other constraints."""
+    return Problem(problem.edges, problem.stiffness, problem.loads, rows, targets, problem.ends, problem.compliance)
 
 
 @njit
@@ -186,13 +219,6 @@ def halved(edges):
         fine[2 * j] = 0.5 * edges[j]
         fine[2 * j + 1] = 0.5 * edges[j]
     return fine
-
-
-@njit
-def released(problem):
-    """The same rod without the constraint on its mean height."""
-    rows, targets = problem.rows[:2], problem.targets[:2]
-    return Problem(problem.edges, problem.stiffness, problem.loads, rows, targets, problem.ends, problem.compliance)
 
 
 @njit

@@ -14,7 +14,7 @@ from curveline.rod.models.choice import SearchRequest
 from curveline.rod.models.showable import showable_states
 from curveline.scene import Scene
 from curveline.simulation.changes import ANGLE, HEIGHT, LENGTH, Counted, Hunt, Quantity, part_of, single_rays
-from curveline.simulation.simulate import SegmentStates, simulate, spatial_segment
+from curveline.simulation.simulate import SegmentStates, scene_rod, simulate
 
 LOOKS = 120
 """Values that the coarse sieve sees: some tenths of a second."""
@@ -78,8 +78,7 @@ class _AdviceSearch:
         return self.index, *(each for each in beside if self._has_planar(self.scene, each))
 
     def _has_planar(self, scene: Scene, segment: int) -> bool:
-        described = spatial_segment(scene, segment)
-        found = showable_states(described.rod, described.section, self.ask.tolerance)
+        found = showable_states(scene_rod(scene, segment), self.ask.tolerance)
         shown = found.planar if scene.beyond_the_plane else found.states
         return any(state.name == scene.segments[segment].state for state in shown)
 

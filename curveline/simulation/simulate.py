@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from curveline.errors import InvalidInput
 from curveline.notebook import html_of
+from curveline.rod.clamped_rod import ClampedRod, DeadLoad
 from curveline.rod.models.choice import AUTO as AUTO
 from curveline.rod.models.choice import MODELS as MODELS
 from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.models.model_error import Bound
 from curveline.rod.models.no_state_reason import why_none
+from curveline.rod.problem import Bearing, Pose
 from curveline.rod.section import Section
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import PLANAR, ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import PLANAR, Equilibrium
 from curveline.scene import Display, Node, Scene
 from curveline.units import to_mj, to_mm
 
@@ -60,70 +61,46 @@ class SegmentStates:
 
 
 def clamped_rod(
-    display: Display,
-    nodes: tuple[Node, Node],
-    length: float,
-    loads: tuple[tuple[float, float, float], ...] = (),
+    display: Display, nodes: tuple[Node, Node], length: float, loads: tuple[DeadLoad, ...] = ()
 ) -> ClampedRod:
-    """The rod between two neighbouring `nodes`; `loads` are (fraction of the length, force x, force y).
+    """The rod between two neighbouring `nodes` that point into the plane, without a curvature of its own out of it.
 
     A planar rod's weight can only point down or up: of gravity in another direction it has the vertical part.
     """
     left, right = nodes
-    return ClampedRod(
-        chord=(display.span, right.height - left.height),
-        start=left.angle,
-        end=right.angle,
-        length=length,
-        clamp=display.clamp,
-        stiffness=display.rod.bending_stiffness,
-        weight=-display.weight[1],
-        natural_curvature=display.rod.natural_curvature,
-        loads=loads,
+    rod, (aside, up, front) = display.rod, display.weight
+    pose = (display.span, right.height - left.height, left.angle, right.angle, length)
+    bearing = Bearing(
+        clamp=float(display.clamp),
+        stiffness=float(rod.bending_stiffness),
+        weight=-float(up),
+        natural=float(rod.natural_curvature),
+        lateral=float(rod.lateral_bending_stiffness),
+        twisting=float(rod.twisting_stiffness),
     )
+    section = Section(rod.stretching_stiffness, rod.thickness, rod.polar_gyration, rod.weight_per_length)
+    return ClampedRod(Pose(*map(float, pose)), bearing, loads, section=section, weight_x=aside, weight_z=front)
 
 
-def flat_segment(display: Display, nodes: tuple[Node, Node], length: float) -> SpatialSegment:
-    """The rod between two nodes that point into the plane, without loads, in space."""
-    return SpatialSegment(clamped_rod(display, nodes, length), section_of(display), weight=display.weight)
-
-
-def _planar_rod(scene: Scene, index: int) -> ClampedRod:
-    """What of the segment after node `index` lies in the plane."""
-    loads = sorted((load.at, *load.force) for load in scene.loads if load.segment == index)
-    nodes = (scene.nodes[index], scene.nodes[index + 1])
-    return clamped_rod(scene.display, nodes, scene.segments[index].length, tuple(loads))
-
-
-def spatial_segment(scene: Scene, index: int) -> SpatialSegment:
-    """The segment after node `index` with all that the scene says of it, in space.
+def scene_rod(scene: Scene, index: int) -> ClampedRod:
+    """The rod of the segment after node `index`, with all that the scene says of it.
 
     Full turns that both clamps make leave the rod as it was, so that they are not made.
     """
-    left, right = scene.nodes[index], scene.nodes[index + 1]
+    left, right = nodes = scene.nodes[index], scene.nodes[index + 1]
     common = 2.0 * math.pi * math.trunc((left.roll + right.roll) / (4.0 * math.pi))
-    return SpatialSegment(
-        rod=_planar_rod(scene, index),
-        section=section_of(scene.display),
+    return replace(
+        clamped_rod(scene.display, nodes, scene.segments[index].length, dead_loads(scene, index)),
         yaw=(left.yaw, right.yaw),
         roll=(left.roll - common, right.roll - common),
-        weight=scene.display.weight,
-        loads=tuple(sorted((load.at, *load.force, load.lateral) for load in scene.loads if load.segment == index)),
         lateral_curvature=scene.display.rod.lateral_curvature,
     )
 
 
-def section_of(display: Display) -> Section:
-    """What the terms left out depend on."""
-    rod = display.rod
-    return Section(
-        rod.stretching_stiffness,
-        rod.thickness,
-        rod.polar_gyration,
-        rod.weight_per_length,
-        rod.lateral_bending_stiffness,
-        rod.twisting_stiffness,
-    )
+def dead_loads(scene: Scene, index: int) -> tuple[DeadLoad, ...]:
+    """The loads on the segment after node `index`, in order of their places."""
+    loads = (DeadLoad(load.at, *load.force, load.lateral) for load in scene.loads if load.segment == index)
+    return tuple(sorted(loads))
 
 
 def simulate(
@@ -144,8 +121,8 @@ def simulate(
 def _segment_states(scene: Scene, index: int, ask: SearchRequest) -> SegmentStates:
     """The states of the segment between nodes `index` and `index` + 1."""
     segment = scene.segments[index]
-    described = spatial_segment(scene, index)
-    found = model_states(described, ask)
+    rod = scene_rod(scene, index)
+    found = model_states(rod, ask)
     states = tuple(
         state.but(wanted=True) if state.name == segment.state and state.simple and state.stable else state
         for state in found.states
@@ -160,5 +137,5 @@ def _segment_states(scene: Scene, index: int, ask: SearchRequest) -> SegmentStat
         states=states,
         model=found.model,
         reasons=found.reasons,
-        advice="" if states else why_none(described.rod, ask.windings),
+        advice="" if states else why_none(rod, ask.windings),
     )

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate._ivp import dop853_coefficients as dop
 
-from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.clamped_rod import ClampedRod
 
 Array = NDArray[np.float64]
 njit: Any = numba.njit(error_model="numpy", cache=True, no_cfunc_wrapper=True)  # they call nothing of other files
@@ -89,21 +89,21 @@ def clamp(angle: float, yaw: float, roll: float) -> Array:
     return level
 
 
-def rod_of(segment: SpatialSegment) -> Rod:
+def rod_of(segment: ClampedRod) -> Rod:
     """The rod of a segment, from its data alone."""
-    rod, section = segment.rod, segment.section
+    rod, bearing = segment, segment.bearing
     length, unit = rod.free_length, rod.free_length**2 / rod.stiffness
     ends = [clamp(rod.start, segment.yaw[0], segment.roll[0]), clamp(rod.end, segment.yaw[1], segment.roll[1])]
     tangents = [
         2.0 * np.array([q[1] * q[3] + q[0] * q[2], q[2] * q[3] - q[0] * q[1], q[0] ** 2 + q[3] ** 2 - 0.5])
         for q in ends
     ]
-    rigid = np.array([section.lateral_stiffness, rod.stiffness, section.twisting_stiffness])
+    rigid = np.array([bearing.lateral, bearing.stiffness, bearing.twisting])
     return Rod(
-        np.array([*(rigid / rod.stiffness), section.stretching_stiffness * unit]),
+        np.array([*(rigid / rod.stiffness), rod.section.stretching_stiffness * unit]),
         np.array([-segment.lateral_curvature * length, rod.natural_curvature * length, 0.0]),
-        np.array(segment.weight) * length * unit,
-        np.array([(load[0] * rod.length - 0.5 * rod.clamp) / length for load in segment.loads]),
+        np.array([rod.weight_x, -rod.weight, rod.weight_z]) * length * unit,
+        np.array([(load.at * rod.length - 0.5 * rod.clamp) / length for load in segment.loads]),
         np.array([load[1:] for load in segment.loads]).reshape(-1, 3) * unit,
         (np.array([*rod.chord, 0.0]) - 0.5 * rod.clamp * (tangents[0] + tangents[1])) / length,
         *ends,

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, tail_of
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.states.equilibrium import Equilibrium, tail_of
 from curveline.rod.states.planar_states import find_states
 
 from .scenes import FOLD, PAST, PITCHFORK, RANDOM, Scene, elastica, scene, truth

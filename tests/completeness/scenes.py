@@ -7,12 +7,13 @@ to 1e-10 of the line with the spectral method, and then stepping back, or on, by
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.problem import Bearing, Pose
 
 from .spectral import DOWNHILL, Array, Elastica, State, basis, is_new, multistart, newton, settled
 
@@ -62,7 +63,7 @@ class Line:
     def at(self, t: float) -> ClampedRod:
         """The rod at a fraction of the line."""
         height, start, end, length = (self.begin + t * self.way).tolist()
-        return replace(self.rod, chord=(SPAN, height), start=start, end=end, length=length)
+        return self.rod.moved_to(Pose(SPAN, height, start, end, length))
 
 
 def elastica(rod: ClampedRod) -> Elastica:
@@ -88,7 +89,7 @@ def drawn(rng: np.random.Generator) -> Line:
     stiffness = MODULUS * WIDTH * thickness**3 / 12.0
     weight = DENSITY * WIDTH * thickness if gravity else 0.0
     while True:
-        rod = ClampedRod((SPAN, 0.0), 0.0, 0.0, 0.6, clamp, stiffness, weight)
+        rod = ClampedRod(Pose(SPAN, 0.0, 0.0, 0.0, 0.6), Bearing(clamp, stiffness, weight))
         line = Line(rod, rng.uniform(LOW, HIGH), np.zeros(4))
         if is_slack(line.at(0.0)):
             return line

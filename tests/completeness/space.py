@@ -19,10 +19,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from curveline.rod.clamped_rod import ClampedRod, DeadLoad
 from curveline.rod.models.choice import SearchRequest, model_states
+from curveline.rod.problem import Bearing, Pose
 from curveline.rod.section import Section
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Rod as Material
 from curveline.sections import Rectangle
 
@@ -57,7 +58,7 @@ MOST[10], MOST[14] = 0.9, math.log(0.8)
 class Case(NamedTuple):
     """A scene, and an exact state that it is known to have, if it was drawn around a fold."""
 
-    segment: SpatialSegment
+    segment: ClampedRod
     known: Solution | None
     back: float
 
@@ -76,7 +77,7 @@ class Tally:
     scenes_missed: int = 0
 
 
-def segment_of(numbers: Array, size: tuple[float, float], clamp: float) -> SpatialSegment:
+def segment_of(numbers: Array, size: tuple[float, float], clamp: float) -> ClampedRod:
     """The segment of 15 numbers: dx, height, angles, yaws, rolls, weight (3), where a load is, load (3), and length."""
     numbers = np.clip(numbers, LEAST, MOST)
     rod = Material(2.45e9, Rectangle(*size), 0.048, 0.03, 0.0, 2.0, 2.45e9 / 2.7)
@@ -87,32 +88,19 @@ def segment_of(numbers: Array, size: tuple[float, float], clamp: float) -> Spati
     length = chord * (1.0 + math.exp(numbers[14]))
     forces = load[1:] * flexible / length**2
     acts = bool(np.any(forces))
-    planar = ClampedRod(
-        chord=(0.5, float(height)),
-        start=float(start),
-        end=float(end),
-        length=length,
-        clamp=clamp,
-        stiffness=flexible,
-        weight=-float(weight[1]),
-        loads=((float(load[0]), float(forces[0]), float(forces[1])),) if acts else (),
+    pose = Pose(0.5, float(height), float(start), float(end), length)
+    bearing = Bearing(
+        clamp, flexible, -float(weight[1]), lateral=rod.lateral_bending_stiffness, twisting=rod.twisting_stiffness
     )
-    section = Section(
-        rod.stretching_stiffness,
-        rod.thickness,
-        rod.polar_gyration,
-        0.0,
-        rod.lateral_bending_stiffness,
-        rod.twisting_stiffness,
-    )
-    loads = ((float(load[0]), *(float(part) for part in forces)),) if acts else ()
-    return SpatialSegment(
-        planar,
-        section,
-        (float(yaw[0]), float(yaw[1])),
-        (float(roll[0]), float(roll[1])),
-        (float(weight[0]), float(weight[1]), float(weight[2])),
-        loads,
+    return ClampedRod(
+        pose,
+        bearing,
+        (DeadLoad(float(load[0]), *map(float, forces)),) if acts else (),
+        section=Section(rod.stretching_stiffness, rod.thickness, rod.polar_gyration, 0.0),
+        yaw=(float(yaw[0]), float(yaw[1])),
+        roll=(float(roll[0]), float(roll[1])),
+        weight_x=float(weight[0]),
+        weight_z=float(weight[2]),
     )
 
 
@@ -145,7 +133,7 @@ def change_of(rng: np.random.Generator) -> Array:
     return np.asarray(rng.normal(0.0, 2.0, 15) * sizes)
 
 
-def searched(segment: SpatialSegment, rng: np.random.Generator, starts: int) -> list[Solution]:
+def searched(segment: ClampedRod, rng: np.random.Generator, starts: int) -> list[Solution]:
     """The stable states of a segment that descents from random curvatures show."""
     rod = rod_of(segment)
     found: list[Solution] = []
@@ -161,7 +149,7 @@ def searched(segment: SpatialSegment, rng: np.random.Generator, starts: int) -> 
     return found
 
 
-def belongs(segment: SpatialSegment, state: Solution) -> bool:
+def belongs(segment: ClampedRod, state: Solution) -> bool:
     """True if an exact equilibrium is stable and has the turns that the segment's clamps ask for."""
     turn = (segment.roll[1] - segment.roll[0]) / (2.0 * math.pi)
     return state.conjugate == 0 and abs(linking(rod_of(segment), state) - turn) < TURNS
@@ -215,11 +203,11 @@ def around(scene, found: list[Solution], rng: np.random.Generator) -> Case:  # t
     return Case(scene(kept), known if is_same else None, back)
 
 
-def exact(segment: SpatialSegment, state: Equilibrium) -> Solution | None:
+def exact(segment: ClampedRod, state: Equilibrium) -> Solution | None:
     """The exact equilibrium beside a state of the product's."""
     if state.space is None:
         return None
-    length, unit = segment.rod.free_length, segment.rod.free_length / segment.rod.stiffness
+    length, unit = segment.free_length, segment.free_length / segment.stiffness
     wrench = -np.concatenate([state.space.forces[0] * length * unit, state.space.moments[0] * unit])
     found = shoot(rod_of(segment), wrench)
     if found is None:
@@ -230,7 +218,7 @@ def exact(segment: SpatialSegment, state: Equilibrium) -> Solution | None:
     return found if np.max(np.abs(gap)) < CLAIMED + 20.0 / at.size**2 else None
 
 
-def sharper(segment: SpatialSegment, state: Equilibrium) -> Equilibrium:
+def sharper(segment: ClampedRod, state: Equilibrium) -> Equilibrium:
     """The same state with forces to more digits, which shooting a taut rod needs to begin with."""
     others = model_states(segment, SearchRequest(FINE, (0,), "spatial")).states
     return min(

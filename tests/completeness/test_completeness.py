@@ -7,8 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.elastica import clamped_arch
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.problem import Bearing, Pose
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import find_states
 from tests.extremes.rows import ONE_END
 
@@ -55,7 +57,7 @@ def test_random_starts_lead_to_the_arches_of_eulers_elastica() -> None:
 @pytest.mark.parametrize(("share", "count"), [(0.9999, 2), (1.0001, 1)])
 def test_the_yardstick_knows_a_published_fold(share: float, count: int) -> None:
     # Reference C: a rod of 1.2 spans snaps when one of its clamps is turned by 41.81572612 deg.
-    rod = elastica(ClampedRod((1.0, 0.0), share * ONE_END, 0.0, 1.2, 0.0, 1.0, 0.0))
+    rod = elastica(ClampedRod(Pose(1.0, 0.0, share * ONE_END, 0.0, 1.2), Bearing(0.0, 1.0, 0.0)))
     states = multistart(rod, np.random.default_rng(2))
     assert sum(not crosses(rod, state, 0.2) for state in states) == count
 

@@ -20,9 +20,10 @@ from pathlib import Path
 
 import numpy as np
 
-from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.clamped_rod import ClampedRod, DeadLoad
+from curveline.rod.problem import Bearing, Pose
 from curveline.shapes.files import read_shape
-from curveline.simulation.simulate import spatial_segment
+from curveline.simulation.simulate import scene_rod
 
 from .scenes import HIGH, LOW, is_slack
 
@@ -35,7 +36,7 @@ HERE = Path(__file__).parents[2]
 def shapes() -> list[ClampedRod]:
     """The rods of the shapes of the project that have one segment."""
     scenes = (read_shape(path) for path in sorted((HERE / "shapes").glob("*.toml")))
-    return [spatial_segment(scene, 0).rod for scene in scenes if len(scene.segments) == 1]
+    return [scene_rod(scene, 0) for scene in scenes if len(scene.segments) == 1]
 
 
 def drawn(like: ClampedRod, count: int, seed: int) -> list[ClampedRod]:
@@ -44,7 +45,7 @@ def drawn(like: ClampedRod, count: int, seed: int) -> list[ClampedRod]:
     rods: list[ClampedRod] = []
     while len(rods) < count:
         height, start, end, length = rng.uniform(LOW, HIGH).tolist()
-        rod = dataclasses.replace(like, chord=(like.chord[0], height), start=start, end=end, length=length)
+        rod = like.moved_to(Pose(like.pose.x, height, start, end, length))
         rods += [rod] if is_slack(rod) else []
     return rods
 
@@ -55,11 +56,10 @@ def work() -> None:
 
     for line in sys.stdin:
         fields = json.loads(line)
-        fields["chord"] = tuple(fields["chord"])
-        fields["loads"] = tuple(map(tuple, fields["loads"]))
+        loads = tuple(DeadLoad(*load) for load in fields["loads"])
         best = float("inf")
         for _ in range(RUNS):
-            rod = ClampedRod(**fields)
+            rod = ClampedRod(Pose(*fields["pose"]), Bearing(*fields["bearing"]), loads)
             begin = time.perf_counter()
             find_states(rod, TOLERANCE)
             best = min(best, time.perf_counter() - begin)

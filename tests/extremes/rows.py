@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from curveline.rod.states.equilibrium import ClampedRod
+from clamped_rods import rod_between
+from curveline.rod.clamped_rod import ClampedRod
 
 FOLD_LOAD = 166.442444794162
 """Centre load at which an arch of EI = 1, length 0.6 over a span of 0.5 loses its stability: see the references, S1."""
@@ -36,23 +37,23 @@ def clamped(
     start_deg: float, end_deg: float, length: float, chord: tuple[float, float] = (1.0, 0.0), weight: float = 0.0
 ) -> ClampedRod:
     """A rod with EI = 1 over a span of 1 unless said."""
-    return ClampedRod(chord, math.radians(start_deg), math.radians(end_deg), length, 0.0, 1.0, weight)
+    return rod_between(chord, math.radians(start_deg), math.radians(end_deg), length, 0.0, 1.0, weight)
 
 
 def loaded(length: float, *loads: tuple[float, float, float], start_deg: float = 0.0) -> ClampedRod:
     """A rod with EI = 1 over a span of 0.5, with point loads."""
-    return ClampedRod((0.5, 0.0), math.radians(start_deg), 0.0, length, 0.0, 1.0, 0.0, loads=loads)
+    return rod_between((0.5, 0.0), math.radians(start_deg), 0.0, length, 0.0, 1.0, 0.0, loads=loads)
 
 
 def sized(span: float, stiffness: float, weight: float, tilt: float = 0.3) -> ClampedRod:
     """The built-in display's arch at another size."""
-    return ClampedRod((span, 0.0), tilt, -tilt, 1.3 * span, 0.04 * span, stiffness, weight)
+    return rod_between((span, 0.0), tilt, -tilt, 1.3 * span, 0.04 * span, stiffness, weight)
 
 
 def strip(thickness_mm: float, gravities: float = 1.0, tilt: float = 0.3) -> ClampedRod:
     """A rod of the built-in display's material, 10 mm wide and as thick as said, and as heavy as the built-in one."""
     stiffness = 2.45e9 * 0.01 * (thickness_mm * 1e-3) ** 3 / 12.0
-    return ClampedRod((0.5, 0.0), tilt, -tilt, 0.66, 0.02, stiffness, 0.4707192 * gravities)
+    return rod_between((0.5, 0.0), tilt, -tilt, 0.66, 0.02, stiffness, 0.4707192 * gravities)
 
 
 EXCESS = [
@@ -79,7 +80,7 @@ EXCESS = [
     Row("six spans, clamps turned away", clamped(170, -170, 6), "one"),
     Row("no longer than the span", clamped(0, 0, 1.0), "none", change="lengthen"),
     Row("shorter than the span", clamped(20, -20, 0.9), "none", change="lengthen"),
-    Row("all of it in the bearings", ClampedRod((0.5, 0), 0, 0, 0.6, 0.6, 1.0, 0.0), "none", change="lengthen"),
+    Row("all of it in the bearings", rod_between((0.5, 0), 0, 0, 0.6, 0.6, 1.0, 0.0), "none", change="lengthen"),
 ]
 
 ANGLES = [

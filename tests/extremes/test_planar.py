@@ -8,8 +8,9 @@ import time
 import numpy as np
 import pytest
 
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.no_state_reason import why_none
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome
+from curveline.rod.states.equilibrium import Equilibrium, Outcome
 from curveline.rod.states.planar_states import find_states
 
 from .rows import ONE_END, ROWS, Row, clamped

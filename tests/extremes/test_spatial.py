@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.section import Section
+from clamped_rods import Stock, changed, made_of, rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.spatial.energy import Shape, SpatialRod, energy, moved, positions
+from curveline.rod.spatial.lifting import frame, lift
 from curveline.rod.spatial.relax import Relaxed, RelaxEnding, descend, lowest_mode, newton
 from curveline.rod.spatial.richardson import refine_in_space
-from curveline.rod.spatial.segment import SpatialSegment, frame, lift
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.planar_states import find_states
 
 from .verify_space import check_in_space
@@ -27,8 +28,8 @@ GJ = 0.8
 HANG = 2.0
 
 STIFFNESS = 0.028224
-ROUND = Section(1e5, 2.4e-3, 0.98e-3, 0.0, lateral_stiffness=STIFFNESS, twisting_stiffness=GJ * STIFFNESS)
-STRIP = Section(58_800.0, 2.4e-3, 2.97e-3, 0.0, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
+ROUND = Stock(1e5, 2.4e-3, 0.98e-3, 0.0, lateral_stiffness=STIFFNESS, twisting_stiffness=GJ * STIFFNESS)
+STRIP = Stock(58_800.0, 2.4e-3, 2.97e-3, 0.0, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
 
 
 def twisted(turns: np.ndarray, angles: np.ndarray, chord: float) -> tuple[SpatialRod, Shape]:
@@ -74,7 +75,7 @@ def sound(rod: SpatialRod, relaxed: Relaxed) -> None:
 @pytest.fixture(scope="module", autouse=True)
 def compiled() -> None:
     for state in find_states(ARCH, 1e-5):
-        refine_in_space(SpatialSegment(ARCH, ROUND, roll=(0.0, 0.1)), state, 1e-5)
+        refine_in_space(made_of(ROUND, ARCH, roll=(0.0, 0.1)), state, 1e-5)
 
 
 def timed(rod: SpatialRod, shape: Shape) -> Relaxed:
@@ -113,10 +114,10 @@ def test_twist_far_past_its_instability_ends_in_a_state_or_a_sentence(share: flo
     sound(rod, timed(rod, moved(rod, shape, mode, 0.02 / turn)[0]))
 
 
-def in_space(segment: SpatialSegment, tolerance: float = 1e-5) -> list[Equilibrium]:
+def in_space(segment: ClampedRod, tolerance: float = 1e-5) -> list[Equilibrium]:
     """The states in space that the planar ones lead to; each a verified one, or with a sentence that says why not."""
     states = []
-    for state in find_states(segment.rod, tolerance):
+    for state in find_states(segment, tolerance):
         begin = time.process_time()
         found = refine_in_space(segment, state, tolerance)
         assert time.process_time() - begin < HANG
@@ -132,12 +133,12 @@ def in_space(segment: SpatialSegment, tolerance: float = 1e-5) -> list[Equilibri
     return states
 
 
-ARCH = ClampedRod((0.5, 0.0), 0.2, -0.2, 0.56, 0.02, STIFFNESS, 0.0)
+ARCH = rod_between((0.5, 0.0), 0.2, -0.2, 0.56, 0.02, STIFFNESS, 0.0)
 
 
 @pytest.mark.parametrize("turn_deg", [0.0, 90.0, 180.0, 360.0, 540.0])
 def test_an_arch_whose_end_is_rolled(turn_deg: float) -> None:
-    segment = SpatialSegment(ARCH, ROUND, roll=(0.0, math.radians(turn_deg)))
+    segment = made_of(ROUND, ARCH, roll=(0.0, math.radians(turn_deg)))
     states = in_space(segment)
     assert states
     if turn_deg <= 90.0:
@@ -147,7 +148,7 @@ def test_an_arch_whose_end_is_rolled(turn_deg: float) -> None:
 @pytest.mark.parametrize("ratio", [1e2, 1e3, 1e4, 1e6, 1e8, 1e10])
 def test_stretch_to_bend_ratios(ratio: float) -> None:
     stretching = ratio * STIFFNESS / ARCH.free_length**2
-    segment = SpatialSegment(ARCH, replace(STRIP, stretching_stiffness=stretching), loads=((0.4, 0.0, 0.0, 0.05),))
+    segment = made_of(replace(STRIP, stretching_stiffness=stretching), ARCH, loads=((0.4, 0.0, 0.0, 0.05),))
     states = in_space(segment, 1e-4)
     assert len(states) == 2
     if ratio >= 1e4:
@@ -156,7 +157,7 @@ def test_stretch_to_bend_ratios(ratio: float) -> None:
 
 @pytest.mark.parametrize("ratio", [1e2, 1e3, 1e4, 1e6, 1e8, 1e10])
 def test_stretch_to_bend_ratios_in_the_plane(ratio: float) -> None:
-    rod = replace(ARCH, stretching=ratio * STIFFNESS / ARCH.free_length**2)
+    rod = changed(ARCH, stretching=ratio * STIFFNESS / ARCH.free_length**2)
     for state in find_states(ARCH, 1e-6):
         stretched = refine(rod, np.full(48, 1.0 / 48), *state.start_on(np.full(48, 1.0 / 48)), 1e-6)
         assert stretched.stable == (stretched.outcome is Outcome.CONVERGED)
@@ -169,8 +170,8 @@ def test_stretch_to_bend_ratios_in_the_plane(ratio: float) -> None:
 
 @pytest.mark.parametrize("n", [3, 10, 100, 1000, 10_000])
 def test_few_and_many_vertices(n: int) -> None:
-    segment = SpatialSegment(ARCH, STRIP)
-    stretching = replace(ARCH, stretching=STRIP.stretching_stiffness)
+    segment = made_of(STRIP, ARCH)
+    stretching = changed(ARCH, stretching=STRIP.stretching_stiffness)
     edges = np.full(48, 1.0 / 48)
     state = refine(stretching, edges, *find_states(ARCH, 1e-6)[0].start_on(edges), 1e-7)
     rod, shape = lift(segment, state, n)

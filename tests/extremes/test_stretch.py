@@ -9,10 +9,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
+from clamped_rods import Stock, made_of, rod_between
 from curveline.rod.models.choice import SearchRequest, model_states
-from curveline.rod.section import Section
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import EXTENSIBLE, ClampedRod, Outcome
+from curveline.rod.states.equilibrium import EXTENSIBLE, Outcome
 
 STRETCHING = 1e6
 """EA L^2 / EI: about that of the built-in displays' rod."""
@@ -22,9 +21,9 @@ STRETCHING = 1e6
 @pytest.mark.parametrize("angles_deg", [(30.0, -30.0), (60.0, 60.0), (60.0, -20.0)], ids=str)
 def test_a_taut_rod_stretches_until_its_ends_fit(angles_deg: tuple[float, float], excess: float) -> None:
     start, end = (math.radians(angle) for angle in angles_deg)
-    rod = ClampedRod((1.0, 0.0), start, end, 1.0 + excess, 0.0, 1.0, 0.0)
-    section = Section(STRETCHING, 4e-3, 4.76e-3, 0.0, lateral_stiffness=16.0, twisting_stiffness=1.2)
-    found = model_states(SpatialSegment(rod, section), SearchRequest(1e-6, (0,), EXTENSIBLE))
+    rod = rod_between((1.0, 0.0), start, end, 1.0 + excess, 0.0, 1.0, 0.0)
+    section = Stock(STRETCHING, 4e-3, 4.76e-3, 0.0, lateral_stiffness=16.0, twisting_stiffness=1.2)
+    found = model_states(made_of(section, rod), SearchRequest(1e-6, (0,), EXTENSIBLE))
     (state,) = (each for each in found.states if each.simple)
     assert (state.model, state.outcome, state.stable) == (EXTENSIBLE, Outcome.CONVERGED, True)
 

@@ -8,15 +8,15 @@ import time
 import numpy as np
 import pytest
 
+from clamped_rods import rod_between
 from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
 from curveline.rod.planar.modes import lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, newton
 from curveline.rod.planar.richardson import vertex_table
-from curveline.rod.problem import make_problem, mesh, released
-from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.problem import make_problem, mesh
 from curveline.rod.states.planar_states import find_states
 
-ROD = ClampedRod((0.5, 0.03), 0.4, -0.6, 0.64, 0.0, 1.0, 10.0)
+ROD = rod_between((0.5, 0.03), 0.4, -0.6, 0.64, 0.0, 1.0, 10.0)
 EXACT = Effort(turn=0.3, close=1e-7, iterations=40)
 HANG = 2.0
 COUNTS = [4, 5, 10, 100, 1_000, 10_000, 100_000]
@@ -25,7 +25,7 @@ COUNTS = [4, 5, 10, 100, 1_000, 10_000, 100_000]
 @pytest.fixture(scope="module", autouse=True)
 def compiled() -> None:
     edges = np.asarray(mesh(np.empty(0), 10))
-    problem = released(make_problem(ROD.scaled(), edges))
+    problem = make_problem(ROD.scaled(), edges)
     phi, multipliers = find_states(ROD, 1e-3)[0].start_on(edges)
     newton(problem, phi, multipliers, EXACT)
     lowest_eigenvalue(problem, phi, multipliers, 1e-3)
@@ -38,7 +38,7 @@ def test_steps_do_not_grow_with_the_vertices_and_errors_fall_with_their_square()
     for vertices in COUNTS:
         edges = np.asarray(mesh(np.empty(0), vertices - 1))
         begin = time.process_time()
-        problem = released(make_problem(ROD.scaled(), edges))
+        problem = make_problem(ROD.scaled(), edges)
         phi, multipliers = truth.start_on(edges)
         iterations, unstable = newton(problem, phi, multipliers, EXACT)
         value = lowest_eigenvalue(problem, phi, multipliers, 1e-3)

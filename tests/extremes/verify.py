@@ -110,8 +110,8 @@ def in_own_units(state: Equilibrium) -> Scaled:
     natural = rod.natural_curvature * length
     table[0, 3] = natural - state.clamp_moment[0] * length / rod.stiffness
     table[-1, 3] = natural + state.clamp_moment[1] * length / rod.stiffness
-    loads = np.array(rod.loads, dtype=float).reshape(-1, 3) * [1.0, unit, unit]
-    loads[:, 0] = (loads[:, 0] * rod.length - 0.5 * rod.clamp) / length
+    at, forces = rod.dead_loads()
+    loads = np.column_stack([(at * rod.length - 0.5 * rod.clamp) / length, forces * unit])
     places = np.concatenate([[0.0], np.cumsum(state.edges) / length])
     return Scaled(
         places,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.states.equilibrium import Equilibrium
 
 Array = NDArray[np.float64]
@@ -43,24 +43,24 @@ def clamp_directors(angle: float, yaw: float, roll: float) -> Array:
     return np.column_stack([*turned, tangent])
 
 
-def integrate(segment: SpatialSegment, wrench: Array, places: Array) -> tuple[Array, Array]:
+def integrate(segment: ClampedRod, wrench: Array, places: Array) -> tuple[Array, Array]:
     """Positions (k, 3) and directors (k, 3, 3) at `places (k,)` [m] of the free rod, from N and M (6,) at its begin."""
-    rod, section = segment.rod, segment.section
-    rigid = np.array([section.lateral_stiffness, rod.stiffness, section.twisting_stiffness])
+    rod, bearing = segment, segment.bearing
+    rigid = np.array([bearing.lateral, bearing.stiffness, bearing.twisting])
     rest = np.array([-segment.lateral_curvature, rod.natural_curvature, 0.0])
-    weight = np.array(segment.weight)
+    weight = np.array([rod.weight_x, -rod.weight, rod.weight_z])
 
     def slope(_: float, y: Array) -> Array:
         directors, force, moment = y[3:12].reshape(3, 3), y[12:15], y[15:18]
         rate = rest + directors.T @ moment / rigid
         tangent = directors[:, 2]
-        along = (1.0 + force @ tangent / section.stretching_stiffness) * tangent
+        along = (1.0 + force @ tangent / rod.section.stretching_stiffness) * tangent
         turn = directors @ np.array([[0.0, -rate[2], rate[1]], [rate[2], 0.0, -rate[0]], [-rate[1], rate[0], 0.0]])
         return np.concatenate([along, turn.ravel(), -weight, -np.cross(along, force)])
 
     first = clamp_directors(rod.start, segment.yaw[0], segment.roll[0])
     y = np.concatenate([np.zeros(3), first.ravel(), wrench])
-    at_loads = [at * rod.length - 0.5 * rod.clamp for at, *_ in segment.loads]
+    at_loads = [load.at * rod.length - 0.5 * rod.clamp for load in rod.loads]
     borders = [0.0, *at_loads, float(places[-1])]
     found = np.empty((places.size, 18))
     for number, (begin, end) in enumerate(pairwise(borders)):
@@ -75,9 +75,9 @@ def integrate(segment: SpatialSegment, wrench: Array, places: Array) -> tuple[Ar
     return found[:, :3], found[:, 3:12].reshape(-1, 3, 3)
 
 
-def misses(segment: SpatialSegment, position: Array, directors: Array) -> Array:
+def misses(segment: ClampedRod, position: Array, directors: Array) -> Array:
     """How far (6,) the rod's end is from the right clamp: position over length, and a rotation vector."""
-    rod = segment.rod
+    rod = segment
     tangents = [clamp_directors(a, y, 0.0)[:, 2] for a, y in zip((rod.start, rod.end), segment.yaw, strict=True)]
     chord = np.array([*rod.chord, 0.0]) - 0.5 * rod.clamp * (tangents[0] + tangents[1])
     last = clamp_directors(rod.start + rod.turn, segment.yaw[1], segment.roll[1])
@@ -85,7 +85,7 @@ def misses(segment: SpatialSegment, position: Array, directors: Array) -> Array:
     return np.concatenate([(position - chord) / rod.free_length, turn])
 
 
-def jacobians(segment: SpatialSegment, wrench: Array, places: Array, units: Array) -> Array:
+def jacobians(segment: ClampedRod, wrench: Array, places: Array, units: Array) -> Array:
     """Slopes (k, 6, 6) of position over length and rotation by the wrench over `units (6,)`, at `places (k,)`."""
     out = np.empty((places.size, 6, 6))
     for column in range(6):
@@ -95,14 +95,14 @@ def jacobians(segment: SpatialSegment, wrench: Array, places: Array, units: Arra
             moved[column] += sign * 1e-5 * units[column]
             poses.append(integrate(segment, moved, places))
         (after, turned), (before, unturned) = poses
-        out[:, :3, column] = (after - before) / (2e-5 * segment.rod.free_length)
+        out[:, :3, column] = (after - before) / (2e-5 * segment.free_length)
         out[:, 3:, column] = Rotation.from_matrix(unturned.transpose(0, 2, 1) @ turned).as_rotvec() / 2e-5
     return out
 
 
-def check_in_space(state: Equilibrium, segment: SpatialSegment) -> SpaceCheck:
+def check_in_space(state: Equilibrium, segment: ClampedRod) -> SpaceCheck:
     """Compare a state with the exact solution beside it; AssertionError with what is wrong."""
-    space, rod = state.space, segment.rod
+    space, rod = state.space, segment
     assert space is not None
     for values in (space.table, space.forces, space.moments, [state.energy, state.error]):
         assert np.all(np.isfinite(values)), "a number is not finite"

@@ -28,7 +28,7 @@ from curveline.rod.states.equilibrium import SPATIAL, Equilibrium
 from curveline.scene import Display, Node, Range, Scene, Segment
 from curveline.sections import Rectangle
 from curveline.shapes.files import read_display
-from curveline.simulation.simulate import section_of, simulate
+from curveline.simulation.simulate import simulate
 from curveline.units import deg, mm
 
 MARGIN = LEAST_STABILITY * STIFFEST
@@ -186,7 +186,7 @@ def judged(scene: Scene) -> Target | None:
         state = next((each for each in found.states if _was(each, scene.segments[index].state, found.states)), None)
         if state is None:
             return None
-        sideways = judge(state, section_of(scene.display)).sideways
+        sideways = judge(state).sideways
         inside, outside = min(inside, state.lowest_eigenvalue), min(outside, sideways.eigenvalue)
         states.append(state)
     return Target(scene, inside, outside, _asked(scene.display, states))

@@ -8,7 +8,7 @@ import pytest
 
 from curveline.errors import Infeasible
 from curveline.planning.tours import make_plan
-from curveline.planning.verification import LEAST_STABILITY, OUT_OF_PLANE, STIFFEST
+from curveline.planning.verification import LEAST_STABILITY, OUT_OF_PLANE, STIFFEST, Verifier
 from curveline.replay.monte_carlo import Errors, Setup, play_run
 from curveline.replay.playback import replay
 from curveline.rod.models.model_error import judge
@@ -16,7 +16,7 @@ from curveline.rod.models.showable import showable_states
 from curveline.scene import BUCKLED, Display, Node, Scene, Segment
 from curveline.sections import Rectangle, Round
 from curveline.shapes.files import read_display
-from curveline.simulation.simulate import clamped_rod, section_of, simulate
+from curveline.simulation.simulate import clamped_rod, simulate
 from curveline.units import deg, mm
 from playing import motion
 
@@ -70,7 +70,7 @@ def test_a_valley_beside_a_peak_that_leaves_the_plane_is_planned(display: Displa
 def test_the_eigenvalues_of_the_reproduction() -> None:
     """Fault 8: those of the valley, in the plane and out of it, and of the peak out of it."""
     (segment,) = simulate(shape(STEEP, 808.9, "valley"), model="planar")
-    found = {state.name: judge(state, section_of(SINGLE)) for state in segment.states}
+    found = {state.name: judge(state) for state in segment.states}
     assert found["valley"].state.lowest_eigenvalue == pytest.approx(79.5, abs=0.1)
     assert found["valley"].sideways.eigenvalue == pytest.approx(62.5, abs=0.5)
     assert found["buckled-1"].sideways.eigenvalue == pytest.approx(-0.845, abs=0.01)
@@ -82,7 +82,7 @@ def test_the_margin_of_a_plan_is_that_of_the_state_that_simulate_shows() -> None
     scene = shape(((0.0, 30.0), (0.0, -30.0)), 600.0, "peak", display)
     (segment,) = simulate(scene, model="planar")
     (peak,) = (state for state in segment.states if state.name == "peak")
-    outside = judge(peak, section_of(display)).sideways.eigenvalue
+    outside = judge(peak).sideways.eigenvalue
     assert outside < peak.lowest_eigenvalue
     last = make_plan(scene).steps[-1]
     assert last.margin_of == OUT_OF_PLANE
@@ -105,7 +105,7 @@ def test_a_way_on_which_the_plane_is_left_between_states_that_stay_is_not_taken(
     display = replace(SINGLE, rod=replace(SINGLE.rod, section=Round(mm(3.0))), digest="round")
     scene = shape(((0.0, 30.0), (0.0, -30.0)), 620.0, "peak", display)
     level = clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), mm(620.0))
-    assert [state.name for state in showable_states(level, section_of(display), 1e-4).leaving] == ["peak"]
+    assert [state.name for state in showable_states(level, 1e-4).leaving] == ["peak"]
     made = make_plan(scene)
     known = False
     for step in made.steps:
@@ -135,3 +135,12 @@ def test_moved_on_to_where_its_state_leaves_the_plane_a_rod_is_seen_to_buckle() 
     played = replay(SINGLE, course)
     assert played.states == (BUCKLED,)
     assert [(snap.before, snap.after) for snap in played.snaps][-1] == ("valley", BUCKLED)
+
+
+def test_a_thicker_rod_whose_measured_stiffness_is_the_same_is_another_one_out_of_the_plane() -> None:
+    verifier = Verifier(SINGLE, lambda: None)
+    thick = Rectangle(mm(10.0), mm(3.0))
+    as_stiff = replace(SINGLE.rod, section=thick, youngs_modulus=SINGLE.rod.bending_stiffness / thick.second_moment)
+    assert as_stiff.bending_stiffness == pytest.approx(SINGLE.rod.bending_stiffness, rel=1e-12)
+    assert not verifier.has_rod_of(replace(SINGLE, rod=as_stiff))
+    assert verifier.has_rod_of(replace(SINGLE, rod=replace(SINGLE.rod, max_strain=0.5)))

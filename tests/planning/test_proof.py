@@ -161,7 +161,7 @@ def played(stage: DisplayState, after: Layout, order: np.ndarray) -> np.ndarray 
     assert hold is not None
     layouts = [stage.layout, *axis_by_axis(stage.layout, after, order)]
     poses = np.array([pose_of(SINGLE, each, 0) for each in layouts])
-    done, angles, *_ = pass_through(poses, verifier().bearing, hold.angles, hold.forces)
+    done, angles, *_ = pass_through(poses, verifier().bearing, hold.angles, hold.multipliers)
     return np.asarray(angles) if done == len(poses) - 1 else None
 
 

@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clamped_rods import rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.modes import modes_below, second_variation
 from curveline.rod.planar.newton import Effort, descend, energy, newton
-from curveline.rod.problem import Array, Problem, make_problem, released
-from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.problem import Array, Problem, make_problem
 
 FALL = Effort(turn=0.5, close=1e-9, iterations=400)
 POLISH = Effort(turn=0.3, close=1e-10, iterations=60)
@@ -55,13 +56,13 @@ def unit_rod(
     chord: tuple[float, float], ends: tuple[float, float], *, weight: float = 0.0, loads: Loads = ()
 ) -> ClampedRod:
     """A rod of length and EI 1 between point clamps."""
-    return ClampedRod(chord, ends[0], ends[1], 1.0, 0.0, 1.0, weight, loads=loads)
+    return rod_between(chord, ends[0], ends[1], 1.0, 0.0, 1.0, weight, loads=loads)
 
 
 def clamped(rod: ClampedRod, n: int, *, at: float = 0.5) -> Problem:
     """`rod` cut into n edges, half of them on either side of the fraction `at` of its length, both ends clamped."""
     edges = np.repeat([2.0 * at / n, 2.0 * (1.0 - at) / n], n // 2)
-    problem: Problem = released(make_problem(rod.scaled(), edges))
+    problem: Problem = make_problem(rod.scaled(), edges)
     return problem
 
 

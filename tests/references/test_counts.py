@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clamped_rods import rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.elastica import clamped_arch
 from curveline.rod.problem import Problem
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import find_states
 from rod.rods import REFERENCE, distance, reference_rod, simple
 from rod.test_elastica import guess_of
@@ -33,7 +35,7 @@ def random_clamps(seed: int, steepest: float, height: float, longest: float) -> 
         y = float(rng.uniform(-height, height))
         start, end = (float(angle) for angle in np.radians(rng.uniform(-steepest, steepest, 2)))
         length = float(rng.uniform(1.03, longest)) * math.hypot(SPAN, y)
-        rods.append(ClampedRod((SPAN, y), start, end, length, 0.0, 1.0, 0.0))
+        rods.append(rod_between((SPAN, y), start, end, length, 0.0, 1.0, 0.0))
     return rods
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -11,12 +10,14 @@ import numpy as np
 import pytest
 from scipy.interpolate import BarycentricInterpolator
 
+from clamped_rods import changed, rod_between
 from curveline.rod.branches.arclength import TraceReach, begin_at, trace
 from curveline.rod.branches.continuation import start_along
 from curveline.rod.branches.control_path import ControlPath, counts_along, loading, problem_at, straight_path
 from curveline.rod.branches.special_points import FOLD_POINT, SpecialKind, critical, next_special_point
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, refine_angles
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.planar_states import find_states
 from rod.rods import REFERENCE, reference_rod
 
@@ -71,7 +72,7 @@ def test_the_load_of_s1_off_its_centre(against: Report) -> None:
 
 
 def test_a_centre_load_takes_stability_by_a_bifurcation(against: Report) -> None:
-    rod = ClampedRod((1.0 / 1.2, 0.0), 0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
+    rod = rod_between((1.0 / 1.2, 0.0), 0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
     way = press(rod, 0.5, (0.0, -100.0))
     point = critical(way, rod.bearing, *start_along(way, state_of(rod, "peak")), 1e-10)
     assert point.kind is SpecialKind.BIFURCATION
@@ -119,7 +120,7 @@ TURNED = [
 def test_turned_ends(
     ratio: float, ways: tuple[float, float], degrees: float, kind: SpecialKind, against: Report
 ) -> None:
-    rod = ClampedRod((1.0 / ratio, 0.0), 0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
+    rod = rod_between((1.0 / ratio, 0.0), 0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
     furthest = 1.4 * math.radians(degrees)
     way = straight_path(rod.pose, rod.pose._replace(start=furthest * ways[0], end=furthest * ways[1]))
     point = critical(way, rod.bearing, *start_along(way, state_of(rod, "valley")), 1e-9)
@@ -175,7 +176,7 @@ def test_force_against_deflection(name: str, against: Report) -> None:
     at_folds = 0
     for load, deflection, x, y, lowest in case["curve"]:
         near = track.near(case, load, deflection)
-        pushed = replace(rod, loads=((at, load * toward[0], load * toward[1]),))
+        pushed = changed(rod, loads=((at, load * toward[0], load * toward[1]),))
         state = refine(pushed, track.edges, track.shapes[near].copy(), track.forces[near].copy(), 1e-8)
         if state.outcome is Outcome.LOST:
             # So near to a fold that the coarsest level does not bear this load: then the deflection gives the load.

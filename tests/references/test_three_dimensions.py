@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 from curveline.rod.geometry.rotations import multiply
 from curveline.rod.problem import Array
 from curveline.rod.spatial.energy import Shape, SpatialRod, moments, positions, relative
+from curveline.rod.spatial.lifting import frame
 from curveline.rod.spatial.relax import Relaxed, RelaxEnding, descend, is_stable, lowest_mode, lowest_modes, newton
-from curveline.rod.spatial.segment import frame
 from curveline.rod.spatial.terms import twist
 from curveline.rod.spatial.twisting import spun, total_twist, twisted
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from curveline.rod.problem import Array
 from curveline.rod.spatial.energy import Shape, SpatialRod
+from curveline.rod.spatial.lifting import frame
 from curveline.rod.spatial.relax import RelaxEnding, descend, is_stable, newton
-from curveline.rod.spatial.segment import frame
 
 LATERAL, TWIST, STRETCH = 17.0, 3.0, 7.5e5
 """Of the strip of the built-in displays, 600 mm of it, over EI (and L^2)."""

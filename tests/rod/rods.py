@@ -9,10 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from clamped_rods import rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.newton import Effort, newton
 from curveline.rod.planar.richardson import level_scalars, vertex_table
-from curveline.rod.problem import Array, Problem, make_problem, mesh, released
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.problem import Array, Problem, make_problem, mesh
+from curveline.rod.states.equilibrium import Equilibrium
 
 DATA = Path(__file__).parent.parent / "data"
 REFERENCE = json.loads((DATA / "reference_cases.json").read_text())
@@ -39,7 +41,7 @@ class Level(NamedTuple):
 def solve_level(rod: ClampedRod, n: int, phi: Array, multipliers: Array) -> Level:
     """The equilibrium of `rod` on n edges that Newton reaches from `phi (n,)`, `multipliers (2,)`."""
     scaled = rod.scaled()
-    problem = released(make_problem(scaled, mesh(scaled.at, n)))
+    problem = make_problem(scaled, mesh(scaled.at, n))
     phi, multipliers = phi.copy(), multipliers.copy()
     iterations, unstable = newton(problem, phi, multipliers, EXACT)
     assert iterations > 0
@@ -50,13 +52,15 @@ def solve_level(rod: ClampedRod, n: int, phi: Array, multipliers: Array) -> Leve
 def reference_rod(case: dict[str, Any], loads: tuple[tuple[float, float, float], ...] = ()) -> ClampedRod:
     """The rod of a case in reference_cases.json, where EI = 1 and the clamps are points."""
     weight = -case.get("gravity_w", (0.0, 0.0))[1]
-    return ClampedRod((case["x2"], case["y"]), case["theta1"], case["theta2"], case["L"], 0.0, 1.0, weight, loads=loads)
+    return rod_between(
+        (case["x2"], case["y"]), case["theta1"], case["theta2"], case["L"], 0.0, 1.0, weight, loads=loads
+    )
 
 
 def display_rod(case: dict[str, Any]) -> ClampedRod:
     """The rod of a case in reference_display.json."""
     start, end = (math.radians(case[key]) for key in ("theta1_deg", "theta2_deg"))
-    return ClampedRod((0.5, case["y"]), start, end, case["L"], case["clamp"], case["EI"], case["weight_per_length"])
+    return rod_between((0.5, case["y"]), start, end, case["L"], case["clamp"], case["EI"], case["weight_per_length"])
 
 
 def random_rods(seed: int, count: int) -> list[ClampedRod]:
@@ -66,7 +70,7 @@ def random_rods(seed: int, count: int) -> list[ClampedRod]:
     for _ in range(count):
         height, length = float(rng.uniform(-0.12, 0.12)), float(rng.uniform(0.56, 0.8))
         start, end = (float(angle) for angle in np.radians(rng.uniform(-45.0, 45.0, 2)))
-        rods.append(ClampedRod((0.5, height), start, end, length, 0.02, STIFFNESS, WEIGHT))
+        rods.append(rod_between((0.5, height), start, end, length, 0.02, STIFFNESS, WEIGHT))
     return rods
 
 

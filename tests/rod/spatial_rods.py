@@ -7,7 +7,7 @@ import numpy as np
 from curveline.rod.geometry.rotations import exponential, matrix_of, multiply
 from curveline.rod.problem import Array
 from curveline.rod.spatial.energy import Shape, SpatialRod, positions
-from curveline.rod.spatial.segment import frame
+from curveline.rod.spatial.lifting import frame
 
 STIFFNESS = np.array([3.0, 1.0, 0.8, 2e3])
 """Bending about m1 and m2, twist, stretch."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
+from clamped_rods import changed, rod_between
 from curveline.rod.branches.arclength import (
     TraceReach,
     Track,
@@ -20,18 +19,18 @@ from curveline.rod.branches.arclength import (
 )
 from curveline.rod.branches.continuation import FOLLOW_EDGES, coarse_start, follow, start_along
 from curveline.rod.branches.control_path import ControlPath, between, counts_along, problem_at, straight_path
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.modes import second_variation
 from curveline.rod.planar.newton import energy
 from curveline.rod.problem import Array, Problem
-from curveline.rod.states.equilibrium import ClampedRod
 from curveline.rod.states.planar_states import find_states
 
 from .rods import random_rods, solve_level
 from .test_continuation import ROD, state_of, symmetric_arch, way_of
 from .test_special_points import press
 
-LOADED = replace(ROD, loads=((0.3, 0.0, 0.0), (0.62, 0.1, -0.1)))
-MOVED = replace(ROD, chord=(0.49, 0.05), start=1.1, end=-0.4, length=0.62, loads=((0.3, -0.2, 0.3), (0.62, 0.0, -0.4)))
+LOADED = changed(ROD, loads=((0.3, 0.0, 0.0), (0.62, 0.1, -0.1)))
+MOVED = changed(ROD, chord=(0.49, 0.05), start=1.1, end=-0.4, length=0.62, loads=((0.3, -0.2, 0.3), (0.62, 0.0, -0.4)))
 SOFT = 2e-5
 """Compliance of a rod that stretches enough to be seen [m^2]."""
 
@@ -101,7 +100,7 @@ def test_the_tangent_is_the_direction_of_the_branch() -> None:
 
 @pytest.mark.parametrize("name", ["peak", "valley"])
 def test_where_no_fold_lies_on_the_way_tracing_is_following(name: str) -> None:
-    end = replace(ROD, chord=(0.5, 0.1), start=0.5, end=-0.6, length=0.7)
+    end = changed(ROD, chord=(0.5, 0.1), start=0.5, end=-0.6, length=0.7)
     way = straight_path(ROD.pose, end.pose)
     start = coarse_start(state_of(ROD, name))
     track = trace(way, ROD.bearing, *start, TraceReach())
@@ -116,7 +115,7 @@ def test_where_no_fold_lies_on_the_way_tracing_is_following(name: str) -> None:
 
 
 def test_around_a_fold_the_number_of_unstable_directions_grows_and_the_fraction_turns_back() -> None:
-    way = straight_path(ROD.pose, replace(ROD, start=1.2).pose)
+    way = straight_path(ROD.pose, changed(ROD, start=1.2).pose)
     start = coarse_start(state_of(ROD, "valley"))
     track = trace(way, ROD.bearing, *start, TraceReach(low=0.0))
     turn = int(np.argmax(track.fractions))
@@ -143,7 +142,7 @@ def turns_of(track: Track) -> int:
 def test_forward_and_backward_meet_around_folds() -> None:
     turns = []
     for begin in random_rods(41, 8):
-        end = replace(begin, start=begin.start + 1.5, end=begin.end - 1.1)
+        end = changed(begin, start=begin.start + 1.5, end=begin.end - 1.1)
         start = solve_level(begin, FOLLOW_EDGES, *coarse_start(find_states(begin, 1e-6)[-1]))
         there = trace(
             straight_path(begin.pose, end.pose), begin.bearing, start.phi, start.multipliers, TraceReach(0.0, 1.0)
@@ -166,7 +165,7 @@ def test_forward_and_backward_meet_around_folds() -> None:
 @pytest.mark.parametrize("off", [1e-5, 1e-4, 2e-3])
 def test_a_branch_that_another_one_nearly_crosses_is_not_left(off: float) -> None:
     # A load off centre parts the branches that cross at its bifurcation: the stable one turns back in a fold.
-    rod = ClampedRod((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
+    rod = rod_between((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
     way = press(rod, 0.5 + off, 70.0)
     for step in (0.02, 0.1, 0.3):
         track = trace(way, rod.bearing, *start_along(way, state_of(rod, "peak")), TraceReach(0.0, 1.5, step))
@@ -177,7 +176,7 @@ def test_a_branch_that_another_one_nearly_crosses_is_not_left(off: float) -> Non
 
 
 def test_a_symmetric_branch_is_traced_on_past_its_bifurcation() -> None:
-    rod = ClampedRod((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
+    rod = rod_between((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
     way = press(rod, 0.5, 300.0 / 1.44)
     track = trace(way, rod.bearing, *symmetric_arch(1.2), TraceReach())
     loads = 300.0 * track.fractions
@@ -188,7 +187,7 @@ def test_a_symmetric_branch_is_traced_on_past_its_bifurcation() -> None:
 
 
 def test_an_absent_equilibrium_is_not_traced() -> None:
-    taut = replace(ROD, length=0.49)
+    taut = changed(ROD, length=0.49)
     track = trace(straight_path(taut.pose, ROD.pose), ROD.bearing, *coarse_start(state_of(ROD, "peak")), TraceReach())
     assert track.fractions.size == 0
     assert track.phi.shape == (0, FOLLOW_EDGES)

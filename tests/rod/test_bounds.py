@@ -14,18 +14,18 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from clamped_rods import Stock, changed, made_of, rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.model_error import contact_bound, gravity_bound, judge, probe, stretch_bound
 from curveline.rod.problem import Array
-from curveline.rod.section import Section
 from curveline.rod.spatial.richardson import refine_in_space
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT, random_rods
 
 EXACT = 1e-8
-STRIP = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0355)
+STRIP = Stock(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0355)
 
 
 class Held(NamedTuple):
@@ -48,7 +48,7 @@ def scenes(seed: int, count: int) -> Iterator[tuple[ClampedRod, np.random.Genera
         start, end = (float(angle) for angle in np.radians(rng.uniform(-70.0, 70.0, 2)))
         weight = WEIGHT * float(10.0 ** rng.uniform(-2.0, 1.0)) * bool(rng.random() < 0.8)
         loads = ((float(rng.uniform(0.2, 0.8)), 0.0, float(rng.uniform(-1.0, 1.0))),) if rng.random() < 0.3 else ()
-        yield ClampedRod((0.5, height), start, end, length, 0.02, STIFFNESS, weight, loads=loads), rng
+        yield rod_between((0.5, height), start, end, length, 0.02, STIFFNESS, weight, loads=loads), rng
 
 
 def shown(rod: ClampedRod, tolerance: float = 1e-4) -> list[Equilibrium]:
@@ -80,12 +80,14 @@ def test_the_bound_holds_for(term: str) -> None:
     for rod, rng in scenes(11, 200):
         if term == "stretch":
             section = replace(STRIP, stretching_stiffness=58_800.0 * float(10.0 ** rng.uniform(-3.0, 0.5)))
-            without, with_it = rod, replace(rod, stretching=section.stretching_stiffness)
+            without, with_it = rod, changed(rod, stretching=section.stretching_stiffness)
         else:
             section = replace(STRIP, weight=WEIGHT * float(10.0 ** rng.uniform(-2.0, 1.0)))
-            without, with_it = replace(rod, weight=0.0), replace(rod, weight=section.weight)
+            without, with_it = changed(rod, weight=0.0), changed(rod, weight=section.weight)
         for state in shown(without):
-            bound = (stretch_bound if term == "stretch" else gravity_bound)(probe(state), section)
+            bound = (stretch_bound if term == "stretch" else gravity_bound)(
+                probe(state.but(rod=made_of(section, state.rod)))
+            )
             truth = difference(state, with_it)
             if math.isfinite(truth):
                 held.append(Held(bound.bound, truth))
@@ -109,12 +111,11 @@ def test_the_bound_holds_for_twist_and_bending_sideways() -> None:
         section = replace(
             STRIP, lateral_stiffness=lateral_ratio * STIFFNESS, twisting_stiffness=twist_ratio * STIFFNESS
         )
-        rod = replace(rod, natural_curvature=float(rng.uniform(-2.0, 2.0)) * bool(rng.random() < 0.5))
-        loads = tuple((at, x, y, 0.0) for at, x, y in rod.loads)
-        segment = SpatialSegment(rod, section, weight=(0.0, -rod.weight, 0.0), loads=loads)
+        rod = changed(rod, natural_curvature=float(rng.uniform(-2.0, 2.0)) * bool(rng.random() < 0.5))
+        segment = made_of(section, rod)
         for state in shown(rod)[:1]:
             start = probe(state)
-            soft = replace(rod, stretching=section.stretching_stiffness)
+            soft = changed(rod, stretching=section.stretching_stiffness)
             flat = refine(soft, start.edges, start.angles, start.multipliers, 1e-4)
             free = refine_in_space(segment, flat, 1e-4)
             if free.outcome is not Outcome.CONVERGED or not flat.stable:
@@ -122,7 +123,7 @@ def test_the_bound_holds_for_twist_and_bending_sideways() -> None:
                 continue
             apart = np.linalg.norm(free.curve(101) - flat.curve(101), axis=1)
             truth = float(np.max(np.hypot(apart, free.depth(101))))
-            _, sideways, bounds = judge(flat, section)
+            _, sideways, bounds = judge(flat.but(rod=made_of(section, flat.rod)))
             within = bounds["twist"].bound + free.error + flat.error
             (stay if sideways.stays else leave).append(Held(within, truth))
     kept = float(np.mean([each.truth <= each.bound for each in stay]))
@@ -144,10 +145,13 @@ def test_the_bound_holds_for_contact() -> None:
         start, end = (float(angle) for angle in rng.uniform([0.3, -1.9], [1.9, -0.3]))
         across = float(rng.uniform(0.02, 0.12))
         chord = (across, across * float(rng.uniform(-0.3, 0.3)))
-        rod = ClampedRod(chord, start, end, across * float(rng.uniform(3.0, 12.0)), 0.002, STIFFNESS, 0.0)
+        rod = rod_between(chord, start, end, across * float(rng.uniform(3.0, 12.0)), 0.002, STIFFNESS, 0.0)
         for state in [state for state in find_states(rod, 1e-5) if not state.crosses_itself]:
             section = replace(STRIP, thickness=state.clearance * float(rng.uniform(0.5, 2.0)))
-            bound, truth = contact_bound(state, section).bound, overlap(state, section.thickness)
+            bound, truth = (
+                contact_bound(state.but(rod=made_of(section, state.rod))).bound,
+                overlap(state, section.thickness),
+            )
             if truth == 0.0:
                 clear += 1
                 assert bound <= 0.01 * section.thickness

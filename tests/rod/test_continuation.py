@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from clamped_rods import changed, rod_between
 from curveline.rod.branches.continuation import (
     FOLLOW_EDGES,
     Branch,
@@ -28,16 +28,17 @@ from curveline.rod.branches.control_path import (
     rod_at,
     straight_path,
 )
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.richardson import LOAD_POTENTIAL, STRAIN_ENERGY
-from curveline.rod.problem import Array, make_problem, mesh, released
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.problem import Array, make_problem, mesh
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT, random_rods, solve_level
 
-ROD = ClampedRod((0.5, 0.0), 0.2, -0.1, 0.64, 0.02, STIFFNESS, WEIGHT)
-AWAY = replace(ROD, chord=(0.5, 0.1), start=0.5, end=-0.6, length=0.7)
-LOSING = replace(ROD, start=1.2, end=-1.2)
+ROD = rod_between((0.5, 0.0), 0.2, -0.1, 0.64, 0.02, STIFFNESS, WEIGHT)
+AWAY = changed(ROD, chord=(0.5, 0.1), start=0.5, end=-0.6, length=0.7)
+LOSING = changed(ROD, start=1.2, end=-1.2)
 PUSH = ((0.3, 0.0, 0.0), (0.62, 0.0, -0.4))
 
 
@@ -47,8 +48,8 @@ def state_of(rod: ClampedRod, name: str) -> Equilibrium:
 
 def way_of(begin: ClampedRod, end: ClampedRod) -> ControlPath:
     """The way from one rod to another that has loads at the same places."""
-    before, after = np.array(begin.loads).reshape(-1, 3), np.array(end.loads).reshape(-1, 3)
-    return ControlPath(begin.pose, end.pose, before[:, 0].copy(), before[:, 1:].copy(), after[:, 1:].copy())
+    (at, before), (_, after) = begin.dead_loads(), end.dead_loads()
+    return ControlPath(begin.pose, end.pose, at, before, after)
 
 
 def followed(begin: ClampedRod, end: ClampedRod, start: tuple[Array, Array]) -> Branch:
@@ -59,8 +60,8 @@ def followed(begin: ClampedRod, end: ClampedRod, start: tuple[Array, Array]) -> 
 @pytest.mark.parametrize("loads", [(), PUSH])
 @pytest.mark.parametrize("name", ["peak", "valley"])
 def test_forward_and_backward_meet(name: str, loads: tuple[tuple[float, float, float], ...]) -> None:
-    rod = replace(ROD, loads=loads)
-    away = replace(AWAY, loads=tuple((at, x + 0.1, y - 0.2) for at, x, y in loads))
+    rod = changed(ROD, loads=loads)
+    away = changed(AWAY, loads=tuple((at, x + 0.1, y - 0.2) for at, x, y in loads))
     start = solve_level(rod, FOLLOW_EDGES, *coarse_start(state_of(rod, name)))
     there = followed(rod, away, (start.phi, start.multipliers))
     assert there.reached == 1.0
@@ -83,7 +84,7 @@ def test_the_state_followed_is_the_one_found_there(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["peak", "valley"])
 def test_edges_meet_at_the_loads_while_the_length_changes(name: str) -> None:
-    begin, end = replace(ROD, loads=PUSH), replace(AWAY, loads=PUSH)
+    begin, end = changed(ROD, loads=PUSH), changed(AWAY, loads=PUSH)
     way = way_of(begin, end)
     counts = counts_along(way, begin.bearing, FOLLOW_EDGES)
     assert counts.sum() == FOLLOW_EDGES
@@ -99,7 +100,7 @@ def test_edges_meet_at_the_loads_while_the_length_changes(name: str) -> None:
 
 
 def test_too_few_edges_for_the_loads_are_not_followed() -> None:
-    way = way_of(replace(ROD, loads=PUSH), replace(AWAY, loads=PUSH))
+    way = way_of(changed(ROD, loads=PUSH), changed(AWAY, loads=PUSH))
     assert follow(way, ROD.bearing, np.zeros(5), np.zeros(2)).wrenches.shape == (0, 6)
     assert travel(way, ROD.bearing, np.zeros(5), np.zeros(2))[0] == 0.0
     assert not land(way, 0.0, ROD.bearing, np.zeros(5), np.zeros(2), np.zeros(5))[0]
@@ -108,7 +109,7 @@ def test_too_few_edges_for_the_loads_are_not_followed() -> None:
 @pytest.mark.parametrize("change", [{"start": 1.2}, {"start": 1.2, "end": -1.3}, {"length": 0.52, "start": 0.9}])
 def test_a_fold_is_found_at_the_same_place_whatever_the_path_beyond(change: dict[str, float]) -> None:
     start = coarse_start(state_of(ROD, "valley"))
-    end = replace(ROD, **change)
+    end = changed(ROD, **change)
     short = followed(ROD, end, start)
     assert 0.05 < short.reached < 1.0
     beyond = between(ROD.pose, end.pose, 1.0 + 0.3 * math.pi)
@@ -135,7 +136,7 @@ def test_to_travel_is_to_follow_without_looking(seed: int) -> None:
 
 def pushed(length: float, load: float) -> ClampedRod:
     """A symmetric rod between level clamps, a unit apart, with a load in the middle that leaves it symmetric."""
-    return ClampedRod((1.0, 0.0), 0.0, 0.0, length, 0.0, 1.0, 0.0, loads=((0.5, 0.0, -load),))
+    return rod_between((1.0, 0.0), 0.0, 0.0, length, 0.0, 1.0, 0.0, loads=((0.5, 0.0, -load),))
 
 
 def symmetric_arch(length: float) -> tuple[Array, Array]:
@@ -186,10 +187,10 @@ def moments_about_pivots(state: Equilibrium) -> list[float]:
 @pytest.mark.parametrize("natural", [0.0, 1.5])
 @pytest.mark.parametrize("number", range(6))
 def test_what_the_nodes_hold_is_what_the_equilibrium_says(number: int, natural: float) -> None:
-    rod = replace(random_rods(3, 6)[number], natural_curvature=natural)
+    rod = changed(random_rods(3, 6)[number], natural_curvature=natural)
     for state in find_states(rod, 1e-7):
         level = solve_level(rod, 400, *coarse_start(state, 400))
-        free = released(make_problem(rod.scaled(), mesh(np.empty(0), 400)))
+        free = make_problem(rod.scaled(), mesh(np.empty(0), 400))
         here = straight_path(rod.pose, rod.pose)
         bent, held = node_loads(here, 0.0, rod.bearing, free, level.phi, level.multipliers)
         assert bent == pytest.approx(state.max_curvature, rel=1e-2)
@@ -211,26 +212,26 @@ def energy_of(rod: ClampedRod, start: Equilibrium) -> float:
     natural = rod.natural_curvature
     stored += rod.stiffness * natural * (0.5 * natural * rod.free_length - (rod.end - rod.start))
     below = rod.free_start
-    stored += rod.weight * rod.free_length * below[1] - sum(x * below[0] + y * below[1] for _, x, y in rod.loads)
+    stored += rod.weight * rod.free_length * below[1] - sum(load.x * below[0] + load.y * below[1] for load in rod.loads)
     # What the bearing straightens, over the length that it does not change, stores energy as well.
     return float(stored - 0.5 * rod.stiffness * natural**2 * rod.free_length)
 
 
 SLOPES = {
-    "x": lambda rod, d: replace(rod, chord=(rod.chord[0] + d, rod.chord[1])),
-    "height": lambda rod, d: replace(rod, chord=(rod.chord[0], rod.chord[1] + d)),
-    "start": lambda rod, d: replace(rod, start=rod.start + d),
-    "end": lambda rod, d: replace(rod, end=rod.end + d),
-    "length": lambda rod, d: replace(rod, length=rod.length + d),
+    "x": lambda rod, d: changed(rod, chord=(rod.chord[0] + d, rod.chord[1])),
+    "height": lambda rod, d: changed(rod, chord=(rod.chord[0], rod.chord[1] + d)),
+    "start": lambda rod, d: changed(rod, start=rod.start + d),
+    "end": lambda rod, d: changed(rod, end=rod.end + d),
+    "length": lambda rod, d: changed(rod, length=rod.length + d),
 }
 
 
 @pytest.mark.parametrize("natural", [0.0, 1.5])
 @pytest.mark.parametrize("number", range(4))
 def test_what_the_nodes_do_is_the_slope_of_the_energy(number: int, natural: float) -> None:
-    rod = replace(random_rods(17, 4)[number], natural_curvature=natural)
+    rod = changed(random_rods(17, 4)[number], natural_curvature=natural)
     if number > 1:
-        rod = replace(rod, loads=((0.5, 0.1, -0.3),))
+        rod = changed(rod, loads=((0.5, 0.1, -0.3),))
     state = find_states(rod, 1e-7)[0]
     level = solve_level(rod, 400, *coarse_start(state, 400))
     way = way_of(rod, rod)
@@ -245,7 +246,9 @@ def test_what_the_nodes_do_is_the_slope_of_the_energy(number: int, natural: floa
     assert held[5] == pytest.approx(slopes["end"], rel=1e-4, abs=1e-5)
     assert held[4] == pytest.approx(slopes["height"], rel=1e-4, abs=1e-4)
     # A load stays at its fraction of the length: where the rod is fed past it, it works along the rod.
-    along = sum(x * math.cos(angle) + y * math.sin(angle) for (_, x, y), angle in zip(rod.loads, tangents, strict=True))
+    along = sum(
+        load.x * math.cos(angle) + load.y * math.sin(angle) for load, angle in zip(rod.loads, tangents, strict=True)
+    )
     # Rod that leaves a bearing has been brought to that height by what feeds it there.
     left = rod.weight * rod.free_start[1]
     right = left + rod.weight * rod.free_chord[1]
@@ -256,7 +259,7 @@ def test_what_the_nodes_do_is_the_slope_of_the_energy(number: int, natural: floa
 @pytest.mark.parametrize("name", ["peak", "valley"])
 def test_what_is_lost_lands_in_a_stable_state(name: str) -> None:
     sign = 1.0 if name == "valley" else -1.0
-    end = replace(ROD, start=sign * 1.2, end=-sign * 1.2)
+    end = changed(ROD, start=sign * 1.2, end=-sign * 1.2)
     way = straight_path(ROD.pose, end.pose)
     branch = follow(way, ROD.bearing, *coarse_start(state_of(ROD, name)))
     assert branch.reached < 1.0
@@ -277,7 +280,7 @@ def test_a_load_too_makes_the_rod_fall() -> None:
     assert 0.1 < branch.reached < 1.0
     landed, angles, forces = land(way, 1.0, ROD.bearing, branch.phi, branch.multipliers, perturbation(FOLLOW_EDGES))
     assert landed
-    loaded = replace(ROD, loads=((0.4, 0.0, -12.0),))
+    loaded = changed(ROD, loads=((0.4, 0.0, -12.0),))
     assert solve_level(loaded, FOLLOW_EDGES, angles, forces).unstable == 0
     edges = mesh(rod_at(way, ROD.bearing, 1.0).at, FOLLOW_EDGES)
     assert edges @ np.sin(branch.phi) == pytest.approx(0.0, abs=1e-2)
@@ -285,8 +288,8 @@ def test_a_load_too_makes_the_rod_fall() -> None:
 
 
 def test_a_perfectly_symmetric_rod_still_falls_off_its_dead_branch() -> None:
-    rod = replace(ROD, start=0.0, end=0.0, clamp=0.0, weight=0.0)
-    end = replace(rod, start=1.0, end=-1.0)
+    rod = changed(ROD, start=0.0, end=0.0, clamp=0.0, weight=0.0)
+    end = changed(rod, start=1.0, end=-1.0)
     places = (np.arange(FOLLOW_EDGES) + 0.5) / FOLLOW_EDGES
     valley = solve_level(rod, FOLLOW_EDGES, -np.sin(2.0 * np.pi * places), np.array([45.0, 0.0]))
     np.testing.assert_allclose(valley.phi, -valley.phi[::-1], atol=1e-10)
@@ -294,7 +297,7 @@ def test_a_perfectly_symmetric_rod_still_falls_off_its_dead_branch() -> None:
     branch = follow(way, rod.bearing, valley.phi, valley.multipliers)
     assert branch.reached < 1.0
     # Just past the pitchfork the symmetric valley is still there, as a saddle.
-    past = replace(rod, start=1.0005 * branch.reached, end=-1.0005 * branch.reached)
+    past = changed(rod, start=1.0005 * branch.reached, end=-1.0005 * branch.reached)
     saddle = solve_level(past, FOLLOW_EDGES, branch.phi, branch.multipliers)
     assert saddle.unstable == 1
     way = straight_path(past.pose, past.pose)

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from curveline.rod.branches.continuation import coarse_start
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.elastica import clamped_arch, rectangular
 from curveline.rod.planar.richardson import LOAD_POTENTIAL, STRAIN_ENERGY
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import find_states
 
 from .rods import REFERENCE, Level, reference_rod, solve_level

@@ -9,33 +9,32 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from clamped_rods import Stock, made_of, rod_between
 from curveline.rod.branches.continuation import coarse_start
 from curveline.rod.branches.control_path import between, straight_path
-from curveline.rod.branches.out_of_plane import Aside
 from curveline.rod.branches.quasi_static import FELL, LEFT, RETURNED, move_through, pass_through
 from curveline.rod.branches.special_points import SpecialKind, critical
 from curveline.rod.branches.tracking import TrackedState, identify, tracked
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Pose
-from curveline.rod.section import Section
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.spatial.energy import Shape
 from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT
 
 RODS = 60
-STRIP = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, 0.49, 0.0355)
-HELD = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, 50.0, 50.0)
+STRIP = Stock(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, 0.49, 0.0355)
+HELD = Stock(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, 50.0, 50.0)
 """Of a rod that never leaves its plane."""
-ROUND = Section(17_000.0, 3.0e-3, 1.06e-3, WEIGHT, STIFFNESS, STIFFNESS / 1.35)
+ROUND = Stock(17_000.0, 3.0e-3, 1.06e-3, WEIGHT, STIFFNESS, STIFFNESS / 1.35)
 
 
-def segment(rod: ClampedRod, section: Section = STRIP) -> SpatialSegment:
-    return SpatialSegment(rod, section, weight=(0.0, -rod.weight, 0.0))
+def segment(rod: ClampedRod, section: Stock = STRIP) -> ClampedRod:
+    return made_of(section, rod)
 
 
 def at(pose: Pose) -> ClampedRod:
-    return ClampedRod((pose.x, pose.y), pose.start, pose.end, pose.length, 0.02, STIFFNESS, WEIGHT)
+    return rod_between((pose.x, pose.y), pose.start, pose.end, pose.length, 0.02, STIFFNESS, WEIGHT)
 
 
 @cache
@@ -72,7 +71,7 @@ def test_a_rod_keeps_its_state_up_to_the_fold_of_the_continuous_rod(past: float,
         poses = poses_to(rod, end, fold * (1.0 + past))
         _, events = move_through(poses, segment(rod, HELD), held)
         assert (not events) == is_kept
-        early += pass_through(poses, rod.bearing, held.angles, held.forces)[0] < len(poses) - 1
+        early += pass_through(poses, rod.bearing, held.angles, held.multipliers)[0] < len(poses) - 1
     assert early == RODS if not is_kept else early > 0.5 * RODS
 
 
@@ -116,7 +115,7 @@ def test_a_rod_that_is_narrow_sideways_stays_out_of_its_plane() -> None:
     narrow = replace(ROUND, lateral_stiffness=0.3 * STIFFNESS, twisting_stiffness=0.3 * STIFFNESS)
     state, events = move_through(through(LEVEL._replace(length=0.5), LEVEL), segment(at(LEVEL), narrow), None)
     assert [event.kind for event in events] == ["buckled", LEFT]
-    assert isinstance(state, Aside)
+    assert isinstance(state, Shape)
 
 
 def test_drawn_in_again_a_rod_out_of_its_plane_is_straight() -> None:

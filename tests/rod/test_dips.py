@@ -7,18 +7,19 @@ import math
 import numpy as np
 import pytest
 
+from clamped_rods import rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.dips import bottom, hold_at, lean, let_go
 from curveline.rod.planar.search import search_edges
 from curveline.rod.planar.sweep import nothing_found
-from curveline.rod.problem import Array, Problem, make_problem, mesh
-from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.problem import Array, Problem, held_in_height, make_problem, mesh
 
 FOLD_DEG = 10.161195
 """Where the valley of the strip ends, by a spectral method: see tests/completeness."""
 
 
 def strip(angle_deg: float) -> ClampedRod:
-    return ClampedRod((0.5, 0.0), math.radians(angle_deg), 0.0, 0.505, 0.0, 1.0, 0.0)
+    return rod_between((0.5, 0.0), math.radians(angle_deg), 0.0, 0.505, 0.0, 1.0, 0.0)
 
 
 def dip(rod: ClampedRod, n: int) -> tuple[Problem, tuple[float, float], Array, Array, float]:
@@ -26,7 +27,7 @@ def dip(rod: ClampedRod, n: int) -> tuple[Problem, tuple[float, float], Array, A
     scaled = rod.scaled()
     _, _, near, _ = search_edges(scaled, n)
     assert near.filled[0] >= 1.0
-    problem = make_problem(scaled, mesh(scaled.at, n))
+    problem = held_in_height(make_problem(scaled, mesh(scaled.at, n)))
     phi, force = near.shapes[0].copy(), near.forces[0].copy()
     sign = math.copysign(1.0, force[2])
     place = bottom(problem, near.heights[0], phi, force, sign)

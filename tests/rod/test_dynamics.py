@@ -8,17 +8,17 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from clamped_rods import Stock, changed, made_of
 from curveline.rod.branches.continuation import coarse_start, follow, land, perturbation
 from curveline.rod.branches.control_path import between
 from curveline.rod.branches.control_path import straight_path as direct
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import matrix_of, multiply
 from curveline.rod.problem import Array
-from curveline.rod.section import Section
 from curveline.rod.spatial.dynamics import (
     Fate,
     Medium,
@@ -36,9 +36,8 @@ from curveline.rod.spatial.dynamics import (
 )
 from curveline.rod.spatial.energy import Shape, SpatialRod, cell_of, moved, positions
 from curveline.rod.spatial.inertia import Pull, add_pull, add_viscosity, lumped, spun, strained
+from curveline.rod.spatial.lifting import frame, spatial_rod
 from curveline.rod.spatial.relax import RelaxEnding, descend, is_stable
-from curveline.rod.spatial.segment import SpatialSegment, frame
-from curveline.rod.states.equilibrium import ClampedRod
 from curveline.rod.states.planar_states import find_states
 
 from .motions import angles_of, arch, flat_rod, flat_shape, fold_scene, last_stable, weighted
@@ -48,7 +47,7 @@ UNDAMPED = Medium(external=0.0)
 CLAMPED, CANTILEVER = 4.730040744862704, 1.875104068711961
 """Roots of cosh b cos b = 1 and of cosh b cos b = -1."""
 
-SECTION = Section(
+SECTION = Stock(
     stretching_stiffness=58800.0,
     thickness=0.0024,
     gyration=math.hypot(0.0024, 0.01) / 12**0.5,
@@ -347,7 +346,7 @@ def lost_states(seed: int, count: int) -> list[tuple[ClampedRod, Array, Array]]:
             branch = follow(direct(begin.pose, end.pose), begin.bearing, *coarse_start(state, 24))
             if 0.05 < branch.reached < 0.97:
                 pose = between(begin.pose, end.pose, branch.reached + 0.02)
-                past = replace(begin, chord=(pose.x, pose.y), start=pose.start, end=pose.end, length=pose.length)
+                past = changed(begin, chord=(pose.x, pose.y), start=pose.start, end=pose.end, length=pose.length)
                 found.append((past, branch.phi, branch.multipliers))
         if len(found) >= count:
             break
@@ -356,8 +355,8 @@ def lost_states(seed: int, count: int) -> list[tuple[ClampedRod, Array, Array]]:
 
 def test_in_displays_too_the_rod_falls_where_energy_descent_says() -> None:
     for number, (rod, phi, multipliers) in enumerate(lost_states(5, 5)):
-        segment = SpatialSegment(rod, SECTION, weight=(0.0, -rod.weight, 0.0))
-        spatial = segment.spatial_rod(np.full(24, 1.0 / 24))
+        segment = made_of(SECTION, rod)
+        spatial = spatial_rod(segment, np.full(24, 1.0 / 24))
         film = fall(spatial, kicked(spatial, flat_shape(phi), 1e-3, number), medium_of(segment), StepControl())
         assert film.fate is Fate.LANDED
         assert film.settled is not None
@@ -478,6 +477,6 @@ def test_a_motion_that_does_not_end_says_what_to_change() -> None:
 
 def test_time_is_counted_in_seconds_by_mass_and_stiffness() -> None:
     rod = random_rods(1, 1)[0]
-    segment = SpatialSegment(rod, SECTION)
+    segment = made_of(SECTION, rod)
     assert time_unit(segment) == pytest.approx(math.sqrt(WEIGHT / 9.80665 * rod.free_length**4 / STIFFNESS))
     assert medium_of(segment).gyration * rod.free_length == pytest.approx(math.sqrt((0.01**2 + 0.0024**2) / 12.0))

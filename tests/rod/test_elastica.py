@@ -7,8 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from clamped_rods import rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.elastica import Arc, Inflectional, clamped_arch, rectangular
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.planar_states import find_states
 
 from .rods import distance
@@ -26,7 +28,7 @@ def rod_of(exact: Inflectional | Arc) -> ClampedRod:
     """The rod whose answer a closed form is."""
     start, end = exact.angles(np.array([0.0, exact.length]))
     x, y = exact.positions(np.array([exact.length]))[0]
-    return ClampedRod((float(x), float(y)), float(start), float(end), exact.length, 0.0, exact.stiffness, 0.0)
+    return rod_between((float(x), float(y)), float(start), float(end), exact.length, 0.0, exact.stiffness, 0.0)
 
 
 def guess_of(exact: Inflectional | Arc, n: int) -> tuple[np.ndarray, np.ndarray]:

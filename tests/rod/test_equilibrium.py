@@ -10,15 +10,17 @@ from dataclasses import FrozenInstanceError, replace
 import numpy as np
 import pytest
 
+from clamped_rods import changed, rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.newton import Effort, descend, newton
-from curveline.rod.problem import make_problem, mesh, released, sharpest_turn
+from curveline.rod.problem import make_problem, mesh, sharpest_turn
 from curveline.rod.states import equilibrium
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT, distance, random_rods, simple
 
-ROD = ClampedRod((0.5, 0.08), 0.6, -0.2, 0.66, 0.02, STIFFNESS, WEIGHT)
+ROD = rod_between((0.5, 0.08), 0.6, -0.2, 0.66, 0.02, STIFFNESS, WEIGHT)
 
 
 def peak(rod: ClampedRod, tolerance: float = 1e-9) -> Equilibrium:
@@ -53,9 +55,9 @@ def test_the_edge_limit_is_said_to_be_the_reason(monkeypatch: pytest.MonkeyPatch
 
 def test_a_saddle_is_called_unstable() -> None:
     # The S between the two arches of a level rod.
-    rod = ClampedRod((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, 1.0, 0.0)
+    rod = rod_between((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, 1.0, 0.0)
     n = 48
-    problem = released(make_problem(rod.scaled(), mesh(np.empty(0), n)))
+    problem = make_problem(rod.scaled(), mesh(np.empty(0), n))
     phi = np.cos(2.0 * np.pi * (np.arange(n) + 0.5) / n) - 1.0
     multipliers = np.array([80.0, 0.0])
     iterations, unstable = newton(problem, phi, multipliers, Effort(0.3, 1e-9, 60))
@@ -71,7 +73,7 @@ def test_a_saddle_is_called_unstable() -> None:
 def test_a_state_of_the_coarse_rod_alone_is_called_lost(n: int) -> None:
     # A few edges can turn right over, which no smooth curve follows; more edges lose such a state at any level.
     rng = np.random.default_rng(1)
-    problem = released(make_problem(ROD.scaled(), mesh(np.empty(0), n)))
+    problem = make_problem(ROD.scaled(), mesh(np.empty(0), n))
     lost = 0
     for _ in range(100):
         phi, multipliers = rng.normal(0.0, 2.5, n), np.zeros(2)
@@ -93,7 +95,7 @@ def test_every_outcome_is_a_sentence() -> None:
 @pytest.mark.parametrize("clamp", [0.0, 0.02, 0.1])
 @pytest.mark.parametrize("points", [2, 33, 201])
 def test_curve_leads_from_pivot_to_pivot_and_is_straight_in_the_bearings(clamp: float, points: int) -> None:
-    rod = replace(ROD, clamp=clamp)
+    rod = changed(ROD, clamp=clamp)
     for state in find_states(rod, 1e-6):
         curve = state.curve(points)
         assert curve.shape == (points, 2)
@@ -113,7 +115,7 @@ def test_points_of_a_curve_are_equally_spaced_in_arc_length() -> None:
 
 def test_natural_curvature_moves_energy_and_moments_but_not_the_curve() -> None:
     straight = peak(ROD, 1e-6)
-    bent = peak(replace(ROD, natural_curvature=2.0), 1e-6)
+    bent = peak(changed(ROD, natural_curvature=2.0), 1e-6)
     np.testing.assert_allclose(bent.curve(51), straight.curve(51), atol=1e-14)
     np.testing.assert_allclose(bent.clamp_force, straight.clamp_force)
     moment = 2.0 * STIFFNESS
@@ -139,7 +141,7 @@ LOADED = {
 
 @pytest.mark.parametrize("loads", LOADED.values(), ids=LOADED)
 def test_forces_and_moments_balance_under_point_loads(loads: tuple[tuple[float, float, float], ...]) -> None:
-    rod = replace(ROD, loads=loads)
+    rod = changed(ROD, loads=loads)
     for state in find_states(rod, 1e-8):
         curve = state.curve(20001)
         places = np.linspace(0.0, rod.length, 20001)
@@ -177,8 +179,8 @@ def test_a_state_with_other_values_is_a_new_one_that_is_as_fixed_as_the_first() 
 
 
 def test_two_loads_at_one_place_act_like_their_sum() -> None:
-    two = peak(replace(ROD, loads=LOADED["two at one place"]), 1e-7)
-    one = peak(replace(ROD, loads=((0.5, 0.1, -0.6),)), 1e-7)
+    two = peak(changed(ROD, loads=LOADED["two at one place"]), 1e-7)
+    one = peak(changed(ROD, loads=((0.5, 0.1, -0.6),)), 1e-7)
     np.testing.assert_allclose(two.curve(101), one.curve(101), atol=2e-7)
     assert two.energy == pytest.approx(one.energy, rel=1e-6)
 
@@ -188,11 +190,11 @@ def test_clamp_forces_and_moments_are_slopes_of_the_energy() -> None:
     state = peak(ROD)
     for axis in (0, 1):
         chord = np.array(ROD.chord)
-        ends = [peak(replace(ROD, chord=tuple(chord + way * step * np.eye(2)[axis]))).energy for way in (1, -1)]
+        ends = [peak(changed(ROD, chord=tuple(chord + way * step * np.eye(2)[axis]))).energy for way in (1, -1)]
         slope = (ends[0] - ends[1]) / (2 * step)
         assert abs(slope) > 0.01
         assert state.clamp_force[1, axis] == pytest.approx(slope, rel=1e-5)
-    turned = [peak(replace(ROD, end=ROD.end + way * step)).energy for way in (1, -1)]
+    turned = [peak(changed(ROD, end=ROD.end + way * step)).energy for way in (1, -1)]
     # Turning the node also swings the place where the free rod ends about the pivot.
     arm = 0.5 * ROD.clamp * np.array([math.sin(ROD.end), -math.cos(ROD.end)])
     about_pivot = state.clamp_moment[1] + arm @ state.clamp_force[1]

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from clamped_rods import Stock, changed, made_of, rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.hermite import integral
 from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.problem import Array
-from curveline.rod.section import Section
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT
 
-SECTION = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0355)
+SECTION = Stock(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0355)
 COARSE, FINE = 1e-4, 1e-9
 STEP = 1e-5
 """Tolerances of the state and of the one behind the fine curve, and the distance of its points [m]."""
@@ -33,7 +32,7 @@ def random_rods(count: int, seed: int) -> list[ClampedRod]:
         length = math.hypot(0.5, height) * rng.uniform(1.03, 1.7)
         # Whole steps of the fine curve lie between the clamps.
         length = STEP * round(length / STEP)
-        rods.append(ClampedRod((0.5, float(height)), float(start), float(end), length, 0.02, STIFFNESS, WEIGHT))
+        rods.append(rod_between((0.5, float(height)), float(start), float(end), length, 0.02, STIFFNESS, WEIGHT))
     return rods
 
 
@@ -43,9 +42,7 @@ def planar(rod: ClampedRod, tolerance: float) -> list[Equilibrium]:
 
 def modelled(model: str) -> Callable[[ClampedRod, float], list[Equilibrium]]:
     def states(rod: ClampedRod, tolerance: float) -> list[Equilibrium]:
-        segment = SpatialSegment(
-            rod, SECTION, weight=(0.0, -rod.weight, 0.0), loads=tuple((*load, 0.0) for load in rod.loads)
-        )
+        segment = made_of(SECTION, rod)
         return list(model_states(segment, SearchRequest(tolerance, (0,), model)).states)
 
     return states
@@ -53,25 +50,24 @@ def modelled(model: str) -> Callable[[ClampedRod, float], list[Equilibrium]]:
 
 def rolled(rod: ClampedRod, tolerance: float) -> list[Equilibrium]:
     """A little out of the plane, by roll, yaw, and gravity that leans."""
-    segment = SpatialSegment(
-        rod, SECTION, yaw=(0.2, -0.1), roll=(0.0, 0.6), weight=(0.0, -0.8 * rod.weight, -0.6 * rod.weight)
-    )
+    leaning = {"weight": 0.8 * rod.weight, "weight_z": -0.6 * rod.weight}
+    segment = made_of(SECTION, rod, yaw=(0.2, -0.1), roll=(0.0, 0.6), **leaning)
     return list(model_states(segment, SearchRequest(tolerance, (0,), "spatial")).states)
 
 
 def loaded(rod: ClampedRod, tolerance: float) -> list[Equilibrium]:
     """With loads: the rod bends in layers, and its edges are graded."""
-    return find_states(replace(rod, loads=((0.3, 0.2, -1.0), (0.55, 0.0, -0.4))), tolerance)
+    return find_states(changed(rod, loads=((0.3, 0.2, -1.0), (0.55, 0.0, -0.4))), tolerance)
 
 
 def soft(rod: ClampedRod, tolerance: float) -> list[Equilibrium]:
     """A hundredth as stiff as the strip: bent in layers at its clamps."""
-    return find_states(replace(rod, stiffness=0.01 * rod.stiffness), tolerance)
+    return find_states(changed(rod, stiffness=0.01 * rod.stiffness), tolerance)
 
 
 def taut(rod: ClampedRod, tolerance: float) -> list[Equilibrium]:
     chord = math.hypot(*rod.free_chord)
-    return find_states(replace(rod, length=STEP * math.ceil((1.0002 * chord + rod.clamp) / STEP)), tolerance)
+    return find_states(changed(rod, length=STEP * math.ceil((1.0002 * chord + rod.clamp) / STEP)), tolerance)
 
 
 def curve_mean(state: Equilibrium) -> float:

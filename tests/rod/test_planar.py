@@ -11,7 +11,7 @@ import scipy.linalg
 from curveline.rod.planar import newton as kernels
 from curveline.rod.planar.modes import lowest_eigenvalue, modes_below, second_variation
 from curveline.rod.planar.newton import Effort, descend, energy, newton
-from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mesh, released, sharpest_turn
+from curveline.rod.problem import Array, Problem, ScaledRod, held_in_height, make_problem, mesh, released, sharpest_turn
 
 RELAX = Effort(turn=0.5, close=1e-9, iterations=300)
 SEEDS = range(12)
@@ -34,7 +34,7 @@ def random_problem(seed: int) -> tuple[Problem, Array, Array]:
         rng.normal(0.0, 1.0, 2),
         STRETCHY if seed % 3 == 2 else 0.0,
     )
-    problem = make_problem(rod, mesh(at, int(rng.integers(6, 30))))
+    problem = held_in_height(make_problem(rod, mesh(at, int(rng.integers(6, 30)))))
     if seed % 2:
         problem = released(problem)
     phi = rng.normal(0.0, 1.0, problem.edges.size)
@@ -193,7 +193,7 @@ def test_small_systems_are_solved_with_pivoting(k: int) -> None:
 def arch_problem(length: float, tilt: float, weight: float = 0.0, n: int = 40) -> Problem:
     """Level clamps tilted by +-tilt, the chord 1 / length."""
     rod = ScaledRod(weight, np.empty(0), np.empty((0, 2)), np.array([1.0 / length, 0.0]), np.array([tilt, -tilt]))
-    return released(make_problem(rod, mesh(np.empty(0), n)))
+    return make_problem(rod, mesh(np.empty(0), n))
 
 
 def symmetric_start(n: int, height: float) -> Array:
@@ -234,7 +234,7 @@ def test_descent_ends_at_stable_equilibria_only(seed: int) -> None:
     rng = np.random.default_rng(seed)
     chord = np.array([rng.uniform(0.6, 0.9), rng.uniform(-0.2, 0.2)])
     rod = ScaledRod(rng.uniform(0.0, 20.0), np.empty(0), np.empty((0, 2)), chord, rng.uniform(-1.0, 1.0, 2))
-    problem = released(make_problem(rod, mesh(np.empty(0), 40)))
+    problem = make_problem(rod, mesh(np.empty(0), 40))
     phi, multipliers = rng.normal(0.0, 0.6, 40), np.zeros(2)
     if descend(problem, phi, multipliers, RELAX) < 0:
         return
@@ -263,7 +263,7 @@ def test_running_out_of_iterations_is_said(effort: Effort) -> None:
 
 def at_equilibrium(chord: Array, ends: Array) -> tuple[float, Array, Problem, Array]:
     rod = ScaledRod(12.0, np.empty(0), np.empty((0, 2)), chord, ends)
-    problem = released(make_problem(rod, mesh(np.empty(0), 40)))
+    problem = make_problem(rod, mesh(np.empty(0), 40))
     phi, multipliers = symmetric_start(40, 1.0), np.array([40.0, 0.0])
     assert newton(problem, phi, multipliers, RELAX)[0] > 0
     return float(energy(problem, phi, NO_FORCES)), multipliers, problem, phi

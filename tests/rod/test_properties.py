@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from clamped_rods import changed, rod_between
 from curveline.rod.branches.continuation import coarse_start
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.newton import energy
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, distance, solve_level
@@ -22,7 +23,7 @@ few = settings(max_examples=20, derandomize=True, deadline=None, database=None)
 @st.composite
 def rods(draw: st.DrawFn, heaviest: float = 1.0) -> ClampedRod:
     angle = st.floats(-0.9, 0.9)
-    return ClampedRod(
+    return rod_between(
         chord=(0.5, draw(st.floats(-0.15, 0.15))),
         start=draw(angle),
         end=draw(angle),
@@ -49,7 +50,7 @@ def partner(state: Equilibrium, curve: np.ndarray, others: list[Equilibrium]) ->
 @given(rods())
 def test_upside_down_peaks_are_valleys(rod: ClampedRod) -> None:
     x, y = rod.chord
-    others = find_states(replace(rod, chord=(x, -y), start=-rod.start, end=-rod.end, weight=-rod.weight), 1e-7)
+    others = find_states(changed(rod, chord=(x, -y), start=-rod.start, end=-rod.end, weight=-rod.weight), 1e-7)
     for state in solid(rod):
         other = partner(state, state.curve(51) * [1.0, -1.0], others)
         np.testing.assert_allclose(other.clamp_force, state.clamp_force * [1.0, -1.0], atol=1e-4)
@@ -61,7 +62,7 @@ def test_upside_down_peaks_are_valleys(rod: ClampedRod) -> None:
 @given(rods())
 def test_seen_from_behind_a_rod_takes_the_same_curve(rod: ClampedRod) -> None:
     x, y = rod.chord
-    others = find_states(replace(rod, chord=(x, -y), start=-rod.end, end=-rod.start), 1e-7)
+    others = find_states(changed(rod, chord=(x, -y), start=-rod.end, end=-rod.start), 1e-7)
     for state in solid(rod):
         other = partner(state, (np.array(rod.chord) - state.curve(51)[::-1]) * [1.0, -1.0], others)
         assert other.name == state.name
@@ -72,7 +73,7 @@ def test_seen_from_behind_a_rod_takes_the_same_curve(rod: ClampedRod) -> None:
 @few
 @given(rods(), st.floats(0.2, 5.0))
 def test_forces_fall_with_the_square_of_the_size(rod: ClampedRod, size: float) -> None:
-    scaled = replace(
+    scaled = changed(
         rod,
         chord=(size * rod.chord[0], size * rod.chord[1]),
         length=size * rod.length,
@@ -94,7 +95,7 @@ def test_forces_fall_with_the_square_of_the_size(rod: ClampedRod, size: float) -
 def test_without_weight_it_does_not_matter_which_way_is_up(rod: ClampedRod, angle: float) -> None:
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
     chord = np.array(rod.chord) @ turn
-    turned = replace(rod, chord=(chord[0], chord[1]), start=rod.start + angle, end=rod.end + angle)
+    turned = changed(rod, chord=(chord[0], chord[1]), start=rod.start + angle, end=rod.end + angle)
     others = find_states(turned, 1e-7)
     for state in solid(rod):
         other = partner(state, state.curve(51) @ turn, others)

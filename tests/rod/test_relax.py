@@ -11,11 +11,11 @@ import scipy.linalg
 from curveline.rod.planar.modes import lowest_eigenvalue
 from curveline.rod.planar.newton import Effort
 from curveline.rod.planar.newton import newton as planar_newton
-from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released
+from curveline.rod.problem import Array, ScaledRod, make_problem, mesh
 from curveline.rod.spatial.bands import times
 from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, metric, moments, moved, positions
+from curveline.rod.spatial.lifting import frame
 from curveline.rod.spatial.relax import RESIDUAL, RelaxEnding, descend, is_stable, lowest_mode, lowest_modes, newton
-from curveline.rod.spatial.segment import frame
 from curveline.rod.spatial.twisting import spun, total_twist, twisted, wind
 
 from .spatial_rods import arch, dense, turned
@@ -114,7 +114,7 @@ def test_in_the_plane_it_is_the_extensible_rod(scene: str, compliance: float) ->
             np.array(ends),
             compliance,
         )
-        problem = released(make_problem(scaled, mesh(at, n)))
+        problem = make_problem(scaled, mesh(at, n))
         s = np.cumsum(problem.edges) - 0.5 * problem.edges
         phi, force = ends[0] + (ends[1] - ends[0]) * s, np.zeros(2)
         iterations, unstable = planar_newton(problem, phi, force, Effort(turn=0.3, close=1e-9, iterations=80))

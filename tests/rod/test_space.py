@@ -8,23 +8,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.section import Section
+from clamped_rods import Stock, changed, made_of, rod_between
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.spatial.energy import positions
+from curveline.rod.spatial.lifting import clamp_tangents, lift, stays_in_plane
 from curveline.rod.spatial.richardson import refine_in_space
-from curveline.rod.spatial.segment import SpatialSegment, lift, stays_in_plane
-from curveline.rod.states.equilibrium import SPATIAL, ClampedRod, Equilibrium, Outcome
+from curveline.rod.states.equilibrium import SPATIAL, Equilibrium, Outcome
 from curveline.rod.states.planar_states import find_states
 
 from .rods import STIFFNESS, WEIGHT, random_rods
 
-SECTION = Section(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
-ROD = ClampedRod((0.5, 0.03), 0.4, -0.6, 0.64, 0.02, STIFFNESS, WEIGHT)
-FLAT = SpatialSegment(ROD, SECTION, weight=(0.0, -WEIGHT, 0.0))
+SECTION = Stock(58_800.0, 2.4e-3, 2.97e-3, WEIGHT, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
+ROD = rod_between((0.5, 0.03), 0.4, -0.6, 0.64, 0.02, STIFFNESS, WEIGHT)
+FLAT = made_of(SECTION, ROD)
 ASIDE = {
     "yaw": replace(FLAT, yaw=(0.25, -0.1)),
     "roll": replace(FLAT, roll=(0.3, 2.0)),
-    "push": replace(FLAT, loads=((0.3, 0.1, -0.2, 0.4),)),
-    "lean": replace(FLAT, weight=(0.1, -0.3, 0.35)),
+    "push": changed(FLAT, loads=((0.3, 0.1, -0.2, 0.4),)),
+    "lean": changed(FLAT, weight=0.3, weight_x=0.1, weight_z=0.35),
     "coil": replace(FLAT, lateral_curvature=1.5),
 }
 
@@ -33,20 +34,20 @@ def planar(rod: ClampedRod, name: str = "peak", tolerance: float = 1e-5) -> Equi
     return next(state for state in find_states(rod, tolerance) if state.name == name)
 
 
-def in_space(segment: SpatialSegment, name: str = "peak", tolerance: float = 1e-5) -> Equilibrium:
-    state = refine_in_space(segment, planar(segment.rod, name), tolerance)
+def in_space(segment: ClampedRod, name: str = "peak", tolerance: float = 1e-5) -> Equilibrium:
+    state = refine_in_space(segment, planar(segment, name), tolerance)
     assert state.outcome is Outcome.CONVERGED, state.outcome
     return state
 
 
-def flat(rod: ClampedRod) -> SpatialSegment:
-    return SpatialSegment(rod, SECTION, weight=(0.0, -rod.weight, 0.0))
+def flat(rod: ClampedRod) -> ClampedRod:
+    return made_of(SECTION, rod)
 
 
 @pytest.mark.parametrize("name", ["peak", "valley"])
 @pytest.mark.parametrize("rod", random_rods(seed=11, count=4), ids=str)
 def test_in_the_plane_it_is_the_extensible_rod(rod: ClampedRod, name: str) -> None:
-    stretched = replace(rod, stretching=SECTION.stretching_stiffness)
+    stretched = changed(rod, stretching=SECTION.stretching_stiffness)
     for wanted in find_states(stretched, 1e-7):
         if wanted.name != name:
             continue
@@ -75,7 +76,7 @@ def test_the_curve_begins_and_ends_in_its_clamps(name: str) -> None:
     np.testing.assert_allclose(curve[0], 0.0, atol=1e-15)
     np.testing.assert_allclose(curve[-1], [*ROD.chord, 0.0], atol=1e-15)
     assert np.max(np.abs(curve[:, 2])) > 5e-4
-    for end, tangent in zip((0, -1), segment.clamp_tangents(), strict=True):
+    for end, tangent in zip((0, -1), clamp_tangents(segment), strict=True):
         slope = state.space.table[end, 3:6]
         np.testing.assert_allclose(slope / np.linalg.norm(slope), tangent, atol=1e-12)
     np.testing.assert_array_equal(state.curve(129), curve[:, :2])
@@ -91,7 +92,7 @@ def test_forces_and_moments_are_in_balance(name: str) -> None:
     assert space is not None
     places = space.positions(4001)
     free = places[(np.linspace(0.0, ROD.length, 4001) >= 0.01) & (np.linspace(0.0, ROD.length, 4001) <= 0.63)]
-    weight = np.array(segment.weight) * ROD.free_length
+    weight = np.array([segment.weight_x, -segment.weight, segment.weight_z]) * ROD.free_length
     loads = [(space.positions(10001)[round(at * 10000)], np.array(force)) for at, *force in segment.loads]
     forces = space.forces.sum(axis=0) + weight + sum(force for _, force in loads)
     np.testing.assert_allclose(forces, 0.0, atol=1e-8)
@@ -116,15 +117,19 @@ def test_the_stated_error_holds(name: str) -> None:
         assert 0.0 < error <= state.error <= tolerance
 
 
-def any_segment(rod: ClampedRod, rng: np.random.Generator) -> SpatialSegment:
+def any_segment(rod: ClampedRod, rng: np.random.Generator) -> ClampedRod:
     """A rod of any section, pushed, turned and curved in all directions."""
     lateral, twisting = STIFFNESS * 10.0 ** rng.uniform([0.0, -0.3], [1.3, 0.3])
-    return SpatialSegment(
-        rod,
+    yaw, roll = rng.uniform(-0.3, 0.3, 2).tolist(), rng.uniform(-1.5, 1.5, 2).tolist()
+    aside, up, front = rng.uniform(-0.5, 0.5, 3).tolist()
+    return made_of(
         replace(SECTION, lateral_stiffness=float(lateral), twisting_stiffness=float(twisting)),
-        yaw=tuple(rng.uniform(-0.3, 0.3, 2)),
-        roll=tuple(rng.uniform(-1.5, 1.5, 2)),
-        weight=tuple(rng.uniform(-0.5, 0.5, 3)),
+        rod,
+        yaw=tuple(yaw),
+        roll=tuple(roll),
+        weight=-up,
+        weight_x=aside,
+        weight_z=front,
         loads=((float(rng.uniform(0.2, 0.8)), *rng.uniform(-0.3, 0.3, 3)),),
         lateral_curvature=float(rng.uniform(-1.0, 1.0)),
     )
@@ -162,7 +167,7 @@ def test_clamp_moments_are_slopes_of_the_energy() -> None:
     ends = [in_space(replace(segment, roll=(0.0, 0.8 + way * step)), tolerance=1e-8).energy for way in (1, -1)]
     slope = (ends[0] - ends[1]) / (2 * step)
     assert abs(slope) > 0.01
-    assert segment.clamp_tangents()[1] @ state.space.moments[1] == pytest.approx(slope, rel=1e-5)
+    assert clamp_tangents(segment)[1] @ state.space.moments[1] == pytest.approx(slope, rel=1e-5)
 
 
 def test_what_points_away_from_the_viewer_is_the_mirror_image() -> None:
@@ -173,7 +178,7 @@ def test_what_points_away_from_the_viewer_is_the_mirror_image() -> None:
 
 
 def test_curvature_counts_from_the_natural_one() -> None:
-    coiled = replace(ROD, natural_curvature=-2.0)
+    coiled = changed(ROD, natural_curvature=-2.0)
     flat_state, state = planar(coiled, tolerance=1e-7), in_space(flat(coiled), tolerance=1e-7)
     assert planar(ROD).max_curvature != pytest.approx(flat_state.max_curvature, rel=0.1)
     assert state.max_curvature == pytest.approx(flat_state.max_curvature, rel=1e-3)
@@ -185,19 +190,19 @@ def test_curvature_counts_from_the_natural_one() -> None:
 def test_full_turns_of_a_clamp_are_counted() -> None:
     # A nearly straight rod as stiff sideways as upwards twists evenly: the moment is GJ times the turn per length.
     stiff = replace(SECTION, lateral_stiffness=STIFFNESS, twisting_stiffness=1e-4)
-    taut = replace(ROD, chord=(0.5, 0.0), start=0.0, end=0.0, length=0.501, weight=0.0)
+    taut = changed(ROD, chord=(0.5, 0.0), start=0.0, end=0.0, length=0.501, weight=0.0)
     for turns in (1, 3):
-        state = in_space(SpatialSegment(taut, stiff, roll=(0.0, 2.0 * math.pi * turns)))
+        state = in_space(made_of(stiff, taut, roll=(0.0, 2.0 * math.pi * turns)))
         assert state.space is not None
         moment = float(state.space.moments[1] @ [1.0, 0.0, 0.0])
         assert moment == pytest.approx(2.0 * math.pi * turns * 1e-4 / taut.free_length, rel=0.05)
 
 
 def test_a_round_rod_leaves_the_plane_where_a_wide_one_stays() -> None:
-    bent = replace(ROD, chord=(0.25, 0.0), start=0.0, end=0.0, weight=0.0)
+    bent = changed(ROD, chord=(0.25, 0.0), start=0.0, end=0.0, weight=0.0)
     wide, round_ = (
         flat(bent),
-        replace(flat(bent), section=Section(58_800.0, 4e-3, 1.63e-3, 0.0, STIFFNESS, 0.7 * STIFFNESS)),
+        made_of(Stock(58_800.0, 4e-3, 1.63e-3, 0.0, STIFFNESS, 0.7 * STIFFNESS), bent),
     )
     state = planar(bent)
     assert stays_in_plane(wide, state)

@@ -8,25 +8,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curveline.rod.section import Section
+from clamped_rods import Stock, made_of, rod_between
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.spatial.energy import SpatialRod, positions
+from curveline.rod.spatial.lifting import spatial_rod
 from curveline.rod.spatial.linking_number import turns
 from curveline.rod.spatial.relax import descend, is_stable, lowest_mode
 from curveline.rod.spatial.search import ALL_SIDES, Curve, search_in_space, started, starts
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import ClampedRod
 
 from .rods import STIFFNESS
 from .spatial_rods import matrix
 
-SECTION = Section(58_800.0, 2.4e-3, 2.97e-3, 0.0, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
-TWISTED = SpatialSegment(
-    ClampedRod((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, STIFFNESS, 0.0), SECTION, roll=(0.0, math.radians(290.0))
-)
+SECTION = Stock(58_800.0, 2.4e-3, 2.97e-3, 0.0, lateral_stiffness=0.49, twisting_stiffness=0.0354887)
+TWISTED = made_of(SECTION, rod_between((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, STIFFNESS, 0.0), roll=(0.0, math.radians(290.0)))
 
 
-def rod_of(segment: SpatialSegment, n: int = 48) -> SpatialRod:
-    return segment.spatial_rod(segment.edges(n))
+def rod_of(segment: ClampedRod, n: int = 48) -> SpatialRod:
+    return spatial_rod(segment, fitting_mesh(segment.scaled(), n))
 
 
 @pytest.mark.parametrize("roll", [0.0, 0.7, 9.0])
@@ -66,7 +65,7 @@ def test_all_of_a_twisted_strip_are_at_rest_and_none_is_a_seed() -> None:
 def test_of_a_motion_that_costs_nothing_one_state_is_listed() -> None:
     round_ = replace(SECTION, lateral_stiffness=STIFFNESS, twisting_stiffness=0.7 * STIFFNESS)
     for roll in (0.0, 1.0):
-        segment = replace(TWISTED, section=round_, roll=(0.0, roll))
+        segment = made_of(round_, TWISTED, roll=(0.0, roll))
         found = search_in_space(segment, [])
         neutral = [shape for rod, shape in found if lowest_mode(rod, shape)[0] < 1e-6]
         assert len(neutral) == 1

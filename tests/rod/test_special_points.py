@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
+from clamped_rods import changed, rod_between
 from curveline.rod.branches.arclength import begin_at
 from curveline.rod.branches.continuation import FOLLOW_EDGES, coarse_start, start_along
 from curveline.rod.branches.control_path import ControlPath, between, counts_along, loading, problem_at, straight_path
@@ -19,19 +18,20 @@ from curveline.rod.branches.special_points import (
     falls,
     next_special_point,
 )
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.modes import second_variation
 from curveline.rod.planar.newton import Effort, newton
-from curveline.rod.states.equilibrium import ClampedRod, refine
+from curveline.rod.states.equilibrium import refine
 from curveline.rod.states.planar_states import find_states
 
 from .rods import random_rods
 from .test_continuation import ROD, followed, state_of, symmetric_arch
 
 CHANGES = {
-    "start": replace(ROD, start=1.2),
-    "both ends": replace(ROD, start=1.2, end=-1.3),
-    "length": replace(ROD, start=0.9, length=0.52),
-    "all": replace(ROD, chord=(0.49, 0.05), start=1.1, end=-0.4, length=0.62),
+    "start": changed(ROD, start=1.2),
+    "both ends": changed(ROD, start=1.2, end=-1.3),
+    "length": changed(ROD, start=0.9, length=0.52),
+    "all": changed(ROD, chord=(0.49, 0.05), start=1.1, end=-0.4, length=0.62),
 }
 NEWTON = Effort(turn=0.2, close=1e-9, iterations=25)
 
@@ -49,7 +49,7 @@ def press(rod: ClampedRod, at: float, load: float) -> ControlPath:
 def test_stability_is_lost_where_the_followed_state_is() -> None:
     kinds = []
     for begin in random_rods(23, 6):
-        end = replace(begin, start=begin.start + 0.9, end=begin.end - 0.5)
+        end = changed(begin, start=begin.start + 0.9, end=begin.end - 0.5)
         for state in find_states(begin, 1e-6):
             if not state.simple:
                 continue
@@ -84,7 +84,7 @@ def test_a_fold_does_not_depend_on_how_the_way_is_counted(change: str) -> None:
     assert 1.7 * longer.fraction == pytest.approx(point.fraction, rel=2e-9)
     # From a place nearer to the fold, on which the state has been brought in another way.
     middle = between(ROD.pose, pose, 0.5 * point.fraction)
-    near = replace(ROD, chord=(middle.x, middle.y), start=middle.start, end=middle.end, length=middle.length)
+    near = changed(ROD, chord=(middle.x, middle.y), start=middle.start, end=middle.end, length=middle.length)
     rest = lost_on(straight_path(middle, pose), near, "valley", 1e-9)
     assert (0.5 + (1.0 / point.fraction - 0.5) * rest.fraction) * point.fraction == pytest.approx(
         point.fraction, rel=2e-9
@@ -125,7 +125,7 @@ def test_what_falls_from_a_fold_lands_in_another_stable_state(change: str) -> No
     (fall,) = falls(way, ROD.bearing, point)
     assert fall.landed
     pose = between(ROD.pose, rod.pose, fall.at)
-    there = replace(ROD, chord=(pose.x, pose.y), start=pose.start, end=pose.end, length=pose.length)
+    there = changed(ROD, chord=(pose.x, pose.y), start=pose.start, end=pose.end, length=pose.length)
     state = refine(there, fall.edges, fall.phi, fall.multipliers, 1e-6)
     assert state.stable
     (only,) = (each for each in find_states(there, 1e-6) if each.simple)
@@ -135,7 +135,7 @@ def test_what_falls_from_a_fold_lands_in_another_stable_state(change: str) -> No
 
 @pytest.mark.parametrize("off", [0.0, 1e-5, 1e-4, 1e-3])
 def test_a_load_that_is_hardly_off_centre_makes_a_fold_of_the_bifurcation(off: float) -> None:
-    rod = ClampedRod((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
+    rod = rod_between((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
     centred = lost_on(press(rod, 0.5, 70.0), rod, "peak", 1e-8)
     point = lost_on(press(rod, 0.5 + off, 70.0), rod, "peak", 1e-8)
     assert point.kind is (SpecialKind.FOLD if off else SpecialKind.BIFURCATION)
@@ -148,12 +148,12 @@ def test_a_load_that_is_hardly_off_centre_makes_a_fold_of_the_bifurcation(off: f
 
 def test_a_symmetric_arch_falls_to_either_side_from_its_bifurcation() -> None:
     # Both land in the one state that is left; on the way back from an S that is level, in one of two.
-    rod = ClampedRod((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
+    rod = rod_between((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
     way = press(rod, 0.5, 70.0)
     (fall,) = falls(way, rod.bearing, lost_on(way, rod, "peak"))
     assert fall.landed
     assert fall.edges[:96] @ np.sin(fall.phi[:96]) < -0.1
-    steep = ClampedRod((0.99, 0.0), 0.3, 0.3, 1.0, 0.0, 1.0, 0.0)
+    steep = rod_between((0.99, 0.0), 0.3, 0.3, 1.0, 0.0, 1.0, 0.0)
     (only,) = find_states(steep, 1e-7)
     way = straight_path(steep.pose, steep.pose._replace(start=0.0, end=0.0))
     point = critical(way, steep.bearing, *coarse_start(only))
@@ -165,7 +165,7 @@ def test_a_symmetric_arch_falls_to_either_side_from_its_bifurcation() -> None:
 
 
 def test_special_points_of_unstable_branches_are_found_one_after_another() -> None:
-    rod = ClampedRod((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
+    rod = rod_between((1.0, 0.0), 0.0, 0.0, 1.2, 0.0, 1.0, 0.0)
     way = press(rod, 0.5, 300.0 / 1.44)
     counts = counts_along(way, rod.bearing, FOLLOW_EDGES)
     found, here = begin_at(way, rod.bearing, counts, 0.0, *symmetric_arch(1.2))

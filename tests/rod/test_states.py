@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clamped_rods import changed, rod_between
 from curveline.rod.branches.continuation import coarse_start, follow
 from curveline.rod.branches.control_path import straight_path
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.newton import Effort, descend, newton
-from curveline.rod.problem import Array, Problem, make_problem, mesh, released, sharpest_turn
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.problem import Array, Problem, make_problem, mesh, sharpest_turn
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.identity import named
 from curveline.rod.states.planar_states import find_states
 
@@ -39,7 +41,7 @@ def brute_force(rod: ClampedRod, rng: np.random.Generator) -> list[Equilibrium]:
     """Simple stable states met from random starts, by descent and by Newton, without anything `find_states` uses."""
     scaled = rod.scaled()
     edges = mesh(scaled.at, EDGES)
-    problem = released(make_problem(scaled, edges))
+    problem = make_problem(scaled, edges)
     states: list[Equilibrium] = []
     shapes: list[Array] = []
     for attempt in range(TRIES):
@@ -79,7 +81,7 @@ def test_brute_force_meets_nothing_that_the_search_missed() -> None:
 def resolved(state: Equilibrium, n: int) -> float:
     """Distance of a state [m] to the equilibrium that Newton reaches from it on n edges; infinite if not stable."""
     scaled = state.rod.scaled()
-    problem = released(make_problem(scaled, mesh(scaled.at, n)))
+    problem = make_problem(scaled, mesh(scaled.at, n))
     phi, multipliers = coarse_start(state, n)
     iterations, unstable = newton(problem, phi, multipliers, JUMP)
     if iterations < 0 or unstable != 0:
@@ -108,13 +110,13 @@ def to_the_fold(rod: ClampedRod) -> tuple[ClampedRod, ClampedRod, float] | None:
     """Turn both ends against the lower-lying state until it is lost: the rod before, far past, and the fraction."""
     state = simple(find_states(rod, 1e-5))[-1]
     sign = -1.0 if state.mean_height > 0.0 else 1.0
-    end = replace(rod, start=rod.start + sign * 1.4, end=rod.end - sign * 1.0)
+    end = changed(rod, start=rod.start + sign * 1.4, end=rod.end - sign * 1.0)
     reached = follow(straight_path(rod.pose, end.pose), rod.bearing, *coarse_start(state, 192)).reached
     return (rod, end, float(reached)) if 0.01 < reached < 1.0 else None
 
 
 def between(begin: ClampedRod, end: ClampedRod, fraction: float) -> ClampedRod:
-    return replace(
+    return changed(
         begin,
         start=begin.start + fraction * (end.start - begin.start),
         end=begin.end + fraction * (end.end - begin.end),
@@ -170,7 +172,7 @@ def faked(height: float, *, winding: int = 0, crosses: bool = False, wraps: bool
 
 @pytest.fixture(scope="module")
 def plain() -> Equilibrium:
-    return find_states(ClampedRod((0.5, 0.0), 0.0, 0.0, 0.6, 0.02, 0.028, 0.47), 1e-4)[0]
+    return find_states(rod_between((0.5, 0.0), 0.0, 0.0, 0.6, 0.02, 0.028, 0.47), 1e-4)[0]
 
 
 @pytest.mark.parametrize(
@@ -206,19 +208,19 @@ def test_of_two_the_peak_is_the_higher_of_three_the_middle_lies_between(plain: E
 
 
 def test_heights_count_from_the_chord_not_from_the_ground() -> None:
-    steep = find_states(ClampedRod((0.5, 0.3), 0.54, 0.54, 0.7, 0.0, 0.028, 0.0), 1e-4)
+    steep = find_states(rod_between((0.5, 0.3), 0.54, 0.54, 0.7, 0.0, 0.028, 0.0), 1e-4)
     assert [state.name for state in steep] == ["peak", "valley"]
     assert steep[0].mean_height > 0.0 > steep[1].mean_height
 
 
 def test_a_rod_too_short_to_reach_has_no_state() -> None:
-    assert find_states(ClampedRod((0.5, 0.0), 0.5, -0.5, 0.49, 0.02, 0.028, 0.47), 1e-4) == []
+    assert find_states(rod_between((0.5, 0.0), 0.5, -0.5, 0.49, 0.02, 0.028, 0.47), 1e-4) == []
 
 
 @pytest.mark.parametrize("angle", [0.8, 0.815, 0.8165, 0.8175])
 def test_a_symmetric_state_just_before_its_pitchfork_is_found(angle: float) -> None:
     # On the coarse rod it is unstable already, and the sweep passes it on the asymmetric branch.
-    states = find_states(ClampedRod((0.5, 0.0), angle, -angle, 0.6, 0.0, 1.0, 0.0), 1e-5)
+    states = find_states(rod_between((0.5, 0.0), angle, -angle, 0.6, 0.0, 1.0, 0.0), 1e-5)
     assert [state.name for state in states] == ["peak", "valley"]
     assert 0.0 < states[1].lowest_eigenvalue < 6.0
 
@@ -229,7 +231,7 @@ def test_a_symmetric_state_just_before_its_pitchfork_is_found(angle: float) -> N
 )
 def test_a_state_just_before_its_fold_is_found_and_none_after(angle_deg: float, eigenvalue: float) -> None:
     # A strip 1 % longer than its span; by a spectral method (tests/completeness) its valley ends at 10.161195 deg.
-    states = find_states(ClampedRod((0.5, 0.0), math.radians(angle_deg), 0.0, 0.505, 0.0, 0.0585, 0.0), 1e-4)
+    states = find_states(rod_between((0.5, 0.0), math.radians(angle_deg), 0.0, 0.505, 0.0, 0.0585, 0.0), 1e-4)
     assert [state.name for state in states] == (["peak", "valley"] if eigenvalue else ["peak"])
     if eigenvalue > 0.0:
         assert states[1].lowest_eigenvalue == pytest.approx(eigenvalue, rel=0.06)
@@ -239,7 +241,7 @@ def test_a_state_just_before_its_fold_is_found_and_none_after(angle_deg: float, 
 def test_a_symmetric_state_ends_at_its_pitchfork_and_not_before(share: float, count: int) -> None:
     # Reference C: with 1.32 spans of rod and both ends turned against each other that is at 57.73902789 deg.
     angle = share * math.radians(57.73902789)
-    assert len(find_states(ClampedRod((1.0, 0.0), angle, -angle, 1.32, 0.0, 1.0, 0.0), 1e-5)) == count
+    assert len(find_states(rod_between((1.0, 0.0), angle, -angle, 1.32, 0.0, 1.0, 0.0), 1e-5)) == count
 
 
 @pytest.mark.parametrize(
@@ -255,5 +257,5 @@ def test_a_symmetric_state_ends_at_its_pitchfork_and_not_before(share: float, co
 def test_a_loaded_arch_is_found_until_it_snaps(share: float, names: list[str]) -> None:
     # Reference S1: a centre load of 166.4424 N on EI = 1 takes the arch's stability by a bifurcation.
     load = (0.5, 0.0, -166.442444794162 * share)
-    states = find_states(ClampedRod((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, 1.0, 0.0, loads=(load,)), 1e-5)
+    states = find_states(rod_between((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, 1.0, 0.0, loads=(load,)), 1e-5)
     assert [state.name for state in states] == names

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from curveline.rod.planar.search import search_edges
 from curveline.rod.planar.sweep import BEYOND, highest_mean, nothing_found, nowhere_near, settle_at, sweep_heights
-from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mean_height, mesh
+from curveline.rod.problem import Array, Problem, ScaledRod, held_in_height, make_problem, mean_height, mesh
 
 CHORDS = (0.02, 0.1, 0.3, 0.6, 0.9, 0.99, 0.9999)
 EDGES = mesh(np.empty(0), 48)
@@ -20,7 +20,7 @@ EDGES = mesh(np.empty(0), 48)
 def closed(phi: Array) -> Problem:
     """A weightless rod whose edges' angles are `phi (n,)`, between clamps where it then ends."""
     chord = np.array([EDGES @ np.cos(phi), EDGES @ np.sin(phi)])
-    return make_problem(ScaledRod(0.0, np.empty(0), np.empty((0, 2)), chord, phi[[0, -1]]), EDGES)
+    return held_in_height(make_problem(ScaledRod(0.0, np.empty(0), np.empty((0, 2)), chord, phi[[0, -1]]), EDGES))
 
 
 @pytest.mark.parametrize("chord", CHORDS)
@@ -56,7 +56,7 @@ def test_no_curve_lies_higher_and_a_catenary_reaches_it(seed: int) -> None:
 @pytest.mark.parametrize("chord", [0.8, 0.9, 0.95])
 def test_a_sweep_stops_where_no_rod_can_follow(chord: float) -> None:
     rod = ScaledRod(0.0, np.empty(0), np.empty((0, 2)), np.array([chord, 0.0]), np.array([0.2, -0.3]))
-    problem = make_problem(rod, mesh(rod.at, 24))
+    problem = held_in_height(make_problem(rod, mesh(rod.at, 24)))
     found = search_edges(rod, 24)[0][1]
     assert found.filled[0] >= 2.0
     phi, held = found.shapes[0], np.zeros(3)

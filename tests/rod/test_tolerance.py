@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 
 import curveline
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome
+from clamped_rods import rod_between
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.states.equilibrium import Equilibrium, Outcome
 from curveline.rod.states.planar_states import find_states
 from curveline.units import mm
 from extremes.verify import check
@@ -49,7 +51,7 @@ def extreme_rods(seed: int, count: int) -> list[ClampedRod]:
         loads: tuple[tuple[float, float, float], ...] = ()
         if kind == 4:
             loads = ((float(rng.uniform(0.2, 0.8)), *(float(force) for force in rng.normal(0.0, 3.0, 2))),)
-        rods.append(ClampedRod((0.5, height), start, end, length, 0.02, STIFFNESS, weight, loads=loads))
+        rods.append(rod_between((0.5, height), start, end, length, 0.02, STIFFNESS, weight, loads=loads))
     return rods
 
 

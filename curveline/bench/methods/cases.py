@@ -11,14 +11,15 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.bench.methods.shooting import Exact, exact
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar import spline
 from curveline.rod.problem import Array
-from curveline.rod.states.equilibrium import PLANAR, ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import PLANAR, Equilibrium
 from curveline.rod.states.planar_states import find_states
 from curveline.scene import PEAK, VALLEY, Display, Node, Rod, Scene, Segment
 from curveline.sections import Rectangle
 from curveline.shapes.files import read_display, read_shape
-from curveline.simulation.simulate import clamped_rod
+from curveline.simulation.simulate import scene_rod
 from curveline.units import deg, g_per_m, gpa, mm
 
 SEED = 20260101
@@ -49,7 +50,7 @@ class Case:
     @property
     def stretchy(self) -> ClampedRod:
         """The rod with its stretching stiffness."""
-        return replace(self.rod, stretching=self.section.stretching_stiffness)
+        return self.rod.extensible()
 
     def guess(self, edges: int) -> Array:
         """Angles of the spline guess on equal edges of the free rod, (edges,) [rad]."""
@@ -125,9 +126,7 @@ def _segments(paths: Sequence[str]) -> Iterator[Scene]:
 def _cases(scenes: Iterator[Scene]) -> Iterator[Case]:
     """The scenes whose wanted state exists; of a single state that one."""
     for scene in scenes:
-        loads = tuple(sorted((load.at, *load.force) for load in scene.loads))
-        rod = clamped_rod(scene.display, (scene.nodes[0], scene.nodes[1]), scene.segments[0].length, loads)
-        state = _wanted(find_states(rod, REFERENCE), scene.segments[0].state)
+        state = _wanted(find_states(scene_rod(scene, 0), REFERENCE), scene.segments[0].state)
         if state is not None:
             wanted = replace(scene, segments=(replace(scene.segments[0], state=state.name),))
             yield Case(scene.name, wanted, state, 1.0 if state.mean_height > 0.0 else -1.0)

@@ -10,18 +10,20 @@ import numpy as np
 
 from curveline.bench.methods.cases import Case
 from curveline.bench.methods.stopwatch import best
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.planar.newton import descend, newton
 from curveline.rod.planar.richardson import POLISH, vertex_table
 from curveline.rod.planar.search import RELAX
-from curveline.rod.problem import Array, make_problem, mesh, released
+from curveline.rod.problem import Array, make_problem, mesh
 from curveline.rod.spatial import relax
 from curveline.rod.spatial.energy import Shape
 from curveline.rod.spatial.energy import positions as spatial_positions
+from curveline.rod.spatial.lifting import spatial_rod
 from curveline.rod.spatial.richardson import refine_in_space
-from curveline.rod.spatial.segment import SpatialSegment
-from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, ClampedRod, Equilibrium, refine
+from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, refine
 from curveline.rod.states.planar_states import SEARCH_EDGES
-from curveline.simulation.simulate import simulate, spatial_segment
+from curveline.simulation.simulate import scene_rod, simulate
 from curveline.units import mm
 
 REPEATS = 0.02
@@ -74,7 +76,7 @@ def one_level(case: Case, model: str, n: int) -> Solved | None:
         if found is None:
             return None
         edges, angles, forces = found
-        return edges, vertex_table(released(make_problem(rod.scaled(), edges)), angles, forces)
+        return edges, vertex_table(make_problem(rod.scaled(), edges), angles, forces)
 
     answer = relax()
     if answer is None:
@@ -90,9 +92,9 @@ def _relaxed(case: Case, rod: ClampedRod, n: int) -> tuple[Array, Array, Array] 
     scaled = rod.scaled()
     edges = mesh(scaled.at, n)
     angles, forces = case.guess(edges.size), np.zeros(2)
-    settled = descend(released(make_problem(scaled._replace(compliance=0.0), edges)), angles, forces, RELAX) > 0
+    settled = descend(make_problem(scaled._replace(compliance=0.0), edges), angles, forces, RELAX) > 0
     if settled and scaled.compliance > 0.0:
-        settled = newton(released(make_problem(scaled, edges)), angles, forces, POLISH)[0] > 0
+        settled = newton(make_problem(scaled, edges), angles, forces, POLISH)[0] > 0
     return (edges, angles, forces) if settled else None
 
 
@@ -120,10 +122,10 @@ def all_states(case: Case, model: str, tolerance_mm: float) -> Solved | None:
 
 def one_spatial_level(case: Case, n: int) -> Solved | None:
     """The rod in space of n edges as it is, relaxed from the spline guess."""
-    segment = spatial_segment(case.scene, 0)
+    segment = scene_rod(case.scene, 0)
 
     def solve() -> Array | None:
-        rod = segment.spatial_rod(segment.edges(n))
+        rod = spatial_rod(segment, fitting_mesh(segment.scaled(), n))
         relaxed = relax.descend(rod, spatial_guess(case, rod.edges.size))
         return (
             np.asarray(spatial_positions(rod, relaxed.shape)) if relaxed.ending is relax.RelaxEnding.SETTLED else None
@@ -132,7 +134,7 @@ def one_spatial_level(case: Case, n: int) -> Solved | None:
     vertices = solve()
     if vertices is None:
         return None
-    edges = segment.edges(n)
+    edges = fitting_mesh(segment.scaled(), n)
     places = 0.5 * case.rod.clamp + case.rod.free_length * np.append(0.0, np.cumsum(edges))
     positions = case.rod.free_length * vertices + np.array([*case.rod.free_start, 0.0])
     return Solved(edges.size + 1, best(solve, REPEATS), places, positions)
@@ -147,7 +149,7 @@ def spatial_guess(case: Case, n: int) -> Shape:
 
 def one_spatial_state(case: Case, tolerance_mm: float) -> Solved | None:
     """One state in space: a planar one from the spline guess, led into space, refined there to the tolerance."""
-    segment: SpatialSegment = spatial_segment(case.scene, 0)
+    segment = scene_rod(case.scene, 0)
 
     def solve() -> Equilibrium | None:
         found = _relaxed(case, case.rod, SEARCH_EDGES[0])

@@ -18,9 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from curveline.rod.planar.richardson import CURVATURE
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.geometry.vertex_table import CURVATURE
 from curveline.rod.problem import Array
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import Equilibrium
 
 PRECISION = 1e-12
 ARRIVED = 1e-9
@@ -87,7 +88,7 @@ class _Shot:
         rod, half = self.rod, 0.5 * self.rod.clamp
         self.starts, self.pieces = [], []
         state = np.array([*rod.free_start, rod.start, curvature])
-        loads = [(place * rod.length - half, x, y) for place, x, y in rod.loads]
+        loads = [(load.at * rod.length - half, load.x, load.y) for load in rod.loads]
         begin, (px, py) = 0.0, force
         for end, x, y in [*loads, (rod.free_length, 0.0, 0.0)]:
             flight: Any = solve_ivp(

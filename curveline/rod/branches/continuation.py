@@ -22,16 +22,17 @@ from curveline.rod._jit import njit
 from curveline.rod.branches.control_path import (
     ControlPath,
     counts_along,
+    forces_at,
     is_still,
-    loads_at,
     pose_at,
     problem_at,
     rod_at,
 )
+from curveline.rod.geometry.vertex_table import CURVATURE
 from curveline.rod.planar.lateral import lateral_eigenvalue_below, lateral_modes_below, lateral_variation
 from curveline.rod.planar.modes import lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, descend, newton
-from curveline.rod.planar.richardson import CURVATURE, vertex_table
+from curveline.rod.planar.richardson import vertex_table
 from curveline.rod.problem import Array, cut, largest_change, mesh, refine_angles, sharpest_turn
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import SEARCH_EDGES
@@ -109,16 +110,16 @@ def node_loads(path, fraction, bearing, free, phi, multipliers):
     et al. 2015, Mech. Mater. 80: Eshelby-like forces). Of a rod that stretches it leaves out the energy of stretching.
     """
     pose = pose_at(path, fraction)
-    loads = loads_at(path, fraction)
+    forces = forces_at(path, fraction)
     length = pose.length - bearing.clamp
     half = 0.5 * bearing.clamp
     table = vertex_table(free, phi, multipliers)
     unit = bearing.stiffness / length**2
     end_x, end_y = -multipliers[0] * unit, -multipliers[1] * unit
     start_x, start_y = -end_x, bearing.weight * length - end_y
-    for i in range(loads.shape[0]):
-        start_x -= loads[i, 1]
-        start_y -= loads[i, 2]
+    for i in range(forces.shape[0]):
+        start_x -= forces[i, 0]
+        start_y -= forces[i, 1]
     out = np.empty(6)
     sharpest = 0.0
     for i in range(phi.size + 1):

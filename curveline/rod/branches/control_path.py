@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod._jit import njit
-from curveline.rod.problem import Array, Pose, cut, make_problem, released, scale_rod, shares
+from curveline.rod.problem import Array, Pose, cut, make_problem, scale_rod, shares
 
 
 class ControlPath(NamedTuple):
@@ -55,20 +55,19 @@ def pose_at(path, fraction):
 
 
 @njit
-def loads_at(path, fraction):
-    """The loads at a fraction of the path, (m, 3): fraction of the length, force [N]."""
-    loads = np.empty((path.at.size, 3))
+def forces_at(path, fraction):
+    """The loads at a fraction of the path, (m, 2) [N]."""
+    forces = np.empty((path.at.size, 2))
     for i in range(path.at.size):
-        loads[i, 0] = path.at[i]
         for axis in range(2):
-            loads[i, 1 + axis] = path.before[i, axis] + fraction * (path.after[i, axis] - path.before[i, axis])
-    return loads
+            forces[i, axis] = path.before[i, axis] + fraction * (path.after[i, axis] - path.before[i, axis])
+    return forces
 
 
 @njit
 def rod_at(path, bearing, fraction):
     """The free rod at a fraction of the path, in units of its length there and EI."""
-    return scale_rod(pose_at(path, fraction), bearing, loads_at(path, fraction))
+    return scale_rod(pose_at(path, fraction), bearing, path.at, forces_at(path, fraction))
 
 
 @njit
@@ -81,7 +80,7 @@ def counts_along(path, bearing, n):
 def problem_at(path, bearing, fraction, counts):
     """The rod at a fraction of the path, cut into `counts (m+1,)` edges between its loads."""
     rod = rod_at(path, bearing, fraction)
-    return released(make_problem(rod, cut(rod.at, counts)))
+    return make_problem(rod, cut(rod.at, counts))
 
 
 @njit

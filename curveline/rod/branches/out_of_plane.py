@@ -5,20 +5,20 @@ It goes downhill at every pose, so that it falls on where a state in space is lo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from curveline.rod.branches.continuation import FOLLOW_EDGES, is_stable_outside
 from curveline.rod.branches.control_path import straight_path
 from curveline.rod.branches.tracking import TrackedState, problem_on, reached
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import matrix_of
 from curveline.rod.problem import Array, Pose
 from curveline.rod.spatial.energy import Shape, SpatialRod, moved, positions
+from curveline.rod.spatial.lifting import NUDGE, frames_of, spatial_rod
 from curveline.rod.spatial.relax import RelaxEnding, descend, largest_turn, lowest_mode
-from curveline.rod.spatial.segment import NUDGE, SpatialSegment, frames_of
 
 EDGES = 24
+"""Of equal length, of a rod out of its plane, whose state is its `Shape` on these."""
 LONGEST_STRIDE = 16
 """Poses, of those of a smooth motion, that are passed at once at most."""
 LARGEST_TURN = 0.3
@@ -27,14 +27,7 @@ FLAT = 1e-4
 """Distance from the plane, as a part of the length, up to which a rod is in it."""
 
 
-@dataclass(frozen=True)
-class Aside:
-    """A state out of the plane: the `shape` of `EDGES` equal edges in units of the free length."""
-
-    shape: Shape
-
-
-def pushed_off(segment: SpatialSegment, held: TrackedState) -> Aside | None:
+def pushed_off(segment: ClampedRod, held: TrackedState) -> Shape | None:
     """Where the rod of a flat `segment` goes from a state of the plane, pushed off towards the viewer; None if lost."""
     rod = _rod_of(segment)
     angles = held.angles.reshape(EDGES, -1).mean(axis=1)
@@ -45,7 +38,7 @@ def pushed_off(segment: SpatialSegment, held: TrackedState) -> Aside | None:
     return _settled(rod, moved(rod, shape, mode, way * NUDGE / turn)[0])
 
 
-def go_aside(poses: Array, segment: SpatialSegment, aside: Aside, place: int) -> tuple[int, Aside | None]:
+def go_aside(poses: Array, segment: ClampedRod, aside: Shape, place: int) -> tuple[int, Shape | None]:
     """Take a rod out of the plane on through `poses (m, 5)` from a place until it is flat again, lost, or to the end.
 
     Returns the pose it came to and its state there.
@@ -54,58 +47,60 @@ def go_aside(poses: Array, segment: SpatialSegment, aside: Aside, place: int) ->
     while place < last:
         there = min(place + stride, last)
         rod = _rod_of(segment.moved_to(Pose(*poses[there].tolist())))
-        state = _settled(rod, aside.shape)
-        if stride > 1 and (state is None or largest_turn(state.shape, aside.shape) > LARGEST_TURN):
+        state = _settled(rod, aside)
+        if stride > 1 and (state is None or largest_turn(state, aside) > LARGEST_TURN):
             stride //= 2
             continue
         if state is None:
             return there, None
         place, aside = there, state
-        if _depth(rod, state.shape) < FLAT:
+        if _depth(rod, state) < FLAT:
             break
         stride = min(2 * stride, LONGEST_STRIDE)
     return place, aside
 
 
-def back_in_plane(segment: SpatialSegment, aside: Aside) -> TrackedState | None:
+def back_in_plane(segment: ClampedRod, aside: Shape) -> TrackedState | None:
     """The state of the plane that a rod is in; None if it is out of it, or would leave it."""
-    if _depth(_rod_of(segment), aside.shape) > FLAT:
+    if _depth(_rod_of(segment), aside) > FLAT:
         return None
     matrix, tangents = np.empty((3, 3)), np.empty((EDGES, 3))
     for j in range(EDGES):
-        matrix_of(aside.shape.frames[j], matrix)
+        matrix_of(aside.frames[j], matrix)
         tangents[j] = matrix[:, 2]
     angles = np.unwrap(np.arctan2(tangents[:, 1], tangents[:, 0]))
     places, coarse = ((np.arange(n) + 0.5) / n for n in (FOLLOW_EDGES, EDGES))
-    held = reached(segment.rod, TrackedState(np.interp(places, coarse, angles), np.zeros(2)))
+    held = reached(segment, TrackedState(np.interp(places, coarse, angles), np.zeros(2)))
     return held if held is not None and stays(segment, held) else None
 
 
-def stays(segment: SpatialSegment, held: TrackedState) -> bool:
+def stays(segment: ClampedRod, held: TrackedState) -> bool:
     """True if the rod of a flat segment stays in its plane in a state of it."""
-    pose, free = segment.rod.pose, problem_on(segment.rod, held.angles.size)
-    return bool(is_stable_outside(straight_path(pose, pose), segment.bearing, 0.0, (free, held.angles, held.forces)))
+    pose, free = segment.pose, problem_on(segment, held.angles.size)
+    return bool(
+        is_stable_outside(straight_path(pose, pose), segment.bearing, 0.0, (free, held.angles, held.multipliers))
+    )
 
 
-def seen(segment: SpatialSegment, aside: Aside, points: int) -> Array:
+def seen(segment: ClampedRod, aside: Shape, points: int) -> Array:
     """The curve as it looks from the front, (points, 2) [m], equally spaced from pivot to pivot, seen from the left."""
-    rod = segment.rod
-    free = positions(_rod_of(segment), aside.shape)[:, :2] * rod.free_length
-    places = np.concatenate([[0.0], 0.5 * rod.clamp + np.linspace(0.0, rod.free_length, EDGES + 1), [rod.length]])
-    curve = np.vstack([[0.0, 0.0], np.array(rod.free_start) + free, rod.chord])
-    at = np.linspace(0.0, rod.length, points)
+    length, half = segment.length, 0.5 * segment.clamp
+    free = positions(_rod_of(segment), aside)[:, :2] * segment.free_length
+    places = np.concatenate([[0.0], half + np.linspace(0.0, segment.free_length, EDGES + 1), [length]])
+    curve = np.vstack([[0.0, 0.0], np.array(segment.free_start) + free, segment.chord])
+    at = np.linspace(0.0, length, points)
     return np.column_stack([np.interp(at, places, side) for side in curve.T])
 
 
-def _rod_of(segment: SpatialSegment) -> SpatialRod:
-    """The rod of a segment on the edges of an `Aside`."""
-    return segment.spatial_rod(np.full(EDGES, 1.0 / EDGES))
+def _rod_of(segment: ClampedRod) -> SpatialRod:
+    """The rod of a segment on the edges that it has out of the plane."""
+    return spatial_rod(segment, np.full(EDGES, 1.0 / EDGES))
 
 
-def _settled(rod: SpatialRod, shape: Shape) -> Aside | None:
+def _settled(rod: SpatialRod, shape: Shape) -> Shape | None:
     """Downhill from a shape; None if that leads nowhere."""
     relaxed = descend(rod, shape)
-    return Aside(relaxed.shape) if relaxed.ending is RelaxEnding.SETTLED else None
+    return relaxed.shape if relaxed.ending is RelaxEnding.SETTLED else None
 
 
 def _depth(rod: SpatialRod, shape: Shape) -> float:

@@ -17,10 +17,11 @@ import numpy as np
 from curveline.rod._jit import njit
 from curveline.rod.branches.continuation import FOLLOW_EDGES, land, perturbation, travel
 from curveline.rod.branches.control_path import ControlPath, pose_at, straight_path
-from curveline.rod.branches.out_of_plane import Aside, back_in_plane, go_aside, pushed_off, stays
+from curveline.rod.branches.out_of_plane import back_in_plane, go_aside, pushed_off, stays
 from curveline.rod.branches.tracking import TrackedState, on_edges, reached
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose
-from curveline.rod.spatial.segment import SpatialSegment
+from curveline.rod.spatial.energy import Shape
 from curveline.rod.states.slack import has_spare
 
 FINER_EDGES = (4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
@@ -38,7 +39,8 @@ RETURNED = "returned"
 """What happens to a rod: it leaves the straight, or the state it was in, or there is no rod to spare any more; it
 leaves the plane, or comes back to it."""
 
-State = TrackedState | Aside
+State = TrackedState | Shape
+"""Of a rod in its plane, and out of it."""
 
 
 class Event(NamedTuple):
@@ -50,7 +52,7 @@ class Event(NamedTuple):
 
 
 def move_through(
-    poses: Array, segment: SpatialSegment, start: State | None, bow: float = 0.0
+    poses: Array, segment: ClampedRod, start: State | None, bow: float = 0.0
 ) -> tuple[State | None, list[Event]]:
     """The state at the last of `poses (m, 5)`, each as a `Pose`, and what happened on the way.
 
@@ -62,7 +64,7 @@ def move_through(
     while rider.place < rider.last or (rider.state is None and not rider.is_done):
         if rider.state is None:
             rider.wait(bow)
-        elif isinstance(rider.state, Aside):
+        elif isinstance(rider.state, Shape):
             rider.go_aside(rider.state)
         else:
             rider.follow(rider.state)
@@ -75,7 +77,7 @@ class _MovedRod:
     It `is_done` if it has no state at the last pose, and gets none.
     """
 
-    def __init__(self, poses: Array, segment: SpatialSegment, start: State | None) -> None:
+    def __init__(self, poses: Array, segment: ClampedRod, start: State | None) -> None:
         self.poses = poses
         self.segment = segment
         self.bearing = segment.bearing
@@ -109,7 +111,7 @@ class _MovedRod:
         elif end < self.last:
             self._be_pulled(end)
 
-    def go_aside(self, aside: Aside) -> None:
+    def go_aside(self, aside: Shape) -> None:
         """Go on out of the plane until the rod comes back to it or is taut, or to the end."""
         end = self._slack_until()
         self.place, state = go_aside(self.poses[: end + 1], self.segment, aside, self.place)
@@ -155,7 +157,7 @@ class _MovedRod:
     def _pose(self, place: int) -> Pose:
         return Pose(*self.poses[place].tolist())
 
-    def _at(self, place: int) -> SpatialSegment:
+    def _at(self, place: int) -> ClampedRod:
         return self.segment.moved_to(self._pose(place))
 
 
@@ -182,11 +184,11 @@ def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> TrackedState | Non
 def _landed(pose: Pose, bearing: Bearing, held: TrackedState) -> TrackedState | None:
     """Where the rod falls in its plane from a state that is gone at `pose`; None if nowhere."""
     way = straight_path(pose, pose)
-    landed, angles, forces = land(way, 0.0, bearing, held.angles, held.forces, perturbation(held.angles.size))
-    return TrackedState(angles, forces) if landed else None
+    landed, angles, multipliers = land(way, 0.0, bearing, held.angles, held.multipliers, perturbation(held.angles.size))
+    return TrackedState(angles, multipliers) if landed else None
 
 
-def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[int, TrackedState, bool]:
+def _passed(poses: Array, segment: ClampedRod, held: TrackedState) -> tuple[int, TrackedState, bool]:
     """How many of the ways between `poses` a state passes, on finer edges where it takes them, and where it is then.
 
     The last is True if the rod leaves its plane on the next way.
@@ -196,7 +198,7 @@ def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[
         if done == len(poses) - 1:
             break
         begin, end = (Pose(*poses[place].tolist()) for place in (done, done + 1))
-        fine = on_edges(segment.moved_to(begin).rod, held, n) if n > held.angles.size else None
+        fine = on_edges(segment.moved_to(begin), held, n) if n > held.angles.size else None
         if fine is None:
             continue
         # Whether finer edges help is soon told, and mostly they do not: the rod falls.
@@ -209,10 +211,10 @@ def _passed(poses: Array, segment: SpatialSegment, held: TrackedState) -> tuple[
     return done, held, leaves
 
 
-def _kept_for(segment: SpatialSegment, held: TrackedState, way: ControlPath) -> int:
+def _kept_for(segment: ClampedRod, held: TrackedState, way: ControlPath) -> int:
     """At how many of the `LOOKS` at a way, one after the other, a state is still there."""
     for look in range(LOOKS):
-        here = reached(segment.moved_to(pose_at(way, (look + 1) / LOOKS)).rod, held)
+        here = reached(segment.moved_to(pose_at(way, (look + 1) / LOOKS)), held)
         if here is None:
             return look
         held = here
@@ -221,8 +223,8 @@ def _kept_for(segment: SpatialSegment, held: TrackedState, way: ControlPath) -> 
 
 def _passed_on(poses: Array, bearing: Bearing, held: TrackedState) -> tuple[int, TrackedState, bool]:
     """As `_passed`, on the edges that the state is on; the state is that at the last pose it came to."""
-    done, angles, forces, leaves = pass_through(poses, bearing, held.angles, held.forces)
-    return done, TrackedState(angles, forces), leaves
+    done, angles, multipliers, leaves = pass_through(poses, bearing, held.angles, held.multipliers)
+    return done, TrackedState(angles, multipliers), leaves
 
 
 @njit

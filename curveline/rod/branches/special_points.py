@@ -27,7 +27,7 @@ from curveline.rod.branches.arclength import (
     solve_bordered,
 )
 from curveline.rod.branches.continuation import NUDGE, follow, land, perturbation, travel
-from curveline.rod.branches.control_path import ControlPath, counts_along, loads_at, pose_at, problem_at, rod_at
+from curveline.rod.branches.control_path import ControlPath, counts_along, forces_at, pose_at, problem_at, rod_at
 from curveline.rod.planar.modes import LARGEST, characteristic, second_variation
 from curveline.rod.planar.richardson import HONESTY, ROUNDING
 from curveline.rod.problem import Array, Bearing, cut, refine_angles
@@ -218,8 +218,8 @@ def lost_from(path, bearing, counts, fraction, phi, multipliers):
 @njit
 def part_of(path, begin, end):
     """The part of a path between two of its fractions, as a path."""
-    before, after = loads_at(path, begin), loads_at(path, end)
-    return ControlPath(pose_at(path, begin), pose_at(path, end), path.at, before[:, 1:].copy(), after[:, 1:].copy())
+    poses = pose_at(path, begin), pose_at(path, end)
+    return ControlPath(*poses, path.at, forces_at(path, begin), forces_at(path, end))
 
 
 def critical(

@@ -14,8 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from curveline.rod.branches.continuation import FOLLOW_EDGES, LARGEST_MOVE, coarse_start, try_step
-from curveline.rod.problem import Array, Problem, make_problem, mesh, refine_angles, released
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.problem import Array, Problem, make_problem, mesh, refine_angles
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.identity import same_curve
 
 CLOSE = 0.02
@@ -29,10 +30,10 @@ TOLERANCE = 1e-5
 
 @dataclass(frozen=True)
 class TrackedState:
-    """A state of a rod without loads as `angles (n,)` of n equal edges [rad] and multipliers `forces (2,)`."""
+    """A state of a rod without loads as `angles (n,)` of n equal edges [rad] and `multipliers (2,)`."""
 
     angles: Array
-    forces: Array
+    multipliers: Array
 
     @cached_property
     def key(self) -> tuple[float, ...]:
@@ -57,20 +58,20 @@ def on_edges(rod: ClampedRod, held: TrackedState, n: int) -> TrackedState | None
         angles = refine_angles(problem_on(rod, held.angles.size), held.angles, n // held.angles.size)
     else:
         angles = held.angles.reshape(n, -1).mean(axis=1)
-    return reached(rod, TrackedState(angles, held.forces))
+    return reached(rod, TrackedState(angles, held.multipliers))
 
 
 def reached(rod: ClampedRod, held: TrackedState) -> TrackedState | None:
     """The stable state of a rod next to the one that is `held`; None if there is none on its edges."""
     free = problem_on(rod, held.angles.size)
-    found, angles, forces = try_step(free, held.angles, held.forces, LARGEST_MOVE)
-    return TrackedState(angles, forces) if found else None
+    found, angles, multipliers = try_step(free, held.angles, held.multipliers, LARGEST_MOVE)
+    return TrackedState(angles, multipliers) if found else None
 
 
 def problem_on(rod: ClampedRod, n: int) -> Problem:
     """A rod without loads cut into `n` equal edges."""
     scaled = rod.scaled()
-    problem: Problem = released(make_problem(scaled, mesh(scaled.at, n)))
+    problem: Problem = make_problem(scaled, mesh(scaled.at, n))
     return problem
 
 
@@ -90,7 +91,7 @@ def identify(rod: ClampedRod, held: TrackedState, states: Sequence[Equilibrium])
 def refined(rod: ClampedRod, held: TrackedState, tolerance: float) -> Equilibrium:
     """The state of the real rod that is followed as `held`, to `tolerance` [m], without a name; see its outcome."""
     edges = mesh(rod.scaled().at, held.angles.size)
-    return refine(rod, edges, held.angles.copy(), held.forces.copy(), tolerance)
+    return refine(rod, edges, held.angles.copy(), held.multipliers.copy(), tolerance)
 
 
 def why_not_shown(state: Equilibrium) -> str:

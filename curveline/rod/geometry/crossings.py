@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.rod._jit import njit
+from curveline.rod.geometry.vertex_table import ANGLE, X, Y
 
 APART = 0.2
 """Parts of a curve nearer than this fraction of its length along it are neighbours, not a contact."""
@@ -38,10 +39,10 @@ def box_tree(table):
         box = boxes[leaves + i]
         box[0], box[1], box[2], box[3] = np.inf, -np.inf, np.inf, -np.inf
         for j in range(i * LEAF, min(m, (i + 1) * LEAF) + 1 if i * LEAF < m else 0):
-            box[0] = min(box[0], table[j, 0])
-            box[1] = max(box[1], table[j, 0])
-            box[2] = min(box[2], table[j, 1])
-            box[3] = max(box[3], table[j, 1])
+            box[0] = min(box[0], table[j, X])
+            box[1] = max(box[1], table[j, X])
+            box[2] = min(box[2], table[j, Y])
+            box[3] = max(box[3], table[j, Y])
     for k in range(leaves - 1, 0, -1):
         for side in (0, 2):
             boxes[k, side] = min(boxes[2 * k, side], boxes[2 * k + 1, side])
@@ -99,8 +100,8 @@ def crosses_itself(table):
     leaves = boxes.shape[0] // 2
     turned = np.zeros(m + 1)
     for i in range(1, m):
-        ax, ay = table[i, 0] - table[i - 1, 0], table[i, 1] - table[i - 1, 1]
-        bx, by = table[i + 1, 0] - table[i, 0], table[i + 1, 1] - table[i, 1]
+        ax, ay = table[i, X] - table[i - 1, X], table[i, Y] - table[i - 1, Y]
+        bx, by = table[i + 1, X] - table[i, X], table[i + 1, Y] - table[i, Y]
         turned[i] = turned[i - 1] + abs(np.arctan2(ax * by - ay * bx, ax * bx + ay * by))
     turned[m] = turned[m - 1]
     stack = np.empty((256, 2), dtype=np.int64)
@@ -121,8 +122,8 @@ def crosses_itself(table):
         for i in range(first, first_end):
             for j in range(max(second, i + 2), second_end):
                 if _cross(
-                    table[i, 0], table[i, 1], table[i + 1, 0], table[i + 1, 1],
-                    table[j, 0], table[j, 1], table[j + 1, 0], table[j + 1, 1],
+                    table[i, X], table[i, Y], table[i + 1, X], table[i + 1, Y],
+                    table[j, X], table[j, Y], table[j + 1, X], table[j + 1, Y],
                 ):  # fmt: skip
                     return True
     return False
@@ -135,15 +136,15 @@ def crosses_tails(table, tail):
     for end in range(2):
         at = 0 if end == 0 else m
         away = -tail if end == 0 else tail
-        tip_x = table[at, 0] + away * np.cos(table[at, 2])
-        tip_y = table[at, 1] + away * np.sin(table[at, 2])
+        tip_x = table[at, X] + away * np.cos(table[at, ANGLE])
+        tip_y = table[at, Y] + away * np.sin(table[at, ANGLE])
         for j in range(m):
             # The edge at the tail's own root only touches it.
             if (end == 0 and j == 0) or (end == 1 and j == m - 1):
                 continue
             if _cross(
-                table[at, 0], table[at, 1], tip_x, tip_y,
-                table[j, 0], table[j, 1], table[j + 1, 0], table[j + 1, 1],
+                table[at, X], table[at, Y], tip_x, tip_y,
+                table[j, X], table[j, Y], table[j + 1, X], table[j + 1, Y],
             ):  # fmt: skip
                 return True
     return False
@@ -157,9 +158,9 @@ def clearance(table):
     leaves = boxes.shape[0] // 2
     along = np.zeros(m + 1)
     for i in range(m):
-        along[i + 1] = along[i] + np.hypot(table[i + 1, 0] - table[i, 0], table[i + 1, 1] - table[i, 1])
+        along[i + 1] = along[i] + np.hypot(table[i + 1, X] - table[i, X], table[i + 1, Y] - table[i, Y])
     apart = APART * along[m] * (1.0 - 1e-9)
-    nearest = np.hypot(table[m, 0] - table[0, 0], table[m, 1] - table[0, 1])
+    nearest = np.hypot(table[m, X] - table[0, X], table[m, Y] - table[0, Y])
     stack = np.empty((256, 2), dtype=np.int64)
     stack[0] = 1
     top = 1
@@ -177,5 +178,5 @@ def clearance(table):
             for j in range(second_end, second - 1, -1):
                 if along[j] - along[i] < apart:
                     break
-                nearest = min(nearest, np.hypot(table[i, 0] - table[j, 0], table[i, 1] - table[j, 1]))
+                nearest = min(nearest, np.hypot(table[i, X] - table[j, X], table[i, Y] - table[j, Y]))
     return nearest

@@ -10,6 +10,9 @@ import numpy as np
 from curveline.rod.geometry.hermite import interpolate
 from curveline.rod.problem import Array
 
+X, Y, Z = range(3)
+"""Axes: x and y span the display's plane."""
+
 
 @dataclass(frozen=True)
 class SpaceCurve:
@@ -30,6 +33,25 @@ class SpaceCurve:
     forces: Array
     moments: Array
 
+    @property
+    def vertices(self) -> Array:
+        """Positions (m+1, 3) [m] of the vertices."""
+        return self.table[:, :3]
+
+    @property
+    def slopes(self) -> Array:
+        """Slopes (m+1, 3) of the position by the arc length at the vertices."""
+        return self.table[:, 3:6]
+
+    @property
+    def bends(self) -> Array:
+        """Second derivatives (m+1, 3) [1/m] at the vertices."""
+        return self.table[:, 6:]
+
+    def coordinate(self, axis: int) -> Array:
+        """One coordinate of the vertices (`X`, `Y` or `Z`), its slope and its second derivative: (m+1, 3)."""
+        return self.table[:, axis::3]
+
     def positions(self, points: int) -> Array:
         """`points` positions (points, 3) [m], equally spaced in arc length from pivot to pivot."""
         half = 0.5 * self.clamp
@@ -45,12 +67,12 @@ class SpaceCurve:
     @property
     def depth(self) -> float:
         """Largest distance from the display's plane [m]."""
-        return float(np.max(np.abs(self.table[:, 2])))
+        return float(np.max(np.abs(self.vertices[:, Z])))
 
     @cached_property
     def mean_depth(self) -> float:
         """Mean distance of the free rod from the display's plane, positive in front of it [m]."""
-        return float(np.sum(_integrals(self.table[:, 2::3], self.edges)) / np.sum(self.edges))
+        return float(np.sum(_integrals(self.coordinate(Z), self.edges)) / np.sum(self.edges))
 
 
 def _integrals(table: Array, edges: Array) -> Array:

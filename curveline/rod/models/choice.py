@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.model_error import UNKNOWN, Bound, Judged, judge, probe, space_bound, spatial_left_out
 from curveline.rod.planar.approach import soften
+from curveline.rod.spatial.lifting import relax_in_space
 from curveline.rod.spatial.relax import at_rest
 from curveline.rod.spatial.richardson import refine_shape
 from curveline.rod.spatial.search import Resting, search_in_space
-from curveline.rod.spatial.segment import SpatialSegment, relax_in_space
 from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, Outcome, refine
 from curveline.rod.states.identity import GONE, are_twins, named, placed, same_curve
 from curveline.rod.states.planar_states import find_states
@@ -45,20 +46,20 @@ class ModelledStates:
     reasons: tuple[str, ...]
 
 
-def model_states(segment: SpatialSegment, ask: SearchRequest) -> ModelledStates:
+def model_states(segment: ClampedRod, ask: SearchRequest) -> ModelledStates:
     """Every stable state of `segment` by the model asked for, or by the smallest one that the scene allows.
 
     Searched for in the plane; the extensible states start from those, and the spatial ones from the extensible.
     """
-    found = find_states(segment.rod, ask.tolerance, ask.windings)
+    found = find_states(segment, ask.tolerance, ask.windings)
     model, why = ask.model, [f"the {ask.model} model was asked for"]
     judged: list[Judged] = []
     if model in (AUTO, PLANAR):
-        judged = [judge(state, segment.section) for state in found]
+        judged = [judge(state) for state in found]
     if model == AUTO:
         model, why = _choice(segment, judged, ask.tolerance)
     if model != PLANAR:
-        judged = [judge(state, segment.section) for state in _stretched(segment, found, ask.tolerance, why)]
+        judged = [judge(state) for state in _stretched(found, ask.tolerance, why)]
         if ask.model == AUTO and model == EXTENSIBLE and _leaving(judged):
             model = SPATIAL
             why.append(_leaving(judged))
@@ -72,19 +73,19 @@ def model_states(segment: SpatialSegment, ask: SearchRequest) -> ModelledStates:
     return _modelled(segment, ask, model, judged, why)
 
 
-def beyond(segment: SpatialSegment) -> tuple[str, ...]:
+def beyond(segment: ClampedRod) -> tuple[str, ...]:
     """In words, what of a segment a planar model cannot have; its weight can only point straight down."""
     there = {
         "the yaw of its clamps": any(segment.yaw),
         "the roll of its clamps": any(segment.roll),
-        "a load that points out of the plane": any(load[3] for load in segment.loads),
-        "gravity that does not point straight down": bool(segment.weight[0] or segment.weight[2]),
+        "a load that points out of the plane": any(load.z for load in segment.loads),
+        "gravity that does not point straight down": bool(segment.weight_x or segment.weight_z),
         "the rod's curvature out of the plane": bool(segment.lateral_curvature),
     }
     return tuple(what for what, is_there in there.items() if is_there)
 
 
-def _choice(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float) -> tuple[str, list[str]]:
+def _choice(segment: ClampedRod, judged: Sequence[Judged], tolerance: float) -> tuple[str, list[str]]:
     """The smallest model that the scene allows, and why."""
     if segment.needs_space:
         return SPATIAL, [f"the segment needs all three dimensions for {' and '.join(beyond(segment))}"]
@@ -114,13 +115,11 @@ def _shown(judged: Sequence[Judged]) -> list[Judged]:
     return [each for each in judged if each.state.is_untangled] or list(judged)
 
 
-def _stretched(
-    segment: SpatialSegment, found: Sequence[Equilibrium], tolerance: float, why: list[str]
-) -> list[Equilibrium]:
+def _stretched(found: Sequence[Equilibrium], tolerance: float, why: list[str]) -> list[Equilibrium]:
     """The planar states of an extensible rod that the inextensible ones lead to; `why` takes what became of others."""
     states: list[Equilibrium] = []
     for state in found:
-        rod = replace(state.rod, stretching=segment.section.stretching_stiffness)
+        rod = state.rod.extensible()
         start = probe(state)
         stretched = refine(rod, start.edges, start.angles.copy(), start.multipliers.copy(), tolerance)
         if stretched.outcome in GONE and soften(rod.scaled(), start.edges, start.angles, start.multipliers):
@@ -134,7 +133,7 @@ def _stretched(
     return named(states)
 
 
-def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: float, why: list[str]) -> list[Judged]:
+def _in_space(segment: ClampedRod, judged: Sequence[Judged], tolerance: float, why: list[str]) -> list[Judged]:
     """Every stable state in space; those to which planar ones lead that leave their plane come after those that stay.
 
     Where neither a planar state nor the search leads to any, the planar ones stay in the list and are called lost.
@@ -172,7 +171,7 @@ def _in_space(segment: SpatialSegment, judged: Sequence[Judged], tolerance: floa
 
 
 def _further(
-    segment: SpatialSegment, states: Sequence[Judged], seeds: Sequence[Resting], tolerance: float, why: list[str]
+    segment: ClampedRod, states: Sequence[Judged], seeds: Sequence[Resting], tolerance: float, why: list[str]
 ) -> list[Judged]:
     """States in space to which no planar one leads; `why` takes how many."""
     out: list[Judged] = []
@@ -186,7 +185,7 @@ def _further(
     return out
 
 
-def _seen(segment: SpatialSegment, state: Equilibrium) -> Equilibrium:
+def _seen(segment: ClampedRod, state: Equilibrium) -> Equilibrium:
     """A state in space, said to leave its plane where nothing pushes it out."""
     return state.but(leaves_plane=segment.is_nearly_flat and _lies_outside(state))
 
@@ -210,7 +209,7 @@ def _placed(judged: Sequence[Judged], beside: Sequence[Equilibrium] = ()) -> lis
     return [judged[number]._replace(state=judged[number].state.but(name=name)) for number, name in named]
 
 
-def _flagged(segment: SpatialSegment, judged: Judged) -> Judged:
+def _flagged(segment: ClampedRod, judged: Judged) -> Judged:
     """What a planar model may say of a state that space knows better: one that leaves the plane is not stable."""
     state, sideways, bounds = judged
     if beyond(segment):
@@ -221,7 +220,7 @@ def _flagged(segment: SpatialSegment, judged: Judged) -> Judged:
 
 
 def _modelled(
-    segment: SpatialSegment, ask: SearchRequest, model: str, judged: Sequence[Judged], why: list[str]
+    segment: ClampedRod, ask: SearchRequest, model: str, judged: Sequence[Judged], why: list[str]
 ) -> ModelledStates:
     """The states in the order and by the names they are shown by, with bounds and reasons."""
     bounds: dict[str, Bound] = {}
@@ -241,14 +240,14 @@ def _modelled(
     return ModelledStates(model, tuple(states), terms, bounds, tuple(said))
 
 
-def _terms(segment: SpatialSegment, model: str) -> tuple[str, ...]:
+def _terms(segment: ClampedRod, model: str) -> tuple[str, ...]:
     """Names of the terms of a model of the segment."""
     there = {
         "bend": True,
         "stretch": model != PLANAR,
         "lateral bend": model == SPATIAL,
         "twist": model == SPATIAL,
-        "gravity": bool(segment.rod.weight) or (model == SPATIAL and any(segment.weight)),
-        "loads": any(any(load[1:] if model == SPATIAL else load[1:3]) for load in segment.loads),
+        "gravity": bool(segment.weight) or (model == SPATIAL and bool(segment.weight_x or segment.weight_z)),
+        "loads": any(load.x or load.y or (model == SPATIAL and load.z) for load in segment.loads),
     }
     return tuple(name for name, is_there in there.items() if is_there)

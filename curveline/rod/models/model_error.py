@@ -8,21 +8,21 @@ from itself against the rod's thickness.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.closest_approach import nearest_parts
 from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.planar.lateral import PRECISION, lateral_pair
 from curveline.rod.planar.response import middle_angles, response
 from curveline.rod.problem import Array, ScaledRod
-from curveline.rod.section import Section
 from curveline.rod.spatial.energy import Shape, SpatialRod, positions
+from curveline.rod.spatial.lifting import lift, relax_in_space, spatial_rod
 from curveline.rod.spatial.relax import RelaxEnding, descend
-from curveline.rod.spatial.segment import SpatialSegment, lift, relax_in_space
-from curveline.rod.states.equilibrium import PLANAR, ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import PLANAR, Equilibrium
 from curveline.units import to_deg, to_mm, told_apart
 
 SAFETY = 1.5
@@ -72,14 +72,18 @@ UNKNOWN = Lateral(math.nan, math.inf)
 class Probe(NamedTuple):
     """A planar `state` in units of its free length and EI, ready to be solved once more.
 
-    `rod`, on its `edges (m,)` the `angles (m,)` and `multipliers (2,)`.
+    On its `edges (m,)` the `angles (m,)` and `multipliers (2,)`.
     """
 
     state: Equilibrium
-    rod: ScaledRod
     edges: Array
     angles: Array
     multipliers: Array
+
+    @property
+    def rod(self) -> ScaledRod:
+        """The rod whose state it is."""
+        return self.state.rod.scaled()
 
     def moved(self, other: ScaledRod) -> float:
         """Largest distance between the curve of the state and that of an `other` rod's, near it, on few edges [m]."""
@@ -101,52 +105,49 @@ class Judged(NamedTuple):
 
 def probe(state: Equilibrium) -> Probe:
     """A planar or extensible state in units of its free length and EI."""
-    rod, length = state.rod, state.rod.free_length
-    multipliers = -state.clamp_force[1] * (length**2 / rod.stiffness)
     angles = middle_angles(state.edges, state.vertices_table)
-    return Probe(state, rod.scaled(), state.edges / length, angles, multipliers)
+    return Probe(state, state.edges / state.rod.free_length, angles, state.multipliers)
 
 
-def judge(state: Equilibrium, section: Section) -> Judged:
+def judge(state: Equilibrium) -> Judged:
     """A planar or extensible state with what its model leaves out."""
     probed = probe(state)
-    sideways = lateral(probed, section)
+    sideways = lateral(probed)
     bounds = {}
     if state.model == PLANAR:
-        bounds["stretch"] = stretch_bound(probed, section)
+        bounds["stretch"] = stretch_bound(probed)
     bounds["twist"] = twist_bound(state, sideways)
-    bounds["contact"] = contact_bound(state, section)
-    if section.weight > 0.0 and state.rod.weight == 0.0:
-        bounds["gravity"] = gravity_bound(probed, section)
+    bounds["contact"] = contact_bound(state)
+    if state.rod.section.weight > 0.0 and state.rod.weight == 0.0:
+        bounds["gravity"] = gravity_bound(probed)
     return Judged(state, sideways, bounds)
 
 
-def lateral(probed: Probe, section: Section) -> Lateral:
+def lateral(probed: Probe) -> Lateral:
     """Whether the rod of a planar state stays in its plane, by Richardson extrapolation from two resolutions."""
     state, rod = probed.state, probed.state.rod
-    bend, twist = section.lateral_stiffness / rod.stiffness, section.twisting_stiffness / rod.stiffness
+    bend, twist = rod.bearing.lateral / rod.stiffness, rod.bearing.twisting / rod.stiffness
     forces = probed.multipliers, np.array([bend, twist, rod.natural_curvature * rod.free_length])
     coarse, fine = lateral_pair(probed.rod, probed.edges, probed.angles, state.vertices_table, forces)
     return Lateral(fine + (fine - coarse) / 3.0, HONESTY * abs(fine - coarse) + PRECISION * abs(fine))
 
 
-def stretch_bound(probed: Probe, section: Section) -> Bound:
+def stretch_bound(probed: Probe) -> Bound:
     """How far the rod's stretch would move the curve of a planar state, which is solved once more with it."""
     rod = probed.state.rod
-    compliance = rod.stiffness / section.stretching_stiffness / rod.free_length**2
-    moved = probed.moved(probed.rod._replace(compliance=compliance))
+    moved = probed.moved(probed.rod._replace(compliance=rod.stretching_compliance / rod.free_length**2))
     force = max(math.hypot(*force) for force in probed.state.clamp_force.tolist())
-    strain = force / section.stretching_stiffness
+    strain = force / rod.section.stretching_stiffness
     why = f"forces of up to {force:.2g} N strain the rod by {strain:.1g}"
     if math.isfinite(moved):
         return Bound(SAFETY * moved, f"solved again with stretch: {why}")
     return Bound(farthest(rod, strain), f"{why}; with stretch this state was not found again")
 
 
-def gravity_bound(probed: Probe, section: Section) -> Bound:
+def gravity_bound(probed: Probe) -> Bound:
     """How far its weight would move the curve of a state of a weightless rod, which is solved once more with it."""
     rod = probed.state.rod
-    whole = section.weight * rod.free_length
+    whole = rod.section.weight * rod.free_length
     moved = probed.moved(probed.rod._replace(weight=whole * rod.free_length**2 / rod.stiffness))
     if math.isfinite(moved):
         return Bound(SAFETY * moved, f"solved again with the free rod's weight of {whole:.2g} N")
@@ -164,9 +165,9 @@ def twist_bound(state: Equilibrium, sideways: Lateral) -> Bound:
     return Bound(farthest(state.rod), why)
 
 
-def contact_bound(state: Equilibrium, section: Section) -> Bound:
+def contact_bound(state: Equilibrium) -> Bound:
     """By how much a rod without contact overlaps itself; a curve that crosses itself is none that a rod can take."""
-    thickness = section.thickness
+    thickness = state.rod.section.thickness
     if state.crosses_itself:
         return Bound(farthest(state.rod), "the curve crosses itself, which a real rod cannot")
     spread = float(np.ptp(state.angles))
@@ -187,29 +188,27 @@ def contact_bound(state: Equilibrium, section: Section) -> Bound:
     return Bound(max(0.0, thickness - nearest), why)
 
 
-def space_bound(segment: SpatialSegment, judged: Judged) -> Bound:
+def space_bound(segment: ClampedRod, judged: Judged) -> Bound:
     """How far what points out of the plane moves the curve of a planar state, which is solved once more in space."""
     state, sideways, _ = judged
-    flat = replace(segment.part(0.0), weight=(0.0, -state.rod.weight, 0.0))
+    flat = segment.part(0.0).weighing(segment.weight)
     rod, relaxed = relax_in_space(segment, state)
     here = relax_in_space(flat, state)[1].shape if sideways.stays else lift(flat, state)[1]
     if relaxed.ending is not RelaxEnding.SETTLED:
-        return Bound(farthest(segment.rod), f"in space this state was not found again: {relaxed.ending.value}")
+        return Bound(farthest(segment), f"in space this state was not found again: {relaxed.ending.value}")
     gap = _apart(segment, positions(rod, relaxed.shape), positions(rod, here))
     return Bound(gap, "solved again in space with all that points out of the plane")
 
 
-def spatial_left_out(
-    segment: SpatialSegment, resting: tuple[SpatialRod, Shape], state: Equilibrium
-) -> dict[str, Bound]:
+def spatial_left_out(segment: ClampedRod, resting: tuple[SpatialRod, Shape], state: Equilibrium) -> dict[str, Bound]:
     """Every term that the spatial model of `state` leaves out; it was refined from a `resting` shape on few edges."""
-    bounds = {"contact": contact_bound(state, segment.section)}
-    if segment.section.weight > 0.0 and not any(segment.weight):
+    bounds = {"contact": contact_bound(state)}
+    if segment.section.weight > 0.0 and not (segment.weight or segment.weight_x or segment.weight_z):
         rod, shape = resting
-        heavy = replace(segment, weight=(0.0, -segment.section.weight, 0.0)).spatial_rod(rod.edges)
+        heavy = spatial_rod(segment.weighing(segment.section.weight), rod.edges)
         loaded = descend(heavy, shape)
-        whole = segment.section.weight * segment.rod.free_length
-        bound = Bound(farthest(segment.rod), f"under its weight of {whole:.2g} N this state was not found again")
+        whole = segment.section.weight * segment.free_length
+        bound = Bound(farthest(segment), f"under its weight of {whole:.2g} N this state was not found again")
         if loaded.ending is RelaxEnding.SETTLED:
             gap = _apart(segment, positions(rod, shape), positions(heavy, loaded.shape))
             bound = Bound(gap, f"solved again with the free rod's weight of {whole:.2g} N")
@@ -227,6 +226,6 @@ def farthest(rod: ClampedRod, strain: float = 0.0) -> float:
     return math.sqrt(max(length**2 - math.hypot(*rod.free_chord) ** 2, 0.0))
 
 
-def _apart(segment: SpatialSegment, one: Array, other: Array) -> float:
+def _apart(segment: ClampedRod, one: Array, other: Array) -> float:
     """`SAFETY` times the largest distance between two curves of vertices (n+1, 3), in units of the free length, [m]."""
-    return SAFETY * float(np.max(np.linalg.norm(one - other, axis=1))) * segment.rod.free_length
+    return SAFETY * float(np.max(np.linalg.norm(one - other, axis=1))) * segment.free_length

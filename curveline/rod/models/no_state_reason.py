@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.approach import THIN, layer
-from curveline.rod.states.equilibrium import ClampedRod
 from curveline.rod.states.planar_states import find_states
 from curveline.units import mm, rounded_up, to_mm
 
@@ -39,6 +38,6 @@ def _by(rod: ClampedRod, short: float) -> str:
     way = math.hypot(*rod.free_chord)
     for excess in EXCESSES:
         longer = mm(rounded_up(to_mm(short + excess * way), DIGITS))
-        if find_states(replace(rod, length=rod.length + longer), 1e-3 * rod.length):
+        if find_states(rod.moved_to(rod.pose._replace(length=rod.length + longer)), 1e-3 * rod.length):
             return f" by {to_mm(longer):.10g} mm"
     return ""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.model_error import lateral, probe
-from curveline.rod.section import Section
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium
+from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import find_states
 
 
@@ -31,10 +31,10 @@ class Showable(NamedTuple):
         return next((state for state in self.states if state.name == name), None)
 
 
-def showable_states(rod: ClampedRod, section: Section, tolerance: float) -> Showable:
+def showable_states(rod: ClampedRod, tolerance: float) -> Showable:
     """Every state of `rod` that a display can show, refined to `tolerance` [m], named as `simulate` does."""
     found = [state for state in find_states(rod, tolerance) if state.simple]
-    judged = [(state, lateral(probe(state), section)) for state in found]
+    judged = [(state, lateral(probe(state))) for state in found]
     return Showable(
         tuple(state for state, sideways in judged if sideways.stays),
         tuple(state for state, sideways in judged if not sideways.stays),

@@ -12,7 +12,7 @@ import numpy as np
 
 from curveline.rod._jit import njit
 from curveline.rod.planar.newton import Effort, descend
-from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released, sharpest_turn
+from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, sharpest_turn
 
 THIN = 0.03
 """Thickness of the layers, in units of the length, below which the edges are graded."""
@@ -129,7 +129,7 @@ def approach(rod, edges, phi, multipliers):
     step = 0.0
     for _ in range(STEPS):
         share = min(1.0, reached + step)
-        free = released(make_problem(easier(rod, share), edges))
+        free = make_problem(easier(rod, share), edges)
         trial = phi.copy()
         force = multipliers.copy()
         if descend(free, trial, force, DESCEND) > 0 and sharpest_turn(free, trial) < 1.0:
@@ -155,7 +155,7 @@ def soften(rod, edges, phi, multipliers):
     for power in np.arange(-SOFTENING, 0.5, 0.5):
         compliance = rod.compliance * 10.0**power
         softer = ScaledRod(rod.weight, rod.at, rod.forces, rod.chord, rod.ends, compliance)
-        free = released(make_problem(softer, edges))
+        free = make_problem(softer, edges)
         if descend(free, phi, multipliers, DESCEND) < 0:
             return False
     return True

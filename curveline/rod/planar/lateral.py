@@ -23,8 +23,9 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.rod._jit import njit
+from curveline.rod.geometry.vertex_table import ANGLE
 from curveline.rod.planar.newton import thrust_on
-from curveline.rod.problem import make_problem, released
+from curveline.rod.problem import make_problem
 
 BLOCKS = 7
 """Per edge: Hessian aa, ab, bb, then its coupling with the edge before: a a', a b', b a', b b' (the edge before: ')."""
@@ -169,7 +170,7 @@ def lateral_pair(rod, edges, angles, table, forces):
     pairs, halfway = np.empty(m // 2), np.empty(m // 2)
     for j in range(m // 2):
         pairs[j] = edges[2 * j] + edges[2 * j + 1]
-        halfway[j] = table[2 * j + 1, 2]
-    coarse = lateral_eigenvalue(released(make_problem(rod, pairs)), halfway, multipliers, lateral, 0.0)
-    fine = lateral_eigenvalue(released(make_problem(rod, edges)), angles, multipliers, lateral, coarse)
+        halfway[j] = table[2 * j + 1, ANGLE]
+    coarse = lateral_eigenvalue(make_problem(rod, pairs), halfway, multipliers, lateral, 0.0)
+    fine = lateral_eigenvalue(make_problem(rod, edges), angles, multipliers, lateral, coarse)
     return coarse, fine

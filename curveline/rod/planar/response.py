@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.rod._jit import njit
+from curveline.rod.geometry.vertex_table import ANGLE, CURVATURE, X, Y
 from curveline.rod.planar.newton import newton
 from curveline.rod.planar.richardson import POLISH, vertex_table
-from curveline.rod.problem import largest_change, make_problem, released
+from curveline.rod.problem import largest_change, make_problem
 
 BRANCH = 0.5
 """An edge that turns by more than this [rad] from one model to the other belongs to another state."""
@@ -21,8 +22,8 @@ def middle_angles(edges, table):
     """
     out = np.empty(edges.size)
     for j in range(edges.size):
-        bulge = 0.125 * edges[j] * (table[j, 3] - table[j + 1, 3])
-        out[j] = 0.5 * (table[j, 2] + table[j + 1, 2]) + bulge
+        bulge = 0.125 * edges[j] * (table[j, CURVATURE] - table[j + 1, CURVATURE])
+        out[j] = 0.5 * (table[j, ANGLE] + table[j + 1, ANGLE]) + bulge
     return out
 
 
@@ -34,11 +35,11 @@ def response(rod, other, edges, phi, multipliers):
     `multipliers (2,)` are overwritten by its equilibrium. Both have nearly the same error, which falls out of the
     difference.
     """
-    here = released(make_problem(rod, edges))
+    here = make_problem(rod, edges)
     spent, unstable = newton(here, phi, multipliers, POLISH)
     if spent < 0 or unstable != 0:
         return np.inf
-    there = released(make_problem(other, edges))
+    there = make_problem(other, edges)
     angles, force = phi.copy(), multipliers.copy()
     spent, unstable = newton(there, angles, force, POLISH)
     if spent < 0 or unstable != 0 or largest_change(angles, phi) > BRANCH:
@@ -46,5 +47,5 @@ def response(rod, other, edges, phi, multipliers):
     one, two = vertex_table(here, phi, multipliers), vertex_table(there, angles, force)
     largest = 0.0
     for i in range(edges.size + 1):
-        largest = max(largest, np.hypot(one[i, 0] - two[i, 0], one[i, 1] - two[i, 1]))
+        largest = max(largest, np.hypot(one[i, X] - two[i, X], one[i, Y] - two[i, Y]))
     return largest

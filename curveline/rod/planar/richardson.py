@@ -11,9 +11,10 @@ import numpy as np
 
 from curveline.rod._jit import njit
 from curveline.rod.geometry.hermite import weights
+from curveline.rod.geometry.vertex_table import ANGLE, COLUMNS, CURVATURE, STRAIN, STRAIN_SLOPE, X, Y
 from curveline.rod.planar.modes import lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, newton, thrust_on
-from curveline.rod.problem import halved, largest_change, make_problem, refine_angles, released
+from curveline.rod.problem import halved, largest_change, make_problem, refine_angles
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
 
@@ -21,9 +22,6 @@ ACROSS, UP, FIRST_CURVATURE, LAST_CURVATURE, STRAIN_ENERGY, LOAD_POTENTIAL, EIGE
 """The numbers of a level: both multipliers, the curvatures at both ends, two energies, the lowest eigenvalue."""
 
 SCALARS = 7
-X, Y, ANGLE, CURVATURE, STRAIN, STRAIN_SLOPE = range(6)
-"""The columns of a table of vertices."""
-COLUMNS = 6
 HONESTY = 0.15
 DOUBT = 1.0
 """Eigenvalue, as a part of its change by halving the edges, below which the next halving is asked, too."""
@@ -43,25 +41,25 @@ def vertex_table(problem, phi, multipliers):
         if problem.compliance[j] > 0.0:
             strain = -problem.compliance[j] * thrust_on(problem, phi, multipliers, j)
         length = problem.edges[j] * (1.0 + strain)
-        table[j + 1, 0] = table[j, 0] + length * np.cos(phi[j])
-        table[j + 1, 1] = table[j, 1] + length * np.sin(phi[j])
+        table[j + 1, X] = table[j, X] + length * np.cos(phi[j])
+        table[j + 1, Y] = table[j, Y] + length * np.sin(phi[j])
         if j > 0:
             turn = phi[j] - phi[j - 1]
             share = problem.edges[j - 1] / (problem.edges[j - 1] + problem.edges[j])
-            table[j, 2] = phi[j - 1] + share * turn
-            table[j, 3] = turn * problem.stiffness[j]
-            table[j, 4] = before + share * (strain - before)
-            table[j, 5] = (strain - before) * problem.stiffness[j]
+            table[j, ANGLE] = phi[j - 1] + share * turn
+            table[j, CURVATURE] = turn * problem.stiffness[j]
+            table[j, STRAIN] = before + share * (strain - before)
+            table[j, STRAIN_SLOPE] = (strain - before) * problem.stiffness[j]
         before = strain
-    table[0, 5] = table[1, 5]
-    table[n, 5] = table[n - 1, 5]
-    table[0, 4] = table[1, 4] - problem.edges[0] * table[0, 5]
-    table[n, 4] = table[n - 1, 4] + problem.edges[n - 1] * table[n, 5]
-    table[0, 2] = problem.ends[0]
-    table[n, 2] = problem.ends[1]
+    table[0, STRAIN_SLOPE] = table[1, STRAIN_SLOPE]
+    table[n, STRAIN_SLOPE] = table[n - 1, STRAIN_SLOPE]
+    table[0, STRAIN] = table[1, STRAIN] - problem.edges[0] * table[0, STRAIN_SLOPE]
+    table[n, STRAIN] = table[n - 1, STRAIN] + problem.edges[n - 1] * table[n, STRAIN_SLOPE]
+    table[0, ANGLE] = problem.ends[0]
+    table[n, ANGLE] = problem.ends[1]
     # The derivative of the discrete energy by the clamp angle: the end moment, second order accurate.
-    table[0, 3] = (phi[0] - problem.ends[0]) * problem.stiffness[0]
-    table[n, 3] = (problem.ends[1] - phi[n - 1]) * problem.stiffness[n]
+    table[0, CURVATURE] = (phi[0] - problem.ends[0]) * problem.stiffness[0]
+    table[n, CURVATURE] = (problem.ends[1] - phi[n - 1]) * problem.stiffness[n]
     return table
 
 
@@ -79,8 +77,8 @@ def level_scalars(problem, phi, multipliers, table):
     before = problem.ends[0]
     for j in range(n):
         # The table's edges are stretched and turned already, which spares a sine and a cosine.
-        potential += problem.loads[0, j] * (table[j + 1, 0] - table[j, 0]) / problem.edges[j]
-        potential += problem.loads[1, j] * (table[j + 1, 1] - table[j, 1]) / problem.edges[j]
+        potential += problem.loads[0, j] * (table[j + 1, X] - table[j, X]) / problem.edges[j]
+        potential += problem.loads[1, j] * (table[j + 1, Y] - table[j, Y]) / problem.edges[j]
         strained += 0.5 * (phi[j] - before) ** 2 * problem.stiffness[j]
         before = phi[j]
         if problem.compliance[j] > 0.0:
@@ -96,7 +94,7 @@ def largest_gap(fine, coarse):
     """Largest distance between the vertices of `coarse (m+1, 6)` and the same ones of `fine (2m+1, 6)`."""
     worst = 0.0
     for i in range(coarse.shape[0]):
-        worst = max(worst, np.hypot(fine[2 * i, 0] - coarse[i, 0], fine[2 * i, 1] - coarse[i, 1]))
+        worst = max(worst, np.hypot(fine[2 * i, X] - coarse[i, X], fine[2 * i, Y] - coarse[i, Y]))
     return worst
 
 
@@ -125,7 +123,7 @@ def climb_levels(rod, edges, phi, multipliers, tolerance, most_edges):
     of unstable directions on the finest level (-1 if the equilibrium was lost there), Newton iterations in all, and
     the finest level's number of edges. Stops at `most_edges` with the estimate reached by then.
     """
-    free = released(make_problem(rod, edges))
+    free = make_problem(rod, edges)
     spent, unstable = newton(free, phi, multipliers, POLISH)
     fine_table = vertex_table(free, phi, multipliers)
     fine_scalars = level_scalars(free, phi, multipliers, fine_table)
@@ -151,7 +149,7 @@ def climb_levels(rod, edges, phi, multipliers, tolerance, most_edges):
         for a in range(multipliers.size):
             multipliers[a] += 0.25 * pulled[a]
             pulled[a] = multipliers[a] - 0.25 * pulled[a]
-        free = released(make_problem(rod, halved(edges)))
+        free = make_problem(rod, halved(edges))
         iterations, unstable = newton(free, phi, multipliers, POLISH)
         spent += abs(iterations)
         if iterations < 0 or largest_change(phi, start) > 0.5:
@@ -206,9 +204,9 @@ def interpolate(table, edges, places, out):
         out[i, 1] = 0.0
         for end in range(2):
             row = table[j + end]
-            cosine, sine = np.cos(row[2]), np.sin(row[2])
-            speed = h * (1.0 + row[4])
-            gain, turn = h * h * row[5], h * speed * row[3]
+            cosine, sine = np.cos(row[ANGLE]), np.sin(row[ANGLE])
+            speed = h * (1.0 + row[STRAIN])
+            gain, turn = h * h * row[STRAIN_SLOPE], h * speed * row[CURVATURE]
             value, slope, bend = share[end], share[2 + end], share[4 + end]
-            out[i, 0] += value * row[0] + (slope * speed + bend * gain) * cosine - bend * turn * sine
-            out[i, 1] += value * row[1] + (slope * speed + bend * gain) * sine + bend * turn * cosine
+            out[i, 0] += value * row[X] + (slope * speed + bend * gain) * cosine - bend * turn * sine
+            out[i, 1] += value * row[Y] + (slope * speed + bend * gain) * sine + bend * turn * cosine

@@ -22,7 +22,15 @@ from curveline.rod.planar.sweep import (
     settle_at,
     sweep_heights,
 )
-from curveline.rod.problem import largest_change, make_problem, mean_height, mesh, refine_angles, released
+from curveline.rod.problem import (
+    held_in_height,
+    largest_change,
+    make_problem,
+    mean_height,
+    mesh,
+    refine_angles,
+    released,
+)
 
 SEEK_PARTS = 4
 """Parts of an edge where a spline leads to no equilibrium of the coarse rod: that has its folds earlier."""
@@ -105,10 +113,10 @@ def search_edges(rod, n):
     """
     edges = mesh(rod.at, n)
     seek_edges = divided(edges, SEEK_PARTS)
-    problem = make_problem(rod, edges)
+    free = make_problem(rod, edges)
+    problem = held_in_height(free)
     found, near = nothing_found(edges.size), nowhere_near(edges.size)
     sought = nothing_found(seek_edges.size)
-    free = released(problem)
     phi = np.empty(edges.size)
     for side in (1.0, -1.0):
         spline.guess(rod.chord, rod.ends, side, phi)
@@ -119,7 +127,7 @@ def search_edges(rod, n):
             sweep_ridge(problem, phi, found, near)
         if not is_new:
             if not is_there:
-                finer = released(make_problem(rod, seek_edges))
+                finer = make_problem(rod, seek_edges)
                 seek_from(finer, refine_angles(problem, phi, SEEK_PARTS), sought)
             held = np.zeros(3)
             if settle_at(problem, mean_height(problem, phi), phi, held, phi.copy()):
@@ -153,7 +161,7 @@ def may_be_stable(rod, edges, found):
     for i in range(count):
         may_be[i] = found.unstable[i] == 0.0
         if found.unstable[i] == 1.0:
-            free = released(make_problem(rod, edges))
+            free = make_problem(rod, edges)
             may_be[i] = lowest_eigenvalue(free, found.shapes[i], found.multipliers[i], 0.1) > BARELY
     return may_be
 

@@ -20,13 +20,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array
 from curveline.rod.spatial.bands import cholesky, solve_factored, times
 from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, energy, moved, positions
 from curveline.rod.spatial.inertia import Pull, add_pull, add_viscosity, lumped, spun, strained
 from curveline.rod.spatial.relax import RelaxEnding as Rest
 from curveline.rod.spatial.relax import descend, is_stable
-from curveline.rod.spatial.segment import SpatialSegment
 from curveline.units import STANDARD_GRAVITY
 
 CLOSE = 1e-7
@@ -116,15 +116,14 @@ class FallMotion:
         return times, places.T.reshape(count, *self.places.shape[1:])
 
 
-def time_unit(segment: SpatialSegment) -> float:
+def time_unit(segment: ClampedRod) -> float:
     """Seconds per unit of time: sqrt(m L^4 / EI), with the free length L and the section's own mass per length m."""
-    rod = segment.rod
-    return math.sqrt(segment.section.weight / STANDARD_GRAVITY * rod.free_length**4 / rod.stiffness)
+    return math.sqrt(segment.section.weight / STANDARD_GRAVITY * segment.free_length**4 / segment.stiffness)
 
 
-def medium_of(segment: SpatialSegment) -> Medium:
+def medium_of(segment: ClampedRod) -> Medium:
     """The rotary inertia of a segment's section, with the usual damping."""
-    return Medium(gyration=segment.section.gyration / segment.rod.free_length)
+    return Medium(gyration=segment.section.gyration / segment.free_length)
 
 
 def at_rest(rod: SpatialRod, shape: Shape) -> Motion:

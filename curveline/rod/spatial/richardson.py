@@ -8,17 +8,18 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod._jit import njit
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.closest_approach import nearest_parts
 from curveline.rod.geometry.crossings import APART, crosses_itself, crosses_tails
 from curveline.rod.geometry.hermite import integral
 from curveline.rod.geometry.rotations import between, exponential, logarithm, matrix_of, multiply
-from curveline.rod.geometry.space_curve import SpaceCurve
+from curveline.rod.geometry.space_curve import SpaceCurve, X, Y, Z
 from curveline.rod.planar.richardson import ROUNDING
 from curveline.rod.problem import Array, halved
 from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, cell_of, energy, moments, positions, relative
+from curveline.rod.spatial.lifting import clamp_tangents, relax_in_space, spatial_rod, stays_in_plane
 from curveline.rod.spatial.linking_number import turns
 from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, is_stable, lowest_mode, settle
-from curveline.rod.spatial.segment import SpatialSegment, relax_in_space, stays_in_plane
 from curveline.rod.spatial.terms import bend, loads
 from curveline.rod.states.equilibrium import SPATIAL, Equilibrium, Outcome, tail_of
 
@@ -145,7 +146,7 @@ def _steps_on(edges: int) -> int:
     return max(FEWEST_STEPS, min(MOST_STEPS, EDGES_MOVED // edges))
 
 
-def climb(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tolerance: float) -> Climbed:
+def climb(segment: ClampedRod, rod: SpatialRod, relaxed: Relaxed, tolerance: float) -> Climbed:
     """Refine a state on the edges of `rod` until its error is below `tolerance`, in units of the length."""
     here = _level(rod, relaxed.shape)
     best, places, error = here, rod.edges, math.inf
@@ -155,7 +156,7 @@ def climb(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tolerance:
     while relaxed.ending is RelaxEnding.SETTLED and 2 * rod.edges.size <= MOST_EDGES and error > tolerance:
         lowest_before, lowest = lowest, lowest_mode(rod, relaxed.shape)[0]
         places = rod.edges
-        finer = segment.spatial_rod(np.asarray(halved(rod.edges)))
+        finer = spatial_rod(segment, np.asarray(halved(rod.edges)))
         relaxed = settle(finer, refined(rod, relaxed.shape), _steps_on(finer.edges.size))
         rod = finer
         iterations += relaxed.iterations
@@ -181,7 +182,7 @@ def climb(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tolerance:
     )
 
 
-def _lost_turns(segment: SpatialSegment, rod: SpatialRod, shape: Shape) -> float:
+def _lost_turns(segment: ClampedRod, rod: SpatialRod, shape: Shape) -> float:
     """By how many turns a state differs from what the roll of the clamps puts into the rod."""
     return abs(turns(rod, shape) - (segment.roll[1] - segment.roll[0]) / (2.0 * math.pi))
 
@@ -212,7 +213,7 @@ def _gap(fine: Array, coarse: Array) -> float:
     return float(np.max(np.linalg.norm(fine[::2, :3] - coarse[:, :3], axis=1)))
 
 
-def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: float) -> Equilibrium:
+def refine_in_space(segment: ClampedRod, state: Equilibrium, tolerance: float) -> Equilibrium:
     """The stable state in space to which the planar `state` leads, refined to `tolerance` [m].
 
     Never raises for numerical reasons: see `Outcome`.
@@ -229,9 +230,9 @@ def refine_in_space(segment: SpatialSegment, state: Equilibrium, tolerance: floa
     )
 
 
-def refine_shape(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tolerance: float) -> Equilibrium:
+def refine_shape(segment: ClampedRod, rod: SpatialRod, relaxed: Relaxed, tolerance: float) -> Equilibrium:
     """The state that has `relaxed` on the edges of `rod`, refined to `tolerance` [m]."""
-    planar, length = segment.rod, segment.rod.free_length
+    length = segment.free_length
     climbed = climb(segment, rod, relaxed, tolerance / length)
     space = _curve(segment, climbed)
     table = _front(space)
@@ -242,22 +243,22 @@ def refine_shape(segment: SpatialSegment, rod: SpatialRod, relaxed: Relaxed, tol
         outcome=_outcome(climbed, tolerance / length),
         stable=climbed.is_stable and not climbed.passed and float(level.eigenvalue) > -NEUTRAL,
         wanted=False,
-        energy=float(level.energy + level.potential) * planar.stiffness / length,
+        energy=float(level.energy + level.potential) * segment.stiffness / length,
         error=climbed.error * length,
         vertices=climbed.vertices,
         iterations=climbed.iterations,
         lowest_eigenvalue=float(level.eigenvalue),
-        winding=planar.winding,
+        winding=segment.winding,
         crosses_itself=is_flat and bool(crosses_itself(table)),
-        wraps_clamp=is_flat and bool(crosses_tails(table, tail_of(planar))),
+        wraps_clamp=is_flat and bool(crosses_tails(table, tail_of(segment))),
         clearance=_clearance(space),
         mean_height=_mean_height(space),
         clamp_force=space.forces[:, :2].copy(),
-        clamp_moment=space.moments[:, 2].copy(),
+        clamp_moment=space.moments[:, Z].copy(),
         max_curvature=float(np.max(level.bends)) / length,
         vertices_table=table,
         edges=space.edges,
-        rod=planar,
+        rod=segment,
         model=SPATIAL,
         space=space,
     )
@@ -274,20 +275,20 @@ def _outcome(climbed: Climbed, tolerance: float) -> Outcome:
     return Outcome.CONVERGED if climbed.error <= tolerance else Outcome.COARSE
 
 
-def _curve(segment: SpatialSegment, climbed: Climbed) -> SpaceCurve:
+def _curve(segment: ClampedRod, climbed: Climbed) -> SpaceCurve:
     """The refined curve in SI, in the frame of the left pivot."""
-    rod, length = segment.rod, segment.rod.free_length
-    tangents = segment.clamp_tangents()
+    length, clamp = segment.free_length, segment.clamp
+    tangents = clamp_tangents(segment)
     table = climbed.level.table * np.repeat([length, 1.0, 1.0 / length], 3)
-    table[:, :3] += 0.5 * rod.clamp * tangents[0]
-    force = rod.stiffness / length**2
+    table[:, :3] += 0.5 * clamp * tangents[0]
+    force = segment.stiffness / length**2
     return SpaceCurve(
         table=table,
         edges=climbed.edges * length,
         tangents=tangents,
-        chord=np.array([*rod.chord, 0.0]),
-        length=rod.length,
-        clamp=rod.clamp,
+        chord=np.array([*segment.chord, 0.0]),
+        length=segment.length,
+        clamp=clamp,
         forces=climbed.level.forces * force,
         moments=climbed.level.moments * force * length,
     )
@@ -299,23 +300,23 @@ def _mean_height(space: SpaceCurve) -> float:
     Slopes and second derivatives are those of the table: seen from the front, a rod in space is not as long as it is.
     """
     x, y = space.chord[:2]
-    heights = x * space.table[:, 1::3] - y * space.table[:, 0::3]
+    heights = x * space.coordinate(Y) - y * space.coordinate(X)
     return float(integral(heights, space.edges)) / max(math.hypot(x, y), 1e-300) / (space.length - space.clamp)
 
 
 def _front(space: SpaceCurve) -> Array:
     """Table (m+1, 6) of the curve as it looks from the front: see `Equilibrium.vertices_table`."""
-    slope, bend = space.table[:, 3:6], space.table[:, 6:]
+    slope, bend = space.slopes, space.bends
     speed = np.linalg.norm(slope, axis=1)
-    angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
-    seen = np.maximum(slope[:, 0] ** 2 + slope[:, 1] ** 2, 1e-300)
-    turning = (slope[:, 0] * bend[:, 1] - slope[:, 1] * bend[:, 0]) / seen
+    angle = np.unwrap(np.arctan2(slope[:, Y], slope[:, X]))
+    seen = np.maximum(slope[:, X] ** 2 + slope[:, Y] ** 2, 1e-300)
+    turning = (slope[:, X] * bend[:, Y] - slope[:, Y] * bend[:, X]) / seen
     gain = np.sum(slope * bend, axis=1) / speed
-    return np.column_stack([space.table[:, :2], angle, turning, speed - 1.0, gain])
+    return np.column_stack([space.vertices[:, :Z], angle, turning, speed - 1.0, gain])
 
 
 def _clearance(space: SpaceCurve) -> float:
     """Smallest distance in space between vertices that are not neighbours [m]."""
-    places = space.table[:, :3]
+    places = space.vertices
     apart = max(2, int(APART * (len(places) - 1)))
     return float(nearest_parts(places, apart, np.linalg.norm(places[-1] - places[0])))

@@ -15,13 +15,15 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod._jit import njit
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import between, exponential, logarithm, multiply
+from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.problem import Array, halved
 from curveline.rod.spatial.energy import Shape, SpatialRod, energy, positions
+from curveline.rod.spatial.lifting import spatial_rod
 from curveline.rod.spatial.linking_number import turns
 from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, descend, largest_turn, lowest_mode, settle
 from curveline.rod.spatial.richardson import SLIPPED, refined
-from curveline.rod.spatial.segment import SpatialSegment
 from curveline.rod.spatial.twisting import spread_twist, spun
 from curveline.units import deg
 
@@ -102,7 +104,7 @@ class _Survey:
     `lost` are those that fell just before what is asked for, and where they last were.
     """
 
-    segment: SpatialSegment
+    segment: ClampedRod
     rod: SpatialRod
     places: range
     met: dict[int, list[Met]] = field(default_factory=dict)
@@ -145,10 +147,10 @@ Resting = tuple[SpatialRod, Shape]
 """A stable shape, and the rod that is cut as it is."""
 
 
-def search_in_space(segment: SpatialSegment, seeds: Sequence[Resting]) -> list[Resting]:
+def search_in_space(segment: ClampedRod, seeds: Sequence[Resting]) -> list[Resting]:
     """Stable shapes of a segment that are none of the `seeds`."""
     is_flat = segment.is_nearly_flat
-    rod = segment.spatial_rod(segment.edges(FLAT_EDGES if is_flat else EDGES))
+    rod = spatial_rod(segment, fitting_mesh(segment.scaled(), FLAT_EDGES if is_flat else EDGES))
     survey = _Survey(segment, rod, _places(segment.roll[1] - segment.roll[0]))
     for own, shape in seeds:
         _take(survey, _on(rod, own, shape), settle)
@@ -217,7 +219,7 @@ def _looked_closer(survey: _Survey, place: int, shape: Shape) -> list[Resting]:
     rod = survey.rod
     for _ in range(FINER):
         shape = refined(survey.rod_at(place)._replace(edges=rod.edges), shape)
-        rod = survey.segment.spatial_rod(np.asarray(halved(rod.edges)))
+        rod = spatial_rod(survey.segment, np.asarray(halved(rod.edges)))
     fine = _Survey(survey.segment, rod, survey.places)
     here = fine.relax(place, shape, settle)
     if here is None:
@@ -254,7 +256,7 @@ def starts(rod: SpatialRod, sides: Sides) -> Iterator[Curve]:
             yield Curve(OFF + sides.whole / sides.number * side, slack, bump)
 
 
-def started(segment: SpatialSegment, rod: SpatialRod, curve: Curve) -> Shape:
+def started(segment: ClampedRod, rod: SpatialRod, curve: Curve) -> Shape:
     """The shape of a start."""
     frames = started_frames(rod, segment.roll[1] - segment.roll[0], curve)
     return Shape(np.zeros(rod.edges.size), frames)

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from curveline.rod._jit import njit
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
 from curveline.rod.geometry.hermite import integral
 from curveline.rod.geometry.space_curve import SpaceCurve
+from curveline.rod.geometry.vertex_table import ANGLE, CURVATURE, STRAIN_SLOPE, X, Y
 from curveline.rod.planar.richardson import (
     ACROSS,
-    ANGLE,
     EIGENVALUE,
     FIRST_CURVATURE,
     LAST_CURVATURE,
@@ -26,7 +26,7 @@ from curveline.rod.planar.richardson import (
     climb_levels,
     interpolate,
 )
-from curveline.rod.problem import Array, Bearing, Pose, ScaledRod, scale_rod
+from curveline.rod.problem import Array
 
 MOST_EDGES = 50_000
 PLANAR = "planar"
@@ -50,75 +50,6 @@ class Outcome(Enum):
     UNWOUND = "on its way the rod would pass through itself: ask for less roll, yaw or load out of the plane"
     UNSTABLE = "an equilibrium, but not a stable one: the rod leaves it"
     BUCKLES = "stable in its plane, but not in space: the spatial model shows where the rod buckles to"
-
-
-@dataclass(frozen=True)
-class ClampedRod:
-    """One segment as the physics sees it, in SI: a uniform rod from clamp to clamp.
-
-    `chord` leads from pivot to pivot; `length` is counted between pivots; the bearings hold `clamp` of rod straight,
-    centred on the pivots. The tangent turns by `winding` further full turns from clamp to clamp. `loads` are
-    (fraction of `length`, force x, force y) in order of the fraction.
-    """
-
-    chord: tuple[float, float]  # [m]
-    start: float  # [rad]
-    end: float  # [rad]
-    length: float  # [m]
-    clamp: float  # [m]
-    stiffness: float  # EI [N m^2]
-    weight: float  # [N/m], downwards
-    natural_curvature: float = 0.0  # [1/m]
-    loads: tuple[tuple[float, float, float], ...] = ()
-    winding: int = 0
-    stretching: float = math.inf  # EA [N]; infinite for an inextensible rod
-
-    @property
-    def free_length(self) -> float:
-        """Length of the rod outside the bearings [m]."""
-        return self.length - self.clamp
-
-    @property
-    def free_start(self) -> tuple[float, float]:
-        """Where the free rod begins, seen from the left pivot [m]."""
-        return 0.5 * self.clamp * math.cos(self.start), 0.5 * self.clamp * math.sin(self.start)
-
-    @property
-    def free_chord(self) -> tuple[float, float]:
-        """From where the free rod begins to where it ends [m]."""
-        half = 0.5 * self.clamp
-        return (
-            self.chord[0] - half * (math.cos(self.start) + math.cos(self.end)),
-            self.chord[1] - half * (math.sin(self.start) + math.sin(self.end)),
-        )
-
-    @property
-    def pose(self) -> Pose:
-        """What the two nodes impose."""
-        return Pose(float(self.chord[0]), float(self.chord[1]), float(self.start), float(self.end), float(self.length))
-
-    @property
-    def bearing(self) -> Bearing:
-        """What stays the same when the nodes move."""
-        compliance = float(self.stiffness / self.stretching)
-        curvature = float(self.natural_curvature)
-        return Bearing(float(self.clamp), float(self.stiffness), float(self.weight), curvature, compliance)
-
-    @property
-    def turn(self) -> float:
-        """How far the tangent turns from clamp to clamp [rad]."""
-        return self.end - self.start + 2.0 * math.pi * self.winding
-
-    def scaled(self) -> ScaledRod:
-        """The free rod in units of its length and EI; its arrays are not to be written to."""
-        return self._scaled
-
-    @cached_property
-    def _scaled(self) -> ScaledRod:
-        loads = np.array(self.loads, dtype=float).reshape(-1, 3)
-        turned = self.pose._replace(end=self.pose.end + 2.0 * math.pi * self.winding)
-        rod: ScaledRod = scale_rod(turned, self.bearing, loads)
-        return rod
 
 
 @dataclass(frozen=True)
@@ -172,6 +103,11 @@ class Equilibrium:
         return column
 
     @property
+    def multipliers(self) -> Array:
+        """Those of the planar rod in units of its length and EI, (2,): the force of the last clamp, reversed."""
+        return -self.clamp_force[1] * (self.rod.free_length**2 / self.rod.stiffness)
+
+    @property
     def simple(self) -> bool:
         """True if a planar display can show this state."""
         return self.is_untangled and not self.leaves_plane
@@ -185,8 +121,7 @@ class Equilibrium:
         """Angles (n,) and multipliers (2,) from which Newton finds the state again on `edges (n,)` that sum to 1."""
         places = np.concatenate([[0.0], np.cumsum(self.edges)])
         middles = (np.cumsum(edges) - 0.5 * edges) * places[-1]
-        unit = self.rod.free_length**2 / self.rod.stiffness
-        return np.interp(middles, places, self.angles), -self.clamp_force[1] * unit
+        return np.interp(middles, places, self.angles), self.multipliers
 
     def curve(self, points: int) -> Array:
         """`points` positions (points, 2) [m] in the plane, equally spaced in arc length from pivot to pivot."""
@@ -247,7 +182,7 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
         vertices_table=table,
         edges=places,
         rod=rod,
-        model=PLANAR if math.isinf(rod.stretching) else EXTENSIBLE,
+        model=EXTENSIBLE if rod.is_extensible else PLANAR,
     )
 
 
@@ -270,7 +205,7 @@ def _clamp_wrench(rod: ClampedRod, scalars: list[float]) -> tuple[Array, Array]:
     length, natural = rod.free_length, rod.natural_curvature
     unit = rod.stiffness / length**2
     across, up = -scalars[ACROSS] * unit, -scalars[UP] * unit
-    push, lift = math.fsum(load[1] for load in rod.loads), math.fsum(load[2] for load in rod.loads)
+    push, lift = math.fsum(load.x for load in rod.loads), math.fsum(load.y for load in rod.loads)
     first, last = (scalars[place] / length - natural for place in (FIRST_CURVATURE, LAST_CURVATURE))
     moments = [-rod.stiffness * first, rod.stiffness * last]
     return np.array([[-push - across, rod.weight * length - lift - up], [across, up]]), np.array(moments)
@@ -314,10 +249,10 @@ def _in_metres(table, edges, frame, start, chord):
     inverse = 1.0 / length
     sharpest = 0.0
     for j in range(table.shape[0]):
-        table[j, 0] = table[j, 0] * length + start[0]
-        table[j, 1] = table[j, 1] * length + start[1]
-        table[j, 3] *= inverse
-        table[j, 5] *= inverse
-        sharpest = max(sharpest, abs(table[j, 3] - natural))
+        table[j, X] = table[j, X] * length + start[0]
+        table[j, Y] = table[j, Y] * length + start[1]
+        table[j, CURVATURE] *= inverse
+        table[j, STRAIN_SLOPE] *= inverse
+        sharpest = max(sharpest, abs(table[j, CURVATURE] - natural))
     area = _area_under(table, edges, chord)
     return crosses_itself(table), crosses_tails(table, tail), clearance(table), area, sharpest

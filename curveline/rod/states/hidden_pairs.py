@@ -11,7 +11,7 @@ from typing import NamedTuple
 from curveline.rod.planar.dips import bottom, bottom_near, let_go
 from curveline.rod.planar.search import DOUBTFUL, divided, doubtful
 from curveline.rod.planar.sweep import BARELY, MetEquilibria, Near, nothing_found
-from curveline.rod.problem import Array, ScaledRod, largest_change, make_problem, refine_angles
+from curveline.rod.problem import Array, ScaledRod, held_in_height, largest_change, make_problem, refine_angles
 
 PARTS = 4
 """Parts of an edge from one look at a dip to the next: a fold moves with the square of the edge, 0.1 % at 100 edges."""
@@ -51,7 +51,7 @@ def pairs_near(scaled: ScaledRod, edges: Array, near: Near) -> tuple[Finer, bool
     for place in range(int(near.filled[0])):
         phi, force = near.shapes[place].copy(), near.forces[place].copy()
         sign = math.copysign(1.0, force[2])
-        problem = make_problem(scaled, edges)
+        problem = held_in_height(make_problem(scaled, edges))
         height, bend = bottom(problem, near.heights[place], phi, force, sign)
         if any(largest_change(phi, other) < SAME_DIP for other in seen):
             continue
@@ -70,7 +70,7 @@ def _seek_pair(scaled: ScaledRod, edges: Array, dip: Dip, finer: Finer) -> bool:
     slope = sign * force[2]
     while bend > 0.0:
         n = edges.size
-        problem = make_problem(scaled, edges)
+        problem = held_in_height(make_problem(scaled, edges))
         found = finer.setdefault(n, (edges, nothing_found(n)))[1]
         is_there = slope < 0.0 and let_go(problem, (height, bend), phi.copy(), force.copy(), sign, found)
         share = (COARSE / n) ** 2
@@ -78,7 +78,7 @@ def _seek_pair(scaled: ScaledRod, edges: Array, dip: Dip, finer: Finer) -> bool:
             return True
         phi = refine_angles(problem, phi, PARTS)
         edges = divided(edges, PARTS)
-        height, below = bottom_near(make_problem(scaled, edges), (height, bend), phi, force, sign)
+        height, below = bottom_near(held_in_height(make_problem(scaled, edges)), (height, bend), phi, force, sign)
         gain = (sign * below - slope) / (PARTS**2 - 1)
         if math.isnan(below):
             return False

@@ -13,12 +13,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.approach import THIN, approach, easier, graded_mesh, laid_out, layer, loop_edges
 from curveline.rod.planar.newton import newton
 from curveline.rod.planar.search import may_be_stable, relax_from, search_edges
 from curveline.rod.planar.sweep import CERTIFY, MetEquilibria, keep, nothing_found
-from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, released
-from curveline.rod.states.equilibrium import ClampedRod, Equilibrium, Outcome, refine
+from curveline.rod.problem import Array, ScaledRod, make_problem, mesh
+from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.hidden_pairs import pairs_near
 from curveline.rod.states.identity import named, same_curve
 
@@ -36,18 +37,18 @@ FALL_EDGES = 12_000
 NUDGE = 0.01
 """Disturbance [rad], neither symmetric nor antisymmetric, with which the rod leaves a saddle."""
 
-Met = list[tuple[Array, MetEquilibria]]
+MetOnEdges = list[tuple[Array, MetEquilibria]]
 """Edges and the equilibria met on them."""
 
 
-def search_turned(rod: ScaledRod, n: int) -> Met:
+def search_turned(rod: ScaledRod, n: int) -> MetOnEdges:
     """Stable states of a rod whose clamp angles differ by a further turn: loops on a taut rod.
 
     The loop starts at either end and in the middle; there is no sweep, so this is a sample, not a complete list.
     """
     edges = mesh(rod.at, n)
     found = nothing_found(edges.size)
-    free = released(make_problem(rod, edges))
+    free = make_problem(rod, edges)
     places = np.cumsum(edges) - 0.5 * edges
     for begin in (0.0, 0.25, 0.5):
         turned = np.clip(2.0 * (places - begin), 0.0, 1.0)
@@ -55,11 +56,11 @@ def search_turned(rod: ScaledRod, n: int) -> Met:
     return [(edges, found)]
 
 
-def search_wide(rod: ScaledRod, n: int) -> Met:
+def search_wide(rod: ScaledRod, n: int) -> MetOnEdges:
     """Stable states reached downhill from waves of two lengths: for long rods and steep clamps, where splines fold."""
     edges = mesh(rod.at, n)
     found = nothing_found(edges.size)
-    free = released(make_problem(rod, edges))
+    free = make_problem(rod, edges)
     places = np.cumsum(edges) - 0.5 * edges
     ramp = rod.ends[0] + (rod.ends[1] - rod.ends[0]) * places
     for first in (0.0, 2.0, -2.0):
@@ -69,14 +70,14 @@ def search_wide(rod: ScaledRod, n: int) -> Met:
     return [(edges, found)]
 
 
-def search_from_easier(rod: ScaledRod, winding: int) -> Met:
+def search_from_easier(rod: ScaledRod, winding: int) -> MetOnEdges:
     """Stable states reached from those of a slacker and lighter rod, on edges graded towards clamps and loads.
 
     The loops of further turns lie anywhere: for those all edges are short.
     """
     edges = mesh(rod.at, loop_edges(rod)) if winding else graded_mesh(rod)
     easy = easier(rod, 0.0)
-    free, easy_free = released(make_problem(rod, edges)), released(make_problem(easy, edges))
+    free, easy_free = make_problem(rod, edges), make_problem(easy, edges)
     begun, found = nothing_found(edges.size), nothing_found(edges.size)
     for coarse, met in search_turned(easy, TURNED_EDGES) if winding else _search_harder(easy)[0]:
         for i in range(int(met.filled[0])):
@@ -107,7 +108,7 @@ def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (
     return named(states)
 
 
-def _refined(rod: ClampedRod, met: Met, tolerance: float, states: list[Equilibrium]) -> bool:
+def _refined(rod: ClampedRod, met: MetOnEdges, tolerance: float, states: list[Equilibrium]) -> bool:
     """Add the stable states among the equilibria `met` to `states`; False if one of them is lost on finer edges.
 
     Then it lies near a cusp, where another one may hide.
@@ -137,7 +138,7 @@ def _fallen(saddle: Equilibrium, tolerance: float) -> list[Equilibrium]:
     while saddle.outcome is Outcome.UNSTABLE and n <= FALL_EDGES:
         scaled = rod.scaled()
         edges = mesh(scaled.at, n)
-        free = released(make_problem(scaled, edges))
+        free = make_problem(scaled, edges)
         phi, force = saddle.start_on(edges)
         if newton(free, phi, force, CERTIFY)[1] > 0:
             found = nothing_found(edges.size)
@@ -150,7 +151,7 @@ def _fallen(saddle: Equilibrium, tolerance: float) -> list[Equilibrium]:
     return []
 
 
-def _raw(scaled: ScaledRod, winding: int) -> tuple[Met, tuple[int, ...]]:
+def _raw(scaled: ScaledRod, winding: int) -> tuple[MetOnEdges, tuple[int, ...]]:
     """Edges and equilibria of the scaled rod, from the searches that its length, clamps and loads call for.
 
     And the finer edges that were not searched with. Taut and heavy rods bend in layers too thin for the edges of a
@@ -164,14 +165,14 @@ def _raw(scaled: ScaledRod, winding: int) -> tuple[Met, tuple[int, ...]]:
     return met, finer
 
 
-def _search_harder(scaled: ScaledRod) -> tuple[Met, tuple[int, ...]]:
+def _search_harder(scaled: ScaledRod) -> tuple[MetOnEdges, tuple[int, ...]]:
     """Edges and equilibria from searches with ever finer edges, until one shows a stable state, and the edges left.
 
     It goes on while a state may hide: beside one that is about to end, or at a fold that could not be followed.
     """
     steep = max(map(abs, scaled.ends.tolist())) > STEEP
     long = LONG * math.hypot(*scaled.chord.tolist()) < 1.0
-    met: Met = []
+    met: MetOnEdges = []
     finer: tuple[int, ...] = SEARCH_EDGES
     while finer:
         n, finer = finer[0], finer[1:]
@@ -184,7 +185,7 @@ def _search_harder(scaled: ScaledRod) -> tuple[Met, tuple[int, ...]]:
     return met, finer
 
 
-def _search(scaled: ScaledRod, n: int) -> tuple[Met, bool]:
+def _search(scaled: ScaledRod, n: int) -> tuple[MetOnEdges, bool]:
     """What a search with about n edges meets, and a finer rod near folds; False if finer edges may show more."""
     coarse, sought, near, unclear = search_edges(scaled, n)
     if near.filled[0] == 0.0:
@@ -193,7 +194,7 @@ def _search(scaled: ScaledRod, n: int) -> tuple[Met, bool]:
     return [coarse, sought, *finer.values()], is_followed and not unclear
 
 
-def _is_stable(met: Met) -> bool:
+def _is_stable(met: MetOnEdges) -> bool:
     """True if any of the equilibria is stable."""
     return any(0.0 in found.unstable[: int(found.filled[0])] for _, found in met if found.filled[0])
 

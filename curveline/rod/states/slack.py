@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from curveline.rod.problem import Array, Bearing
-from curveline.rod.states.equilibrium import ClampedRod
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.problem import Array, Bearing, Pose
 
 STRAIGHT = 5e-4
 """Up to this excess of the free rod over its chord, as a fraction, it counts as straight: play and stretch decide which
@@ -17,10 +17,12 @@ way it bends, a quarter of a millimetre on the built-in displays."""
 
 def has_spare(poses: Array, bearing: Bearing) -> NDArray[np.bool_]:
     """True (m,) where there is rod to spare between the clamps at `poses (m, 5)`."""
-    x, y, start, end, length = poses.T
+    at = Pose(*poses.T)
     half = 0.5 * bearing.clamp
-    chord = np.hypot(x - half * (np.cos(start) + np.cos(end)), y - half * (np.sin(start) + np.sin(end)))
-    spare: NDArray[np.bool_] = length - bearing.clamp > chord * (1.0 + STRAIGHT)
+    chord = np.hypot(
+        at.x - half * (np.cos(at.start) + np.cos(at.end)), at.y - half * (np.sin(at.start) + np.sin(at.end))
+    )
+    spare: NDArray[np.bool_] = at.length - bearing.clamp > chord * (1.0 + STRAIGHT)
     return spare
 
 
