@@ -36,9 +36,9 @@ class NotebookListener(RunListener):
 
     def computing(self) -> None:
         """See Listener."""
-        from curveline.rod import _jit
+        from curveline.kernels import readiness
 
-        if _jit.FIRST_RUN and not self._is_told:
+        if readiness.is_first_run() and not self._is_told:
             self._is_told = True
             self.note("compiling kernels, about half a minute, once")
 

@@ -7,7 +7,8 @@ import os
 from contextlib import suppress
 from typing import Any
 
-from curveline.rod import _jit
+from curveline.kernels import cache
+from curveline.kernels.compiled import KernelCache
 
 BYTES = 1 << 40
 
@@ -18,14 +19,14 @@ def take_turns() -> None:
         import fcntl
     except ImportError:
         return
-    file = os.open(_jit.CACHE / "turns", os.O_RDWR | os.O_CREAT, 0o600)
-    load, save = _jit._Cache.load_overload, _jit._Cache.save_overload
+    file = os.open(cache.folder() / "turns", os.O_RDWR | os.O_CREAT, 0o600)
+    load, save = KernelCache.load_overload, KernelCache.save_overload
 
-    def turn(kernel: _jit._Cache) -> int:
+    def turn(kernel: KernelCache) -> int:
         """The byte of the file that stands for a kernel: also for two kinds of arguments, numba keeps one index."""
         return int.from_bytes(hashlib.sha256(kernel._cache_file._index_path.encode()).digest()) % BYTES
 
-    def load_or_begin(kernel: _jit._Cache, sig: Any, context: Any) -> Any:
+    def load_or_begin(kernel: KernelCache, sig: Any, context: Any) -> Any:
         found = load(kernel, sig, context)
         if found is None:
             with suppress(OSError):  # the system lets no two processes wait for each other
@@ -35,10 +36,10 @@ def take_turns() -> None:
                 fcntl.lockf(file, fcntl.LOCK_UN, 1, turn(kernel))
         return found
 
-    def save_and_end(kernel: _jit._Cache, sig: Any, data: Any) -> None:
+    def save_and_end(kernel: KernelCache, sig: Any, data: Any) -> None:
         try:
             save(kernel, sig, data)
         finally:
             fcntl.lockf(file, fcntl.LOCK_UN, 1, turn(kernel))
 
-    _jit._Cache.load_overload, _jit._Cache.save_overload = load_or_begin, save_and_end  # type: ignore[method-assign]
+    KernelCache.load_overload, KernelCache.save_overload = load_or_begin, save_and_end  # type: ignore[method-assign]

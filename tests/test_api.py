@@ -15,9 +15,9 @@ import pytest
 import curveline
 from curveline.driving.session import Session
 from curveline.errors import Infeasible, InvalidInput, LinkError, MissingExtra
+from curveline.kernels import readiness
 from curveline.listening import Listener
 from curveline.radio.host.link import Control, OperatorRequest
-from curveline.rod import _jit
 
 SHAPES = Path(__file__).parents[1] / "shapes"
 PEAK, VALLEY = SHAPES / "level-up-peak.toml", SHAPES / "level-up-valley.toml"
@@ -281,7 +281,7 @@ def test_a_traceback_has_the_hint() -> None:
 
 def test_who_listens_is_told_of_kernels_once(monkeypatch: pytest.MonkeyPatch) -> None:
     shown: list[str] = []
-    monkeypatch.setattr(_jit, "FIRST_RUN", True)
+    monkeypatch.setattr(readiness, "is_first_run", lambda: True)
     monkeypatch.setattr(curveline.NotebookListener, "note", lambda self, text: shown.append(text))
     monkeypatch.setitem(sys.modules, "IPython.display", ModuleType("IPython.display"))
     listener = curveline.NotebookListener()

@@ -17,7 +17,7 @@ MODULES = sorted(ROOT.rglob("*.py"))
 
 LEFT_TO_RIGHT = """
 _version errors units phrases listening notebook sections scene system drive_settings plan_file shapes
-rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
+kernels rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
 simulation loading planning replay displays figures outputs driving notebook_listener bench/methods bench api
 cli/printing cli/printing/progress cli/printing/help cli/printing/reports cli cli/commands cli/app
@@ -27,16 +27,18 @@ ROOMS = LEFT_TO_RIGHT.split()
 
 APART = {
     "system": {"scene", "sections"},
-    "rod": set(ROOMS) - {"rod", "units", "errors"},
+    "kernels": set(ROOMS) - {"kernels"},
+    "rod": set(ROOMS) - {"rod", "kernels", "units", "errors"},
     "radio": {"rod", "scene", "sections", "shapes"},
     "plan_file": {"shapes"},
 }
 """What a part may not import, although it stands to its left."""
 
 ONLY_IN = {
-    "numba": {"rod", "bench"},
+    "numba": {"kernels", "bench"},
+    "llvmlite": {"kernels"},
     "scipy": {"rod"},
-    "numpy": {"rod", "bench", "figures", "loading", "planning", "replay", "simulation"},
+    "numpy": {"kernels", "rod", "bench", "figures", "loading", "planning", "replay", "simulation"},
     "pydantic": {"shapes"},
     "typer": {"cli"},
     "matplotlib": set(),
@@ -117,7 +119,7 @@ def functions(tree: ast.AST) -> Iterator[Function]:
 
 
 def is_kernel(function: Function) -> bool:
-    return any("njit" in ast.unparse(decorator) for decorator in function.decorator_list)
+    return any(ast.unparse(decorator).split("(")[0] in ("njit", "shipped") for decorator in function.decorator_list)
 
 
 def is_command(path: Path, function: Function) -> bool:

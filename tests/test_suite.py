@@ -62,7 +62,7 @@ KERNEL = """
 import sys, time
 from pathlib import Path
 from compiling import take_turns
-from curveline.rod._jit import njit
+from curveline.kernels.kernel import njit
 take_turns()
 
 @njit
@@ -73,7 +73,7 @@ print("ready", flush=True)
 while not Path("go").exists():
     time.sleep(0.001)
 assert twice(1.5) == 3.0
-print(sum(twice.stats.cache_hits.values()))
+print(sum(twice.dispatcher.stats.cache_hits.values()))
 """
 
 

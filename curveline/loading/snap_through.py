@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import InvalidInput
+from curveline.kernels.compilation import clock
 from curveline.loading.pushes import MOST_ROWS, ROUGH, TOLERANCE, Push, Stand, most_on, stand_of, step_to
 from curveline.notebook import html_of, svg_of
-from curveline.rod._jit import clock
 from curveline.rod.branches.arclength import TraceReach, trace
 from curveline.rod.branches.continuation import start_along
 from curveline.rod.branches.control_path import ControlPath

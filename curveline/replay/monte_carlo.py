@@ -21,9 +21,9 @@ import numpy as np
 
 from curveline.drive_settings import drive_settings
 from curveline.errors import InvalidInput
+from curveline.kernels import cache
 from curveline.plan_file import NodeTarget, Plan
 from curveline.replay.playback import known_state, name_of
-from curveline.rod import _jit
 from curveline.rod.branches.quasi_static import FELL, move_through
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose
@@ -158,7 +158,7 @@ def run_trials(setup: Setup, seeds: Sequence[int], jobs: int = 1) -> Generator[T
     if jobs == 1:
         yield from (play_run(setup, seed) for seed in seeds)
         return
-    with _jit.shared_cache(), Workers(partial(play_run, setup), jobs) as workers:
+    with cache.shared(), Workers(partial(play_run, setup), jobs) as workers:
         for _, run in workers.map(seeds, len(seeds)):
             if isinstance(run, WorkerDied):
                 raise run

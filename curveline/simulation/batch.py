@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from curveline.errors import CurvelineError
 from curveline.listening import SILENT, Listener
-from curveline.rod import _jit
+from curveline.kernels import cache, readiness
 from curveline.rod.models.choice import SearchRequest
 from curveline.scene import Scene
 from curveline.shapes import files
@@ -78,7 +78,7 @@ def run(tasks: Iterable[Task], order: Order, jobs: int, total: int) -> Answers:
     """
     pending = iter(tasks)
     # Kernels are compiled once, here, and all workers load what the cache then holds.
-    while jobs == 1 or _jit.FIRST_RUN:
+    while jobs == 1 or readiness.is_first_run():
         task = next(pending, None)
         if task is None:
             return
@@ -89,7 +89,7 @@ def run(tasks: Iterable[Task], order: Order, jobs: int, total: int) -> Answers:
     from curveline.system.workers import Workers
 
     work: partial[Simulated | CurvelineError] = partial(perform, order)
-    with _jit.shared_cache(), Workers(work, min(jobs, max(1, total))) as workers:
+    with cache.shared(), Workers(work, min(jobs, max(1, total))) as workers:
         yield from workers.map(pending, total)
 
 

@@ -15,8 +15,8 @@ import pytest
 from curveline.cli.app import main
 from curveline.cli.printing.progress import compiling
 from curveline.drive_settings import drive_settings
+from curveline.kernels import readiness
 from curveline.plan_file import NodeTarget, Plan, Step, sealed, write_plan
-from curveline.rod import _jit
 from curveline.shapes.files import read_display
 
 SHAPES = Path(__file__).parent.parent.parent / "shapes"
@@ -59,7 +59,7 @@ def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("CURVELINE_RUNS", str(tmp_path / "runs"))
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "no-config"))
-    monkeypatch.setattr(_jit, "FIRST_RUN", False)
+    monkeypatch.setattr(readiness, "is_first_run", lambda: False)
     monkeypatch.setattr(compiling.Announcement, "_heard", lambda self: None)
     compiling.announce_compilation.cache_clear()
 

@@ -296,8 +296,8 @@ def test_the_status_range_is_that_of_the_frames() -> None:
 
 
 def test_kernels_are_announced_before_they_are_compiled(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    from curveline.rod import _jit
+    from curveline.kernels import readiness
 
-    monkeypatch.setattr(_jit, "FIRST_RUN", True)
     compiling.announce_compilation.cache_clear()
+    monkeypatch.setattr(readiness, "is_first_run", lambda: True)
     assert "compiling" in run("display", "check", "single").err

@@ -20,8 +20,8 @@ from curveline.cli.commands import status
 from curveline.cli.printing import screen, terminal
 from curveline.cli.printing.progress import compiling, ticker
 from curveline.cli.printing.reports.trade_table import measured
-from curveline.rod import _jit
-from curveline.rod._jit import COMPILATION, clock
+from curveline.kernels.compilation import COMPILATION, clock
+from curveline.kernels.kernel import njit
 from curveline.shapes import files
 
 from .conftest import SHAPES, Run
@@ -44,12 +44,12 @@ def compilation(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 def compile_for(seconds: float) -> None:
     """What numba says when it compiles a kernel that calls another one."""
-    COMPILATION.on_start(None)
-    COMPILATION.on_start(None)
+    COMPILATION.begin()
+    COMPILATION.begin()
     time.sleep(seconds / 2)
-    COMPILATION.on_end(None)
+    COMPILATION.end()
     time.sleep(seconds / 2)
-    COMPILATION.on_end(None)
+    COMPILATION.end()
 
 
 def test_kernels_are_counted_on_a_terminal_while_they_are_compiled(
@@ -90,11 +90,11 @@ def test_elsewhere_a_sentence_says_that_they_are(compilation: None, capsys: pyte
 def test_a_real_kernel_is_counted_and_timed(monkeypatch: pytest.MonkeyPatch, compilation: None) -> None:
     monkeypatch.setattr(caching.IndexDataCacheFile, "load", lambda self, key: None)
 
-    @_jit.njit
+    @njit
     def inner(x: float) -> float:
         return 2.0 * x
 
-    @_jit.njit
+    @njit
     def outer(x: float) -> float:
         return inner(x) + 1.0
 

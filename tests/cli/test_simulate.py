@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from curveline.cli.commands.simulate import ModelOption
-from curveline.rod import _jit
+from curveline.kernels import readiness
 from curveline.simulation.simulate import MODELS
 
 from .conftest import BROKEN, SHAPES, Run
@@ -304,7 +304,7 @@ def test_a_figure_without_matplotlib_names_the_extra(run: Run, tmp_path: Path, m
 
 
 def test_the_first_run_says_why_it_takes_long_and_says_it_once(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_jit, "FIRST_RUN", True)
+    monkeypatch.setattr(readiness, "is_first_run", lambda: True)
     _, _, err = run("simulate", PEAK, PEAK)
     assert err.splitlines()[0] == "compiling kernels, about 35 s, once"
     assert err.count("compiling") == 1

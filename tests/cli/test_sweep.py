@@ -19,7 +19,7 @@ import pytest
 
 from curveline.cli.printing import terminal
 from curveline.cli.printing.progress import progress_bar
-from curveline.rod import _jit
+from curveline.kernels import readiness
 from curveline.simulation import batch
 from curveline.system import workers
 
@@ -244,7 +244,7 @@ def test_kernels_are_compiled_before_workers_start(run: Run, monkeypatch: pytest
                 handed_over.append(task)
                 yield task, self.function(task)
 
-    monkeypatch.setattr(_jit, "FIRST_RUN", True)
+    monkeypatch.setattr(readiness, "is_first_run", lambda: True)
     monkeypatch.setattr(workers, "Workers", Here)
     code, out, err = run("simulate", "none.toml", PEAK, STAGGERED, "--json", "--jobs", 2)
     assert code == 1

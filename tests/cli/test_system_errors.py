@@ -17,7 +17,8 @@ from numba.core import caching
 
 from curveline.cli.printing import screen
 from curveline.cli.printing.progress import compiling
-from curveline.rod import _jit
+from curveline.kernels import cache, readiness
+from curveline.kernels.kernel import njit
 from curveline.shapes import files
 from worlds import FULL, READ_ONLY, in_a_world
 
@@ -31,7 +32,7 @@ SHELL = " ".join(COMMAND)
 
 def process(*command: str, limit: Callable[[], None] | None = None, cwd: Path | None = None) -> Result:
     """What a process leaves behind; the kernels of this one are there already."""
-    environment = {**os.environ, "CURVELINE_CACHE": str(_jit.CACHE.parent)}
+    environment = {**os.environ, "CURVELINE_CACHE": str(cache.home())}
     done = subprocess.run(
         command, env=environment, cwd=cwd, capture_output=True, text=True, preexec_fn=limit, check=False
     )
@@ -131,7 +132,7 @@ def test_a_disk_that_takes_no_bytes(command: tuple[str, ...], tmp_path: Path) ->
 
 
 def test_a_read_only_computer_still_simulates() -> None:
-    changes = [READ_ONLY.format(folder) for folder in ("/", "/tmp", "/var/tmp", "/dev/shm", str(_jit.CACHE))]
+    changes = [READ_ONLY.format(folder) for folder in ("/", "/tmp", "/var/tmp", "/dev/shm", str(cache.folder()))]
     code, out, err = process(*in_a_world(changes, [*COMMAND, "simulate", SHAPE]), cwd=Path("/"))
     assert (code, err) == (0, "")
     assert "valley" in out
@@ -145,10 +146,11 @@ def test_kernels_in_a_folder_that_cannot_be_written_are_used(
     monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
 ) -> None:
     monkeypatch.setenv("NUMBA_DEBUG_CACHE", "1")
-    code, out, err = process(*in_a_world([READ_ONLY.format(_jit.CACHE.parent)], [*COMMAND, *arguments]))
+    monkeypatch.setenv("CURVELINE_KERNELS", "numba")
+    code, out, err = process(*in_a_world([READ_ONLY.format(cache.home())], [*COMMAND, *arguments]))
     assert code == 0
     assert "compiling" not in err
-    assert f"data loaded from '{_jit.CACHE}" in out
+    assert f"data loaded from '{cache.folder()}" in out
     assert "data saved" not in out
 
 
@@ -156,22 +158,22 @@ def test_kernels_in_a_folder_that_cannot_be_written_are_used(
     ("first", "keeps", "says"),
     [
         (True, True, "compiling kernels, about 35 s, once"),
-        (True, False, f"compiling kernels, about 35 s, in every run: {_jit.WANTED} cannot be written"),
+        (True, False, f"compiling kernels, about 35 s, in every run: {cache.wanted()} cannot be written"),
         (False, True, "compiling kernels that are new here, up to half a minute, once"),
-        (False, False, f"new here, up to half a minute, in every run: {_jit.WANTED} cannot be written"),
+        (False, False, f"new here, up to half a minute, in every run: {cache.wanted()} cannot be written"),
     ],
 )
 def test_what_is_compiled_is_said(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], first: bool, keeps: bool, says: str
 ) -> None:
     monkeypatch.undo()
-    monkeypatch.setattr(_jit, "FIRST_RUN", first)
-    monkeypatch.setattr(_jit, "KEEPS", keeps)
+    monkeypatch.setattr(readiness, "is_first_run", lambda: first)
+    monkeypatch.setattr(compiling, "keeps", lambda: keeps)
     monkeypatch.setattr(caching.IndexDataCacheFile, "load", lambda self, key: None)
     compiling.announce_compilation.cache_clear()
     compiling.announce_compilation()
 
-    @_jit.njit
+    @njit
     def new(x: float) -> float:
         return 3.0 * x
 

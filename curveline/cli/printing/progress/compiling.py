@@ -9,7 +9,9 @@ from functools import cache
 
 from curveline.cli.printing import screen, terminal
 from curveline.cli.printing.progress.ticker import tick
-from curveline.rod import _jit
+from curveline.kernels import readiness
+from curveline.kernels.cache import keeps, wanted
+from curveline.kernels.compilation import COMPILATION
 
 
 @cache
@@ -25,8 +27,8 @@ class Announcement:
         self._tell = tell
         self._is_said = False
         self._ticker: threading.Thread | None = None
-        _jit.COMPILATION.tell = self._heard
-        if _jit.FIRST_RUN:
+        COMPILATION.tell = self._heard
+        if readiness.is_first_run():
             self._say(f"compiling kernels, about 35 s, {_how_often()}")
 
     def _say(self, text: str) -> None:
@@ -43,12 +45,12 @@ class Announcement:
 
 
 def _is_busy() -> bool:
-    return _jit.COMPILATION.is_busy
+    return COMPILATION.is_busy
 
 
 def _progress() -> str:
-    return f"compiling kernels: {_jit.COMPILATION.kernels} done in {_jit.COMPILATION.seconds:.0f} s"
+    return f"compiling kernels: {COMPILATION.kernels} done in {COMPILATION.seconds:.0f} s"
 
 
 def _how_often() -> str:
-    return "once" if _jit.KEEPS else f"in every run: {_jit.WANTED} cannot be written"
+    return "once" if keeps() else f"in every run: {wanted()} cannot be written"

@@ -3,34 +3,37 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from curveline.rod import _jit
+from curveline.kernels import cache
 
 KERNEL = """
-from {package}._jit import CACHE, FIRST_RUN, njit
+from curveline.kernels.kernel import njit
 
 @njit
 def twice(x):
     return 2.0 * x
+"""
 
-if __name__ == "__main__":
-    assert twice(1.5) == 3.0
-    hits = sum(twice.stats.cache_hits.values())
-    print(CACHE, FIRST_RUN, hits, sep="\\n")
+RUN = """
+from pathlib import Path
+from curveline.kernels import cache, readiness
+cache.PACKAGE, cache.SOURCES = Path.cwd(), ("kernels",)
+is_first = readiness.is_first_run()
+from kernels.small import twice
+assert twice(1.5) == 3.0
+print(cache.folder(), is_first, sum(twice.dispatcher.stats.cache_hits.values()), sep="\\n")
 """
 
 
 def run(folder: Path, home: Path, preparation: str = "") -> tuple[Path, bool, int]:
-    """Import the copy of `_jit` in a fresh process: its cache folder, whether it was new, kernels loaded from it."""
-    env = {**os.environ, "CURVELINE_CACHE": str(home)}
-    code = f"{preparation}\nimport runpy; runpy.run_module('kernels.small', run_name='__main__')"
-    command = [sys.executable, "-c", code]
+    """Call a kernel in a fresh process: its cache folder, whether it was new, kernels loaded from it."""
+    env = {**os.environ, "CURVELINE_CACHE": str(home), "CURVELINE_KERNELS": "numba"}
+    command = [sys.executable, "-c", preparation + RUN]
     done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, check=True)
     cache, first, hits = done.stdout.split("\n")[:3]
     return Path(cache), first == "True", int(hits)
@@ -38,12 +41,11 @@ def run(folder: Path, home: Path, preparation: str = "") -> tuple[Path, bool, in
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    """A package with a kernel, made by a copy of `_jit`."""
+    """A package with a kernel."""
     package = tmp_path / "kernels"
     package.mkdir()
     (package / "__init__.py").write_text("")
-    shutil.copy(str(_jit.__file__), package / "_jit.py")
-    (package / "small.py").write_text(KERNEL.format(package="kernels"))
+    (package / "small.py").write_text(KERNEL)
     (package / "other.py").write_text("VALUE = 1\n")
     return package
 
@@ -100,17 +102,17 @@ def test_kernels_that_cannot_be_kept_are_compiled(tmp_path: Path, package: Path,
 
 def test_the_folder_is_named_by_the_users_settings(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CURVELINE_CACHE", "/elsewhere")
-    assert _jit._cache_home() == Path("/elsewhere")
+    assert cache.home() == Path("/elsewhere")
     monkeypatch.delenv("CURVELINE_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", "/caches")
-    assert _jit._cache_home() == Path("/caches/curveline")
+    assert cache.home() == Path("/caches/curveline")
     monkeypatch.delenv("XDG_CACHE_HOME")
-    assert _jit._cache_home() == Path.home() / ".cache" / "curveline"
+    assert cache.home() == Path.home() / ".cache" / "curveline"
 
 
 def test_a_folder_that_cannot_be_written_is_replaced_for_the_process(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    private = _jit._usable(tmp_path / "file" / "cache")
+    private = cache.usable(tmp_path / "file" / "cache")
     assert private.is_dir()
     assert tmp_path not in private.parents
-    assert _jit._usable(tmp_path / "new" / "cache") == tmp_path / "new" / "cache"
+    assert cache.usable(tmp_path / "new" / "cache") == tmp_path / "new" / "cache"

@@ -1,0 +1,76 @@
+"""Calls of every shipped kernel, as commands make them: arguments before and after, and what came back."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from importlib import import_module
+from pathlib import Path
+from pkgutil import walk_packages
+from typing import Any
+
+import curveline
+from curveline.kernels.kernel import SHIPPED, Kernel
+from curveline.replay.trials import TrialsRequest
+from curveline.shapes.files import read_shape
+
+SHAPES = Path(__file__).parents[2] / "shapes"
+
+
+@dataclass(frozen=True)
+class Call:
+    """One call of a kernel."""
+
+    kernel: Kernel
+    before: tuple[Any, ...]
+    after: tuple[Any, ...]
+    result: Any
+
+
+def shipped_kernels() -> list[Kernel]:
+    """All of the package."""
+    for module in walk_packages(import_module("curveline.rod").__path__, "curveline.rod."):
+        import_module(module.name)
+    return list(SHIPPED)
+
+
+@contextmanager
+def recorded(calls: dict[str, Call]) -> Iterator[None]:
+    """Note the first call of each shipped kernel."""
+    kernels = shipped_kernels()
+    for kernel in kernels:
+        kernel._run = _noting(kernel, kernel._run, calls)
+    yield
+    for kernel in kernels:
+        kernel._run = kernel._decided
+
+
+def _noting(kernel: Kernel, run: Callable[..., Any], calls: dict[str, Call]) -> Callable[..., Any]:
+    def noted(*arguments: Any, **named: Any) -> Any:
+        if kernel.path in calls:
+            return run(*arguments, **named)
+        before = copy.deepcopy(arguments)
+        result = run(*arguments, **named)
+        kernel._run = noted
+        calls[kernel.path] = Call(kernel, before, copy.deepcopy(arguments), copy.deepcopy(result))
+        return result
+
+    return noted
+
+
+def rehearse() -> None:
+    """What calls every shipped kernel."""
+    for shape in ("level-up-peak", "roofline", "space/leaning", "space/pushed", "space/twisted"):
+        curveline.simulate(SHAPES / f"{shape}.toml")
+    scene = read_shape(SHAPES / "level-asymmetric-peak.toml")
+    for angle in (-51.0, -48.0):  # near a fold
+        nodes = (replace(scene.nodes[0], angle=math.radians(angle)), *scene.nodes[1:])
+        segments = (replace(scene.segments[0], length=0.66),)
+        curveline.simulate(replace(scene, nodes=nodes, segments=segments))
+    plan = curveline.plan(SHAPES / "level-asymmetric-peak.toml")
+    curveline.monte_carlo(plan, TrialsRequest(runs=3, jobs=1))
+    curveline.fall(curveline.load(SHAPES / "level-up-peak.toml"))
+    curveline.load_map(SHAPES / "level-up-peak.toml", points=5)

@@ -1,0 +1,189 @@
+"""Shipped kernels are what is called, give what the functions give as written, and leave alone what is odd."""
+
+from __future__ import annotations
+
+import copy
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rehearsal import Call, recorded, rehearse
+
+from curveline.kernels import native
+from curveline.kernels.compilation import COMPILATION
+from curveline.kernels.kernel import SHIPPED, Kernel
+from curveline.rod.problem import Bearing, Pose, ScaledRod, halved, mesh, scale_rod
+from curveline.rod.spatial.bands import times
+
+BUILD = "python -m curveline.kernels.build"
+ROUNDING = 1e-9
+"""Sines of numpy and of the system differ in the last bit, which conditions of up to some 1e6 amplify."""
+
+
+@pytest.fixture(scope="module")
+def calls() -> dict[str, Call]:
+    """The first call of each shipped kernel, made by machine code alone."""
+    assert native.library(), f"there is no machine code for these sources: {BUILD}"
+    before = COMPILATION.kernels
+    found: dict[str, Call] = {}
+    with recorded(found):
+        rehearse()
+    assert COMPILATION.kernels == before, "a kernel was called with other arguments than it is shipped for"
+    return found
+
+
+def test_commands_call_every_shipped_kernel(calls: dict[str, Call]) -> None:
+    assert {kernel.path for kernel in SHIPPED} - set(calls) == set()
+
+
+def numbers_of(value: Any) -> Iterator[Any]:
+    """All numbers and arrays in what a kernel takes or gives."""
+    if isinstance(value, tuple):
+        for part in value:
+            yield from numbers_of(part)
+    elif value is not None:
+        yield value
+
+
+def same(one: Any, other: Any, within: float) -> bool:
+    """Whether two values are the same tree of numbers, up to `within` of the largest of each array."""
+    for left, right in zip(numbers_of(one), numbers_of(other), strict=True):
+        if np.shape(left) != np.shape(right):
+            return False
+        size = np.max(np.abs(left), initial=1.0, where=np.isfinite(left))
+        if not np.allclose(left, right, rtol=0.0, atol=within * size, equal_nan=True):
+            return False
+    return True
+
+
+def test_machine_code_gives_what_the_functions_give_as_written(
+    calls: dict[str, Call], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    everywhere = [kernel for kernel in _kernels() if isinstance(kernel, Kernel)]
+    for kernel in everywhere:
+        monkeypatch.setattr(kernel, "_run", kernel.py_func)
+    wrong = []
+    with np.errstate(all="ignore"):
+        for path, call in sorted(calls.items()):
+            arguments = copy.deepcopy(call.before)
+            result = call.kernel.py_func(*arguments)
+            if not (same(result, call.result, ROUNDING) and same(arguments, call.after, ROUNDING)):
+                wrong.append(path)
+    assert wrong == []
+
+
+def _kernels() -> list[Any]:
+    """All kernels of all modules, also those that only other kernels call."""
+    return [
+        value
+        for name, module in sys.modules.items()
+        if name.startswith("curveline.rod")
+        for value in vars(module).values()
+    ]
+
+
+@pytest.mark.campaign
+def test_machine_code_gives_the_bits_that_numba_gives(calls: dict[str, Call]) -> None:
+    wrong = []
+    for path, call in sorted(calls.items()):
+        arguments = copy.deepcopy(call.before)
+        result = call.kernel.compiled(*arguments)
+        if not (same(result, call.result, 0.0) and same(arguments, call.after, 0.0)):
+            wrong.append(path)
+    assert wrong == []
+
+
+def test_a_result_is_of_its_class_and_may_be_written_to() -> None:
+    rod = scale_rod(Pose(0.5, 0.0, 0.5, -0.5, 0.66), Bearing(0.02, 1.0, 1.0), np.zeros((0, 3)))
+    assert type(rod) is ScaledRod
+    edges = mesh(np.array([0.5]), 24)
+    edges[0] = 7.0
+    assert edges[0] == 7.0
+
+
+@pytest.mark.parametrize(
+    "edges",
+    [np.ones((3, 2))[:, 0], np.ones(3, dtype=np.float32), np.ones(3, dtype=np.int64), np.ones(3, dtype=">f8")],
+    ids=["strided", "short", "whole", "reversed"],
+)
+def test_other_arguments_than_it_was_made_for_are_left_to_numba(edges: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+    monkeypatch.setattr(halved, "_run", native.library().caller(halved))  # type: ignore[union-attr]
+    monkeypatch.setitem(halved._run.__globals__, "other", lambda *arguments: seen.append(arguments))
+    halved(edges)
+    assert len(seen) == 1
+
+
+def test_one_dimension_too_many_is_left_to_numba(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+    monkeypatch.setattr(times, "_run", native.library().caller(times))  # type: ignore[union-attr]
+    monkeypatch.setitem(times._run.__globals__, "other", lambda *arguments: seen.append(arguments))
+    times(np.ones(3), np.ones(3))
+    times(np.ones((3, 1)), 3.0)
+    assert len(seen) == 2
+
+
+CHECK = """
+import json, sys
+from pathlib import Path
+from curveline.kernels import native
+native.FOLDER = Path(sys.argv[1])
+{}
+print(native.library() is not None)
+"""
+
+
+def fits(folder: Path, preparation: str = "") -> bool:
+    """Whether a fresh process takes the machine code in a folder."""
+    command = [sys.executable, "-c", CHECK.format(preparation), str(folder)]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout == "True\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A copy of the machine code."""
+    for name in (native.INDEX, native.OBJECT):
+        (tmp_path / name).write_bytes((native.FOLDER / name).read_bytes())
+    return tmp_path
+
+
+def changed_index(folder: Path, **changes: Any) -> None:
+    index = json.loads((folder / native.INDEX).read_text())
+    (folder / native.INDEX).write_text(json.dumps({**index, **changes}))
+
+
+def test_machine_code_is_taken_as_it_was_made(folder: Path) -> None:
+    assert fits(folder)
+
+
+@pytest.mark.parametrize("change", [{"sources": "0"}, {"platform": "other"}, {"object": "0"}, {"kernels": None}])
+def test_machine_code_of_something_else_is_not_taken(folder: Path, change: dict[str, Any]) -> None:
+    changed_index(folder, **change)
+    if change == {"kernels": None}:
+        (folder / native.INDEX).write_text("[")
+    assert not fits(folder)
+
+
+def test_machine_code_that_was_cut_short_is_not_taken(folder: Path) -> None:
+    whole = (folder / native.OBJECT).read_bytes()
+    (folder / native.OBJECT).write_bytes(whole[:-1])
+    assert not fits(folder)
+
+
+def test_no_machine_code_is_taken_where_the_system_lacks_what_it_calls(folder: Path) -> None:
+    assert not fits(folder, 'native.NEEDED = (*native.NEEDED, "no_such_function")')
+
+
+def test_no_machine_code_is_taken_where_arrays_are_kept_otherwise(folder: Path) -> None:
+    assert not fits(folder, "native.Library.reads_arrays = lambda self: False")
+    assert not fits(folder, 'import sys; sys.implementation.name = "other"')
+
+
+@pytest.mark.parametrize("wish", ["numba", "python"])
+def test_the_user_may_wish_for_no_machine_code(folder: Path, wish: str) -> None:
+    assert not fits(folder, f'import os; os.environ["CURVELINE_KERNELS"] = "{wish}"')
