@@ -26,7 +26,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Counts, Matrix, Stack, Vector
+from curveline.kernels.kernel import njit, shipped
 
 Array = NDArray[np.float64]
 
@@ -40,10 +41,10 @@ class ScaledRod(NamedTuple):
     """
 
     weight: float
-    at: Array
-    forces: Array
-    chord: Array
-    ends: Array
+    at: Vector
+    forces: Matrix
+    chord: Vector
+    ends: Vector
     compliance: float = 0.0
 
 
@@ -84,16 +85,16 @@ class Problem(NamedTuple):
     `ends (2,)` clamp angles [rad]; `compliance (n,)` strain of an edge per thrust on it as defined above.
     """
 
-    edges: Array
-    stiffness: Array
-    loads: Array
-    rows: Array
-    targets: Array
-    ends: Array
-    compliance: Array
+    edges: Vector
+    stiffness: Vector
+    loads: Matrix
+    rows: Stack
+    targets: Vector
+    ends: Vector
+    compliance: Vector
 
 
-@njit
+@shipped(Pose, Bearing, Vector, Matrix)
 def scale_rod(pose, bearing, at, forces):
     """The free rod of a `Pose` in units of its length and EI; `forces (m, 2)` [N] act at fractions `at (m,)` of it."""
     half = 0.5 * bearing.clamp
@@ -110,7 +111,7 @@ def scale_rod(pose, bearing, at, forces):
     return ScaledRod(bearing.weight * free * unit, places, forces * unit, chord, ends, bearing.compliance / free**2)
 
 
-@njit
+@shipped(ScaledRod, Vector)
 def make_problem(rod, edges):
     """Cut a `ScaledRod` into `edges (n,)`, between ends that are held where it has them.
 
@@ -143,7 +144,7 @@ def _lifted(edge, beyond):
     return edge * (beyond - 0.5 * edge)
 
 
-@njit
+@shipped(Problem)
 def held_in_height(problem):
     """The same rod with a third constraint, on its mean height over the chord, whose target is 0."""
     chord = problem.targets
@@ -191,7 +192,7 @@ def shares(at, n):
     return marks[1:] - marks[:-1]
 
 
-@njit
+@shipped(Vector, Counts)
 def cut(at, counts):
     """Edges of a rod of length 1, `counts (m+1,)` of equal ones between vertices at the sorted fractions `at (m,)`."""
     m = at.size
@@ -205,13 +206,13 @@ def cut(at, counts):
     return edges
 
 
-@njit
+@shipped(Vector, int)
 def mesh(at, n):
     """Edges of a rod of length 1, n where that is enough, with a vertex at each of the sorted fractions `at (m,)`."""
     return cut(at, shares(at, n))
 
 
-@njit
+@shipped(Vector)
 def halved(edges):
     """Every edge cut in two."""
     fine = np.empty(2 * edges.size)
@@ -239,7 +240,7 @@ def sharpest_turn(problem, phi):
     return max(sharpest, 2.0 * abs(problem.ends[1] - phi[phi.size - 1]))
 
 
-@njit
+@shipped(Vector, Vector)
 def largest_change(after, before):
     """Largest difference between two arrays (n,)."""
     largest = 0.0
@@ -255,7 +256,7 @@ def copy_into(out, values):
         out[j] = values[j]
 
 
-@njit
+@shipped(Problem, Vector, int)
 def refine_angles(problem, phi, parts):
     """Angles of the same curve on edges cut into `parts` (even) each, by linear interpolation in arc length."""
     n = phi.size

@@ -16,8 +16,8 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from curveline.errors import CurvelineError
-from curveline.listening import SILENT, Listener
 from curveline.kernels import cache, readiness
+from curveline.listening import SILENT, Listener
 from curveline.rod.models.choice import SearchRequest
 from curveline.scene import Scene
 from curveline.shapes import files

@@ -15,11 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
-from curveline.rod.branches.control_path import counts_along, problem_at
+from curveline.kernels.forms import Vector
+from curveline.kernels.kernel import njit, shipped
+from curveline.rod.branches.control_path import ControlPath, counts_along, problem_at
 from curveline.rod.planar.modes import lowest_eigenvalue, modes_below, second_variation
 from curveline.rod.planar.newton import TINY, Effort, newton, solve_small
-from curveline.rod.problem import Array, copy_into
+from curveline.rod.problem import Array, Bearing, copy_into
 
 CORRECT = Effort(turn=0.3, close=1e-7, iterations=8)
 BEGIN = Effort(turn=0.2, close=1e-7, iterations=25)
@@ -285,7 +286,7 @@ def advance(path, bearing, counts, here, step):
     return here, 0.0, 0.0
 
 
-@njit
+@shipped(ControlPath, Bearing, Vector, Vector, TraceReach)
 def trace(path, bearing, phi, multipliers, reach):
     """Trace the branch of the equilibrium `phi (n,)`, `multipliers (2,)`, stable or not, from the begin of a path.
 

@@ -18,7 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.branches.control_path import (
     ControlPath,
     counts_along,
@@ -33,7 +34,7 @@ from curveline.rod.planar.lateral import lateral_eigenvalue_below, lateral_modes
 from curveline.rod.planar.modes import lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, descend, newton
 from curveline.rod.planar.richardson import vertex_table
-from curveline.rod.problem import Array, cut, largest_change, mesh, refine_angles, sharpest_turn
+from curveline.rod.problem import Array, Bearing, Problem, cut, largest_change, mesh, refine_angles, sharpest_turn
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import SEARCH_EDGES
 
@@ -75,8 +76,8 @@ class Weakest(NamedTuple):
 
     fraction: float
     eigenvalue: float
-    phi: Array
-    multipliers: Array
+    phi: Vector
+    multipliers: Vector
 
 
 class Branch(NamedTuple):
@@ -89,13 +90,13 @@ class Branch(NamedTuple):
     it, sought where it could be the lower one. A branch that ends early `leaves_plane` or loses its stability in it.
     """
 
-    fractions: Array
-    lowest: Array
-    sharpest: Array
-    wrenches: Array
+    fractions: Vector
+    lowest: Vector
+    sharpest: Vector
+    wrenches: Matrix
     reached: float
-    phi: Array
-    multipliers: Array
+    phi: Vector
+    multipliers: Vector
     inside: Weakest
     outside: Weakest
     leaves_plane: bool
@@ -137,7 +138,7 @@ def node_loads(path, fraction, bearing, free, phi, multipliers):
     return sharpest, out
 
 
-@njit
+@shipped(Problem, Vector, Vector, float)
 def try_step(free, phi, multipliers, most):
     """The stable state of `free` that Newton reaches from another one; False where there is none.
 
@@ -179,7 +180,7 @@ def _is_shallow(now, before):
     return now < SHALLOW and now < 0.5 * before
 
 
-@njit
+@shipped(ControlPath, Bearing, Vector, Vector)
 def follow(path, bearing, phi, multipliers):
     """Follow the stable state `phi (n,)`, `multipliers (2,)` along a `ControlPath` to its end, or until it is lost.
 
@@ -243,7 +244,7 @@ def _finer(path, bearing, dip):
     return found, (free, phi, multipliers)
 
 
-@njit
+@shipped(ControlPath, Bearing, Branch)
 def stiffness_of(path, bearing, branch):
     """Lowest eigenvalues in the plane and out of it [EI/L^2] along a followed branch, of the continuous rod.
 
@@ -265,7 +266,7 @@ def stiffness_of(path, bearing, branch):
     return inside, outside
 
 
-@njit
+@shipped(ControlPath, Bearing, Vector, Vector)
 def travel(path, bearing, phi, multipliers):
     """As `follow`, but without records: the fraction reached, angles (n,) and multipliers (2,) there.
 
@@ -292,7 +293,7 @@ def travel(path, bearing, phi, multipliers):
     return reached, phi, multipliers, leaves
 
 
-@njit
+@shipped(ControlPath, Bearing, float, tuple[Problem, Vector, Vector])
 def is_stable_outside(path, bearing, fraction, state):
     """True if a `state`, problem, angles and multipliers, is stable out of its plane, too."""
     free, phi, multipliers = state
@@ -303,7 +304,7 @@ def is_stable_outside(path, bearing, fraction, state):
     return lateral_modes_below(free, blocks, lift, 0.0) == 0
 
 
-@njit
+@shipped(ControlPath, float, Bearing, Vector, Vector, Vector)
 def land(path, fraction, bearing, phi, multipliers, nudge):
     """Where the rod falls at a fraction of the path from a state `phi (n,)` that is gone there, nudged by `nudge (n,)`.
 
@@ -322,7 +323,7 @@ def land(path, fraction, bearing, phi, multipliers, nudge):
     return iterations > 0 and sharpest_turn(free, angles) < 1.0, angles, force
 
 
-@njit
+@shipped(int)
 def perturbation(n):
     """A small nudge (n,) [rad] to land with, neither symmetric nor antisymmetric: an S of n edges."""
     out = np.empty(n)

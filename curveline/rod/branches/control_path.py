@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
-from curveline.rod.problem import Array, Pose, cut, make_problem, scale_rod, shares
+from curveline.kernels.forms import Counts, Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
+from curveline.rod.problem import Bearing, Pose, cut, make_problem, scale_rod, shares
 
 
 class ControlPath(NamedTuple):
@@ -19,24 +20,24 @@ class ControlPath(NamedTuple):
 
     begin: Pose
     end: Pose
-    at: Array
-    before: Array
-    after: Array
+    at: Vector
+    before: Matrix
+    after: Matrix
 
 
-@njit
+@shipped(Pose, Pose)
 def straight_path(begin, end):
     """The path from one pose to another of a rod without loads."""
     return ControlPath(begin, end, np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)))
 
 
-@njit
+@shipped(Pose, Vector, Matrix, Matrix)
 def loading(pose, at, before, after):
     """The path on which the nodes stay while loads at `at (m,)` change from `before (m, 2)` to `after (m, 2)` [N]."""
     return ControlPath(pose, pose, at, before, after)
 
 
-@njit
+@shipped(Pose, Pose, float)
 def between(begin, end, fraction):
     """The pose on the straight path between two poses."""
     return Pose(
@@ -48,7 +49,7 @@ def between(begin, end, fraction):
     )
 
 
-@njit
+@shipped(ControlPath, float)
 def pose_at(path, fraction):
     """The pose at a fraction of the path."""
     return between(path.begin, path.end, fraction)
@@ -64,19 +65,19 @@ def forces_at(path, fraction):
     return forces
 
 
-@njit
+@shipped(ControlPath, Bearing, float)
 def rod_at(path, bearing, fraction):
     """The free rod at a fraction of the path, in units of its length there and EI."""
     return scale_rod(pose_at(path, fraction), bearing, path.at, forces_at(path, fraction))
 
 
-@njit
+@shipped(ControlPath, Bearing, int)
 def counts_along(path, bearing, n):
     """Edges (m+1,) between the loads, n in all: they stay the same on all of the path while their lengths change."""
     return shares(rod_at(path, bearing, 0.0).at, n)
 
 
-@njit
+@shipped(ControlPath, Bearing, float, Counts)
 def problem_at(path, bearing, fraction, counts):
     """The rod at a fraction of the path, cut into `counts (m+1,)` edges between its loads."""
     rod = rod_at(path, bearing, fraction)

@@ -14,7 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import shipped
 from curveline.rod.branches.continuation import FOLLOW_EDGES, land, perturbation, travel
 from curveline.rod.branches.control_path import ControlPath, pose_at, straight_path
 from curveline.rod.branches.out_of_plane import back_in_plane, go_aside, pushed_off, stays
@@ -227,7 +228,7 @@ def _passed_on(poses: Array, bearing: Bearing, held: TrackedState) -> tuple[int,
     return done, TrackedState(angles, multipliers), leaves
 
 
-@njit
+@shipped(Matrix, Bearing, Vector, Vector)
 def pass_through(poses, bearing, phi, multipliers):
     """Follow the stable state `phi (n,)`, `multipliers (2,)` through `poses (m, 5)` from the first on.
 

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Counts, Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.branches.arclength import (
     FIRST_STEP,
     LONGEST_STEP,
@@ -202,7 +203,7 @@ def next_special_point(path, bearing, counts, here, high):
     return NO_POINT, here.point, np.zeros(n), here
 
 
-@njit
+@shipped(ControlPath, Bearing, Counts, float, Vector, Vector)
 def lost_from(path, bearing, counts, fraction, phi, multipliers):
     """Where stability is lost after a fraction of the path at which there is a stable state near `phi (n,)`.
 
@@ -215,7 +216,7 @@ def lost_from(path, bearing, counts, fraction, phi, multipliers):
     return what, point, mode, begin
 
 
-@njit
+@shipped(ControlPath, float, float)
 def part_of(path, begin, end):
     """The part of a path between two of its fractions, as a path."""
     poses = pose_at(path, begin), pose_at(path, end)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix
+from curveline.kernels.kernel import shipped
 
 
-@njit
+@shipped(Matrix, int, float)
 def nearest_parts(points, apart, enough):
     """Smallest distance between `points (k, 3)` that are at least `apart` (an index distance) from each other.
 

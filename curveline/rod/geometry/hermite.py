@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
 
 
 @njit
@@ -23,7 +24,7 @@ def weights(t):
     )
 
 
-@njit
+@shipped(Matrix, Vector)
 def integral(rows, edges):
     """Integral of what has the values, slopes and second derivatives `rows (m+1, 3)` at the ends of `edges (m,)`.
 
@@ -38,7 +39,7 @@ def integral(rows, edges):
     return total
 
 
-@njit
+@shipped(Matrix, Vector, Vector, Matrix)
 def interpolate(table, edges, places, out):
     """Positions `out (k, 3)` at the sorted arc lengths `places (k,)`, from vertices `table (m+1, 9)` on `edges (m,)`.
 

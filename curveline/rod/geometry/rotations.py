@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
 
 
-@njit
+@shipped(Vector, Vector, Vector)
 def multiply(a, b, out):
     """Overwrite `out (4,)` with the product of the quaternions `a` and `b`; it may be neither of them."""
     out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
@@ -31,7 +32,7 @@ def between(a, b, out):
             out[i] = -out[i]
 
 
-@njit
+@shipped(Vector, Matrix)
 def matrix_of(q, out):
     """Overwrite `out (3, 3)` with the matrix of the quaternion `q (4,)`; its columns are m1, m2 and t."""
     w, x, y, z = q[0], q[1], q[2], q[3]
@@ -46,7 +47,7 @@ def matrix_of(q, out):
     out[2, 2] = w * w - x * x - y * y + z * z
 
 
-@njit
+@shipped(Vector, Vector)
 def exponential(vector, out):
     """Overwrite `out (4,)` with the rotation about `vector (3,)` by its length [rad]."""
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.planar.newton import Effort, descend
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, sharpest_turn
 
@@ -37,7 +37,7 @@ SOFTENING = 10.0
 DESCEND = Effort(turn=0.5, close=1e-7, iterations=80)
 
 
-@njit
+@shipped(ScaledRod)
 def layer(rod):
     """Thickness of the layers in which a taut or heavy `ScaledRod` bends, in units of its length; large if it has none.
 

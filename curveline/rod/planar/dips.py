@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.planar.newton import Effort, newton, sweep_backward, sweep_forward
-from curveline.rod.planar.sweep import BARELY, CERTIFY, RIDGE, is_ridge, keep
-from curveline.rod.problem import largest_change, released
+from curveline.rod.planar.sweep import BARELY, CERTIFY, RIDGE, MetEquilibria, is_ridge, keep
+from curveline.rod.problem import Problem, largest_change, released
 
 HOLD = Effort(turn=0.3, close=1e-7, iterations=15)
 TRIES = 24
@@ -62,7 +63,7 @@ def moved_on(phi, multipliers, lead, by):
         multipliers[a] += by * lead[1][a]
 
 
-@njit
+@shipped(Problem, Vector, Vector, Vector, float)
 def bottom(problem, heights, phi, multipliers, sign):
     """Go to the bottom of a dip between the first and the last of three `heights`, from the middle one.
 
@@ -102,7 +103,7 @@ def bottom(problem, heights, phi, multipliers, sign):
     return here, 0.0
 
 
-@njit
+@shipped(Problem, tuple[float, float], Vector, Vector, float)
 def bottom_near(problem, dip, phi, multipliers, sign):
     """The bottom on another resolution near that of a `dip`, (height, second derivative): the height and the slope.
 
@@ -121,7 +122,7 @@ def bottom_near(problem, dip, phi, multipliers, sign):
     return here, np.nan
 
 
-@njit
+@shipped(Problem, tuple[float, float], Vector, Vector, float, MetEquilibria)
 def let_go(problem, dip, phi, multipliers, sign, found):
     """Keep the stable one of the pair of states beside the bottom of a `dip` that crosses zero: release the rod there.
 

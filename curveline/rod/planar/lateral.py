@@ -22,10 +22,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.vertex_table import ANGLE
 from curveline.rod.planar.newton import thrust_on
-from curveline.rod.problem import make_problem
+from curveline.rod.problem import ScaledRod, make_problem
 
 BLOCKS = 7
 """Per edge: Hessian aa, ab, bb, then its coupling with the edge before: a a', a b', b a', b b' (the edge before: ')."""
@@ -158,7 +159,7 @@ def _eigenvalue_below(problem, variation, low, high):
     return 0.5 * (low + high)
 
 
-@njit
+@shipped(ScaledRod, Vector, Vector, Matrix, tuple[Vector, Vector])
 def lateral_pair(rod, edges, angles, table, forces):
     """Lowest eigenvalues of the out-of-plane second variation on the pairs of `edges (m,)` and on the edges themselves.
 

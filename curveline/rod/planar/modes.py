@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.kernel import njit
 from curveline.rod.planar.newton import TINY, count_positive
 
 LARGEST = 1e290

@@ -11,7 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Vector
+from curveline.kernels.kernel import njit, shipped
+from curveline.rod.problem import Problem
 
 TINY = 1e-290
 
@@ -166,7 +168,7 @@ def sweep_backward(problem, pivots, forward, schur, residual, step, change):
     return positive
 
 
-@njit
+@shipped(Problem, Vector, Vector, Effort)
 def newton(problem, phi, multipliers, effort):
     """Find an equilibrium, stable or not, from `phi (n,)`, `multipliers (k,)`, both overwritten.
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import shipped
 from curveline.rod.geometry.vertex_table import ANGLE, CURVATURE, X, Y
 from curveline.rod.planar.newton import newton
 from curveline.rod.planar.richardson import POLISH, vertex_table
-from curveline.rod.problem import largest_change, make_problem
+from curveline.rod.problem import ScaledRod, largest_change, make_problem
 
 BRANCH = 0.5
 """An edge that turns by more than this [rad] from one model to the other belongs to another state."""
 
 
-@njit
+@shipped(Vector, Matrix)
 def middle_angles(edges, table):
     """Tangent angles (m,) in the middle of `edges (m,)`, from angles and curvatures of a vertex `table (m+1, 6)`.
 
@@ -27,7 +28,7 @@ def middle_angles(edges, table):
     return out
 
 
-@njit
+@shipped(ScaledRod, ScaledRod, Vector, Vector, Vector)
 def response(rod, other, edges, phi, multipliers):
     """Largest distance between the equilibria of two `ScaledRod`s cut into the same `edges (n,)`, near the same angles.
 

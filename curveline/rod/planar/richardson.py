@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.hermite import weights
 from curveline.rod.geometry.vertex_table import ANGLE, COLUMNS, CURVATURE, STRAIN, STRAIN_SLOPE, X, Y
 from curveline.rod.planar.modes import lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, newton, thrust_on
-from curveline.rod.problem import halved, largest_change, make_problem, refine_angles
+from curveline.rod.problem import Problem, ScaledRod, halved, largest_change, make_problem, refine_angles
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
 
@@ -30,7 +31,7 @@ MOST_DOUBTED = 6000
 ROUNDING = 1e-12
 
 
-@njit
+@shipped(Problem, Vector, Vector)
 def vertex_table(problem, phi, multipliers):
     """Position x, y, tangent angle, curvature, axial strain and its slope at every vertex: (n+1, 6)."""
     n = phi.size
@@ -114,7 +115,7 @@ def _is_undecided(eigenvalue, change, n):
     return abs(eigenvalue) < DOUBT * abs(change) and n < MOST_DOUBTED
 
 
-@njit
+@shipped(ScaledRod, Vector, Vector, Vector, float, int)
 def climb_levels(rod, edges, phi, multipliers, tolerance, most_edges):
     """Refine the equilibrium `phi (n,)`, `multipliers (2,)` on `edges (n,)` until its error is below `tolerance`.
 
@@ -186,7 +187,7 @@ def climb_levels(rod, edges, phi, multipliers, tolerance, most_edges):
     return table, scalars, places, estimate, unstable, spent, edges.size
 
 
-@njit
+@shipped(Matrix, Vector, Vector, Matrix)
 def interpolate(table, edges, places, out):
     """Positions `out (k, 2)` at the sorted arc lengths `places (k,)`, by quintic Hermite interpolation.
 

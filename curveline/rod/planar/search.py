@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.planar import spline
 from curveline.rod.planar.modes import lowest_eigenvalue, modes_below, second_variation
 from curveline.rod.planar.newton import Effort, descend, newton
@@ -13,6 +14,7 @@ from curveline.rod.planar.sweep import (
     CERTIFY,
     FOLLOW,
     RIDGE,
+    MetEquilibria,
     follow_heights,
     is_ridge,
     keep,
@@ -23,6 +25,8 @@ from curveline.rod.planar.sweep import (
     sweep_heights,
 )
 from curveline.rod.problem import (
+    Problem,
+    ScaledRod,
     held_in_height,
     largest_change,
     make_problem,
@@ -43,7 +47,7 @@ ASTRAY = 0.6
 RELAX = Effort(turn=0.5, close=1e-7, iterations=150)
 
 
-@njit
+@shipped(Problem, Vector, MetEquilibria)
 def relax_from(free, phi, found):
     """Go downhill from the guess `phi (n,)` and keep the state it leads to; False if that is none or known."""
     force = np.zeros(2)
@@ -76,7 +80,7 @@ def _has_other(problem, found, start, way):
     return alone
 
 
-@njit
+@shipped(Vector, int)
 def divided(edges, parts):
     """Every edge cut into `parts` equal ones."""
     fine = np.empty(edges.size * parts)
@@ -99,7 +103,7 @@ def sweep_ridge(problem, phi, found, near):
             follow_heights(problem, (angles, held, np.nan), direction, (found, near, no_ridge(phi.size)), RIDGE)
 
 
-@njit
+@shipped(ScaledRod, int)
 def search_edges(rod, n):
     """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges.
 
@@ -153,7 +157,7 @@ def search_edges(rod, n):
     )
 
 
-@njit
+@shipped(ScaledRod, Vector, MetEquilibria)
 def may_be_stable(rod, edges, found):
     """Which of the equilibria are not clearly unstable: near a bifurcation only finer edges can tell. (c,)"""
     count = int(found.filled[0])
@@ -166,7 +170,7 @@ def may_be_stable(rod, edges, found):
     return may_be
 
 
-@njit
+@shipped(Problem, MetEquilibria, float, float)
 def doubtful(problem, found, least, most):
     """True if finer edges may show that an equilibrium is stable, is not, or is none, or others beside it.
 

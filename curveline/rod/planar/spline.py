@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.kernel import njit
 
 ALPHA = 10.0
 CHORD = 7.0

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.planar.modes import modes_below, second_variation
 from curveline.rod.planar.newton import Effort, descend, newton
 from curveline.rod.problem import Array, copy_into, largest_change, mean_height, released, sharpest_turn
@@ -53,10 +54,10 @@ CERTIFY = Effort(turn=0.3, close=1e-7, iterations=40)
 class MetEquilibria(NamedTuple):
     """Equilibria met so far: `shapes (c, n)`, `multipliers (c, 2)`, `unstable (c,)`, `filled (1,)` how many."""
 
-    shapes: Array
-    multipliers: Array
-    unstable: Array
-    filled: Array
+    shapes: Matrix
+    multipliers: Matrix
+    unstable: Vector
+    filled: Vector
 
 
 class Near(NamedTuple):
@@ -77,20 +78,20 @@ class Near(NamedTuple):
 def nowhere_near(n):
     """An empty `Near` for rods of n edges."""
     return Near(
-        np.empty((NEAR_PLACES, 3)), np.empty((NEAR_PLACES, n)), np.empty((NEAR_PLACES, 3)), np.zeros(1), np.zeros(1)
+        np.zeros((NEAR_PLACES, 3)), np.zeros((NEAR_PLACES, n)), np.zeros((NEAR_PLACES, 3)), np.zeros(1), np.zeros(1)
     )
 
 
 @njit
 def no_ridge(n):
     """A `Near` for one place, where a sweep of rods of n edges left a ridge."""
-    return Near(np.empty((1, 3)), np.empty((1, n)), np.empty((1, 3)), np.zeros(1), np.zeros(1))
+    return Near(np.zeros((1, 3)), np.zeros((1, n)), np.zeros((1, 3)), np.zeros(1), np.zeros(1))
 
 
-@njit
+@shipped(int)
 def nothing_found(n):
     """An empty `MetEquilibria` for rods of n edges."""
-    return MetEquilibria(np.empty((CAPACITY, n)), np.empty((CAPACITY, 2)), np.empty(CAPACITY), np.zeros(1))
+    return MetEquilibria(np.zeros((CAPACITY, n)), np.zeros((CAPACITY, 2)), np.zeros(CAPACITY), np.zeros(1))
 
 
 @njit

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import lapack
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import shipped
 from curveline.rod.problem import Array
 
 
@@ -15,7 +15,7 @@ def cholesky(band: Array) -> Array | None:
     return factor if factorise(factor) else None
 
 
-@njit
+@shipped(Matrix)
 def factorise(band):
     """Overwrite the lower `band (N, k)` of a matrix with its Cholesky factor's; False if it is not positive definite.
 
@@ -39,7 +39,7 @@ def factorise(band):
     return True
 
 
-@njit
+@shipped(Matrix, Vector)
 def solve_factored(factor, right):
     """Solution (N,) of a system whose matrix `factorise` has overwritten with its `factor (N, k)`."""
     size, width = factor.shape
@@ -58,12 +58,14 @@ def solve_factored(factor, right):
 
 def solve_indefinite(band: Array, right: Array) -> Array | None:
     """Solution of a system with the lower `band (N, k)`, definite or not, by LU; None if it is singular."""
+    from scipy.linalg import lapack
+
     reach = band.shape[1] - 1
     _, _, solution, info = lapack.dgbsv(reach, reach, unfolded(band).T, right)
     return solution if info == 0 and np.all(np.isfinite(solution)) else None
 
 
-@njit
+@shipped(Matrix)
 def unfolded(band):
     """The band of both halves as LAPACK's LU wants it, transposed: (N, 3k+1) with k rows of room for its fill."""
     size, reach = band.shape[0], band.shape[1] - 1
@@ -75,7 +77,7 @@ def unfolded(band):
     return out
 
 
-@njit
+@shipped(Matrix, Vector)
 def times(band, vector):
     """Product (N,) of the symmetric matrix with the lower `band (N, k)` and `vector (N,)`."""
     size, width = band.shape

@@ -9,9 +9,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.spatial.bands import factorise, solve_factored, times
-from curveline.rod.spatial.energy import BAND, assemble, energy, follow_turns, metric, moved, positions
+from curveline.rod.spatial.energy import (
+    BAND,
+    Shape,
+    SpatialRod,
+    assemble,
+    energy,
+    follow_turns,
+    metric,
+    moved,
+    positions,
+)
 
 RESIDUAL = 1e-10
 """Largest force that is left over, relative to the largest of the forces that balance."""
@@ -35,7 +46,7 @@ SETTLED, EXHAUSTED, BROKEN = 0, 1, 2
 """How a descent ends."""
 
 
-@njit
+@shipped(SpatialRod)
 def neutral_of(rod):
     """How far below zero an eigenvalue may be to count as zero."""
     n = rod.edges.size
@@ -43,7 +54,7 @@ def neutral_of(rod):
     return NEUTRAL + CANCELLED * n * (rod.stiffness[3] + 10.0 * n * n * bending)
 
 
-@njit
+@shipped(SpatialRod)
 def free_of(rod):
     """First and last but one of the unknowns that are free; the first vertex is held, the last one as the rod says."""
     size = 4 * rod.edges.size + 3
@@ -75,11 +86,12 @@ def reaction_of(rod, gradient):
         for j in range(n - 1, -1, -1):
             total += gradient[4 * j + 4 + axis]
             beyond[j] = total
-        out[axis] = np.median(beyond)
+        asked = np.sort(beyond)
+        out[axis] = 0.5 * (asked[(n - 1) // 2] + asked[n // 2])
     return out
 
 
-@njit
+@shipped(SpatialRod, Shape)
 def newton_system(rod, shape):
     """Gradient (4n+3,), band (4n+3, 11) of the Hessian of `moved`, and gap (3,) of the last vertex at `shape`."""
     gradient, band = assemble(rod, shape)
@@ -87,7 +99,7 @@ def newton_system(rod, shape):
     return gradient, band, gap_of(rod, shape)
 
 
-@njit
+@shipped(SpatialRod, Vector, Vector)
 def left_over(rod, gradient, gap):
     """Largest force left over, over the largest force that an edge passes on, and what rounding alone may leave."""
     n = rod.edges.size
@@ -109,7 +121,7 @@ def left_over(rod, gradient, gap):
     return left / scale, ROUNDING * n * stiffest / scale
 
 
-@njit
+@shipped(Matrix, Matrix, float, tuple[int, int])
 def shifted(band, weights, shift, bounds):
     """The free part (N, 11) of `band` plus `shift` times that of `weights`."""
     begin, end = bounds
@@ -120,7 +132,7 @@ def shifted(band, weights, shift, bounds):
     return out
 
 
-@njit
+@shipped(Matrix, Matrix, float, tuple[int, int])
 def definite(band, weights, shift, bounds):
     """Factor of the free part of `band`, shifted by the least multiple of `weights` that does, the shift, and if any.
 
@@ -135,7 +147,7 @@ def definite(band, weights, shift, bounds):
     return factor, shift, False
 
 
-@njit
+@shipped(SpatialRod, Vector, Matrix, Vector)
 def right_sides(rod, gradient, band, gap):
     """Right-hand sides (2, N): minus the gradient, and what moving the last vertex to its place asks of the others."""
     begin, end = free_of(rod)
@@ -150,7 +162,7 @@ def right_sides(rod, gradient, band, gap):
     return right
 
 
-@njit
+@shipped(SpatialRod, Shape, Vector, Matrix)
 def joined(rod, shape, gap, solutions):
     """The step (4n+3,) from both `solutions (2, N)`: of the second, as much as turns no edge by more than `TURN`."""
     begin, end = free_of(rod)
@@ -165,7 +177,7 @@ def joined(rod, shape, gap, solutions):
     return step
 
 
-@njit
+@shipped(SpatialRod, Shape, Vector)
 def bounded(rod, shape, step):
     """The shape after as much of the step as turns no edge by more than `TURN`, how much, and the whole step's turn."""
     whole, turn = moved(rod, shape, step, 1.0)
@@ -211,7 +223,7 @@ def force_after(rod, gradient, band, step):
     return np.zeros(3)
 
 
-@njit
+@shipped(SpatialRod, Shape, int)
 def descend_from(rod, shape, iterations):
     """Shape, how it ended, iterations and force left over of a descent from `shape`: see `relax.descend`."""
     weights, least, bounds = metric(rod), neutral_of(rod), free_of(rod)

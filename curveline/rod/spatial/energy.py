@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.rotations import between, exponential, matrix_of, multiply, normalise
 from curveline.rod.problem import Array
 from curveline.rod.spatial.blocks import along_rotations, clear, halve_rotation, rotated, scatter, vertex_blocks
@@ -37,13 +38,13 @@ class SpatialRod(NamedTuple):
     last vertex and last frame are imposed, else 0.
     """
 
-    edges: Array
-    stiffness: Array
-    natural: Array
-    forces: Array
-    chord: Array
-    frames: Array
-    held: Array
+    edges: Vector
+    stiffness: Vector
+    natural: Vector
+    forces: Matrix
+    chord: Vector
+    frames: Matrix
+    held: Vector
 
 
 class Shape(NamedTuple):
@@ -54,12 +55,12 @@ class Shape(NamedTuple):
     along. Without them they are computed.
     """
 
-    strain: Array
-    frames: Array
-    turns: Array = NO_TURNS
+    strain: Vector
+    frames: Matrix
+    turns: Matrix = NO_TURNS
 
 
-@njit
+@shipped(SpatialRod, Shape)
 def positions(rod, shape):
     """Positions of the vertices, (n+1, 3), by summing the edges."""
     n = rod.edges.size
@@ -84,7 +85,7 @@ def cell_of(rod, i):
     return 0.5 * (rod.edges[i - 1] + rod.edges[i]), 1.0
 
 
-@njit
+@shipped(SpatialRod, Shape, int, Vector, Vector)
 def relative(rod, shape, i, single, q):
     """Overwrite `single (4,)` with the rotation between the frames at vertex `i`, of edges or of edge and clamp.
 
@@ -145,7 +146,7 @@ def vertex_slopes(rod, i, single, q, force, curvature):
     return True
 
 
-@njit
+@shipped(SpatialRod, Shape)
 def energy(rod, shape):
     """Energy of bending, twist and stretch plus the potential of the loads."""
     n = rod.edges.size
@@ -159,7 +160,7 @@ def energy(rod, shape):
     return total
 
 
-@njit
+@shipped(SpatialRod, Shape)
 def moments(rod, shape):
     """Moments (2, 3) of the clamps on the rod: the slope of the energy as a clamp turns; none at a free end."""
     n = rod.edges.size
@@ -177,7 +178,7 @@ def moments(rod, shape):
     return out
 
 
-@njit
+@shipped(SpatialRod, Shape)
 def assemble(rod, shape):
     """Gradient (4n+3,) and lower band (4n+3, 11) of the Hessian by vertex positions and spins, nothing held."""
     n = rod.edges.size
@@ -231,7 +232,7 @@ def assemble(rod, shape):
     return gradient, band
 
 
-@njit
+@shipped(SpatialRod, Shape, Vector, float)
 def moved(rod, shape, step, scale):
     """The shape after `scale` times `step (4n+3,)`, and the largest turn [rad] or weighted stretch of an edge.
 
@@ -305,7 +306,7 @@ def follow_turns(rod, shape, gradient, reaction, band):
         scatter(block, j, j, band)
 
 
-@njit
+@shipped(SpatialRod)
 def metric(rod):
     """Band (4n+3, 11) of the squared L2 norm of the edges' turns, spins and strains: what a Hessian is measured by."""
     n = rod.edges.size

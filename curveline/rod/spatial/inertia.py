@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.rotations import between, matrix_of
-from curveline.rod.problem import Array
 from curveline.rod.spatial.blocks import along_rotations, rotated, scatter, vertex_blocks
-from curveline.rod.spatial.energy import SpatialRod, cell_of, positions, relative, vertex_slopes
+from curveline.rod.spatial.energy import Shape, SpatialRod, cell_of, positions, relative, vertex_slopes
 from curveline.rod.spatial.terms import bend, twist
 
 
@@ -24,15 +24,15 @@ class Pull(NamedTuple):
     (n,)`; `viscosity` times the stiffness pulls turns and twists at the vertices to `bends (n+1, 3)`.
     """
 
-    masses: Array
-    places: Array
-    inertias: Array
-    turns: Array
+    masses: Vector
+    places: Matrix
+    inertias: Vector
+    turns: Vector
     viscosity: float
-    bends: Array
+    bends: Matrix
 
 
-@njit
+@shipped(Vector)
 def lumped(edges):
     """Mass of each vertex, (n+1,), of a rod of unit mass per length: half of that of its edges."""
     n = edges.size
@@ -43,7 +43,7 @@ def lumped(edges):
     return masses
 
 
-@njit
+@shipped(SpatialRod, Shape)
 def strained(rod, shape):
     """Turns about m1 and m2 and twists at the vertices, (n+1, 3); at an end those of rod and mirrored rod."""
     out = np.empty((rod.edges.size + 1, 3))
@@ -55,7 +55,7 @@ def strained(rod, shape):
     return out
 
 
-@njit
+@shipped(Shape, Shape)
 def spun(shape, begin):
     """Spins of the edges beyond parallel transport since the shape `begin`, (n,) [rad]."""
     out = np.empty(shape.strain.size)
@@ -66,7 +66,7 @@ def spun(shape, begin):
     return out
 
 
-@njit
+@shipped(SpatialRod, Shape, Shape, Pull, Vector, Matrix)
 def add_pull(rod, shape, begin, pull, gradient, band):
     """Add the slope and the Hessian of the quadratic part of a step from `begin` to `gradient` and `band`.
 

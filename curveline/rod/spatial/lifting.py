@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Vector
+from curveline.kernels.kernel import shipped
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import exponential, multiply
 from curveline.rod.planar.approach import fitting_mesh
@@ -63,7 +64,7 @@ def frame(angle: float, yaw: float = 0.0, roll: float = 0.0) -> Array:
     return np.asarray(frames_of(np.array([angle]), np.array([yaw]), np.array([roll]))[0])
 
 
-@njit
+@shipped(Vector, Vector, Vector)
 def frames_of(angles, yaws, rolls):
     """Quaternions (n, 4) of frames whose tangents have `angles` in the plane and `yaws` out of it, turned by `rolls`.
 

@@ -10,7 +10,6 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh_tridiagonal
 
 from curveline.rod.problem import Array
 from curveline.rod.spatial.bands import factorise, solve_factored, solve_indefinite, times
@@ -142,6 +141,8 @@ def lowest_modes(rod: SpatialRod, shape: Shape, count: int) -> tuple[Array, Arra
     """
     gradient, band = assemble(rod, shape)
     free = slice(*free_of(rod))
+    from scipy.linalg import eigh_tridiagonal
+
     weights = metric(rod)
     modes = np.zeros((count, gradient.size))
     factor, shift, is_definite = definite(band, weights, neutral_of(rod), free_of(rod))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.kernel import shipped
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.closest_approach import nearest_parts
 from curveline.rod.geometry.crossings import APART, crosses_itself, crosses_tails
@@ -70,7 +70,7 @@ class Climbed(NamedTuple):
     passed: bool
 
 
-@njit
+@shipped(SpatialRod, Shape)
 def vertex_table(rod, shape):
     """Position, slope and second derivative by the unstretched arc length at every vertex: (n+1, 9)."""
     n = rod.edges.size
@@ -105,7 +105,7 @@ def vertex_table(rod, shape):
     return table
 
 
-@njit
+@shipped(SpatialRod, Shape)
 def vertex_bends(rod, shape):
     """Curvatures away from the natural one at the vertices, (n+1,)."""
     out = np.empty(rod.edges.size + 1)
@@ -118,7 +118,7 @@ def vertex_bends(rod, shape):
     return out
 
 
-@njit
+@shipped(SpatialRod, Shape)
 def refined(rod, shape):
     """The same curve on edges cut in two, by interpolation between the frames; clamps end it."""
     n = rod.edges.size
@@ -319,4 +319,4 @@ def _clearance(space: SpaceCurve) -> float:
     """Smallest distance in space between vertices that are not neighbours [m]."""
     places = space.vertices
     apart = max(2, int(APART * (len(places) - 1)))
-    return float(nearest_parts(places, apart, np.linalg.norm(places[-1] - places[0])))
+    return float(nearest_parts(np.ascontiguousarray(places), apart, np.linalg.norm(places[-1] - places[0])))

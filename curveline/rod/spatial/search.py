@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import between, exponential, logarithm, multiply
 from curveline.rod.planar.approach import fitting_mesh
@@ -275,7 +275,7 @@ def across_chord(chord):
     return up, front
 
 
-@njit
+@shipped(SpatialRod, float, Curve)
 def started_frames(rod, roll, curve):
     """Frames (n, 4) of a start: those of the shortest way from clamp to clamp, twisted evenly, and turned."""
     n = rod.edges.size

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.rotations import exponential, multiply
 from curveline.rod.problem import Array
 from curveline.rod.spatial.energy import Shape, SpatialRod, cell_of, relative
@@ -50,7 +50,7 @@ def twisted(rod: SpatialRod, shape: Shape, angle: float) -> tuple[SpatialRod, Sh
     return rod._replace(frames=ends), spread_twist(rod, shape, angle)
 
 
-@njit
+@shipped(SpatialRod, Shape, float)
 def spread_twist(rod, shape, angle):
     """The shape with its frames turned about their tangents by up to `angle` [rad], evenly along the rod."""
     n = rod.edges.size

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
 from curveline.rod.geometry.hermite import integral
@@ -237,7 +238,7 @@ def _area_under(table, edges, chord):
     return integral(rows, edges)
 
 
-@njit
+@shipped(Matrix, Vector, tuple[float, float, float], tuple[float, float], tuple[float, float])
 def _in_metres(table, edges, frame, start, chord):
     """Bring a `table (m+1, 6)` in units of the free length into SI, and look at the curve as a whole.
 

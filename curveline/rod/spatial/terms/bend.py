@@ -8,7 +8,7 @@ frame to the other, which is a turn about an axis across the tangent followed by
 
 from __future__ import annotations
 
-from curveline.rod._jit import njit
+from curveline.kernels.kernel import njit
 
 
 @njit

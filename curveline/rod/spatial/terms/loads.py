@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from curveline.rod._jit import njit
+from curveline.kernels.forms import Matrix
+from curveline.kernels.kernel import njit, shipped
 
 
-@njit
+@shipped(Matrix, Matrix)
 def energy(positions, forces):
     """Potential of `forces (n+1, 3)` at `positions (n+1, 3)`."""
     total = 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from curveline.rod._jit import njit
+from curveline.kernels.kernel import njit
 
 
 @njit

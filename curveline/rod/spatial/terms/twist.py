@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod._jit import njit
+from curveline.kernels.kernel import njit
 
 
 @njit
