@@ -141,19 +141,6 @@ def test_a_read_only_computer_still_simulates() -> None:
     assert "Read-only file system" in told(err)
 
 
-@pytest.mark.parametrize("arguments", [("simulate", SHAPE), (*SWEEP, "--jobs", "2")], ids=["one", "workers"])
-def test_kernels_in_a_folder_that_cannot_be_written_are_used(
-    monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
-) -> None:
-    monkeypatch.setenv("NUMBA_DEBUG_CACHE", "1")
-    monkeypatch.setenv("CURVELINE_KERNELS", "numba")
-    code, out, err = process(*in_a_world([READ_ONLY.format(cache.home())], [*COMMAND, *arguments]))
-    assert code == 0
-    assert "compiling" not in err
-    assert f"data loaded from '{cache.folder()}" in out
-    assert "data saved" not in out
-
-
 @pytest.mark.parametrize(
     ("first", "keeps", "says"),
     [

@@ -116,3 +116,11 @@ def test_a_folder_that_cannot_be_written_is_replaced_for_the_process(tmp_path: P
     assert private.is_dir()
     assert tmp_path not in private.parents
     assert cache.usable(tmp_path / "new" / "cache") == tmp_path / "new" / "cache"
+
+
+def test_processes_that_are_started_use_the_same_kernels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("CURVELINE_CACHE", raising=False)
+    monkeypatch.setattr(cache, "folder", lambda: tmp_path / "home" / "0123")
+    with cache.shared():
+        assert cache.home() == tmp_path / "home"
+    assert "CURVELINE_CACHE" not in os.environ

@@ -99,11 +99,18 @@ def test_machine_code_gives_the_bits_that_numba_gives(calls: dict[str, Call]) ->
 
 
 def test_a_result_is_of_its_class_and_may_be_written_to() -> None:
-    rod = scale_rod(Pose(0.5, 0.0, 0.5, -0.5, 0.66), Bearing(0.02, 1.0, 1.0), np.zeros((0, 3)))
+    rod = scale_rod(Pose(0.5, 0.0, 0.5, -0.5, 0.66), Bearing(0.02, 1.0, 1.0), np.zeros(0), np.zeros((0, 2)))
     assert type(rod) is ScaledRod
     edges = mesh(np.array([0.5]), 24)
     edges[0] = 7.0
     assert edges[0] == 7.0
+
+
+def called(kernel: Any) -> Any:
+    """What calls the machine code of a kernel."""
+    library = native.library()
+    assert library
+    return library.caller(kernel.path, kernel.py_func, kernel.compiled)
 
 
 @pytest.mark.parametrize(
@@ -113,7 +120,7 @@ def test_a_result_is_of_its_class_and_may_be_written_to() -> None:
 )
 def test_other_arguments_than_it_was_made_for_are_left_to_numba(edges: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     seen = []
-    monkeypatch.setattr(halved, "_run", native.library().caller(halved))  # type: ignore[union-attr]
+    monkeypatch.setattr(halved, "_run", called(halved))
     monkeypatch.setitem(halved._run.__globals__, "other", lambda *arguments: seen.append(arguments))
     halved(edges)
     assert len(seen) == 1
@@ -121,7 +128,7 @@ def test_other_arguments_than_it_was_made_for_are_left_to_numba(edges: Any, monk
 
 def test_one_dimension_too_many_is_left_to_numba(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = []
-    monkeypatch.setattr(times, "_run", native.library().caller(times))  # type: ignore[union-attr]
+    monkeypatch.setattr(times, "_run", called(times))
     monkeypatch.setitem(times._run.__globals__, "other", lambda *arguments: seen.append(arguments))
     times(np.ones(3), np.ones(3))
     times(np.ones((3, 1)), 3.0)
