@@ -24,7 +24,7 @@ LONGEST_FIRST = (
     "cli/test_ways_out.py",
     "cli/test_system_errors.py",
     "cli/test_load.py",
-    "test_film.py",
+    "figures/test_falls.py",
     "radio/test_unplugged.py",
     "radio/test_contract.py",
 )

@@ -22,9 +22,9 @@ from curveline.loading.snap_through import LOST, UNKNOWN, Loading, load
 from curveline.rod.problem import Array
 from curveline.rod.spatial.dynamics import Fate, time_unit
 from curveline.shapes.files import read_shape
-from test_load_scales import scaled
+from loading.test_scales import scaled
 
-SHAPES = Path(__file__).parent.parent / "shapes"
+SHAPES = Path(__file__).parents[2] / "shapes"
 
 
 def pushed(name: str = "level-up-peak", push: Push = Push(at=0.35)) -> Loading:  # noqa: B008

@@ -18,7 +18,7 @@ from curveline.sections import Rectangle
 from curveline.simulation.simulate import SegmentStates, simulate, spatial_segment
 from curveline.units import deg, mm
 
-PLAIN = curveline.read_shape(Path(__file__).parent.parent / "shapes" / "level-neutral-peak.toml")
+PLAIN = curveline.read_shape(Path(__file__).parents[2] / "shapes" / "level-neutral-peak.toml")
 TINY = 1e-9
 
 
