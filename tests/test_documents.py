@@ -19,6 +19,7 @@ import pytest
 from typer.testing import CliRunner
 
 import curveline
+import standby
 from curveline.cli.app import app
 
 ROOT = Path(__file__).parents[1]
@@ -129,6 +130,19 @@ def test_every_command_and_option_that_is_named_exists(page: Path) -> None:
     assert {each for code in inline for each in OPTION.findall(code) if each.startswith("--")} <= known
 
 
+@pytest.fixture
+def _standby(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Commands and programs are on standby; those of README.md, in its own test, begin as they do for everybody."""
+    monkeypatch.setattr(printed, "PYTHON", standby.python())
+    monkeypatch.setattr(printed, "COMMANDS", tmp_path / "bin")
+    (tmp_path / "bin").mkdir()
+    for name, options in (("curveline", ("-m", "curveline")), ("python", ())):
+        command = tmp_path / "bin" / name
+        command.write_text(f'#!/bin/sh\nexec {shlex.join([*standby.python(), *options])} "$@"\n')
+        command.chmod(0o755)
+
+
+@pytest.mark.usefixtures("_standby")
 @pytest.mark.parametrize("page", RUN, ids=name_of)
 def test_what_a_page_prints_is_what_is_printed(page: Path) -> None:
     for block, done in printed.reports(page):
