@@ -4,7 +4,7 @@ A process that starts as `python -m curveline` spends a second of processor time
 before it does anything. Where a test is about what a command does, and not about how it starts, `python()` stands for
 the interpreter: what it starts passes arguments, folder, environment and open files on to a server, which forks a
 process that does the rest. Signals, exit codes and the end of either one reach the other. Where that would not be the
-same (another cache, streams that are closed or a terminal, no Linux), it becomes the interpreter itself.
+same (another cache, a terminal, a folder that is gone, no Linux), it becomes the interpreter itself.
 """
 
 from __future__ import annotations

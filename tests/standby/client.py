@@ -7,7 +7,7 @@ import socket
 import struct
 import sys
 
-FORWARDED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+FORWARDED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTTIN)
 MOST = 100
 """Open files that are passed on at once."""
 
@@ -21,11 +21,20 @@ def is_open(descriptor: int) -> bool:
     return True
 
 
+def is_somewhere() -> bool:
+    """Whether the current folder is there still."""
+    try:
+        os.getcwd()
+    except OSError:
+        return False
+    return True
+
+
 def main() -> None:
     """Pass everything on, wait, end."""
     name, *arguments = sys.argv[1:]
     files = sorted(filter(is_open, map(int, os.listdir("/proc/self/fd"))))
-    if files[:3] != [0, 1, 2] or len(files) > MOST or any(map(os.isatty, files)):
+    if len(files) > MOST or any(map(os.isatty, files)) or not is_somewhere():
         os.execv(sys.executable, [sys.executable, *arguments])
     request = {"arguments": arguments, "folder": os.getcwd(), "environment": dict(os.environ), "files": files}
     data = json.dumps(request).encode("ascii")

@@ -17,13 +17,17 @@ import struct
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TextIO
 
 TESTS = Path(__file__).parents[1]
 SHAPE = TESTS.parent / "shapes" / "level-up-peak.toml"
 FAR = 1000
 """A descriptor beyond all that are passed on."""
+UNWRITTEN = 120
+"""How Python ends where the rest of its output could not be written."""
 ERRORS = [stream.errors for stream in (sys.stdin, sys.stdout, sys.stderr)]
+ENCODING = sys.stdout.encoding
+WRITTEN_AT_ONCE = sys.stdout.write_through  # type: ignore[attr-defined]
 
 
 def prepare() -> None:
@@ -41,15 +45,16 @@ def prepare() -> None:
 
 def serve(listener: socket.socket) -> list[str]:
     """Answer clients until whoever started this is gone; returns in forked processes only, with what they are to do."""
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     while True:
         ready, _, _ = select.select([listener, 0], [], [])
+        with contextlib.suppress(ChildProcessError):
+            while os.waitpid(-1, os.WNOHANG)[0]:
+                pass
         if 0 in ready:
             os._exit(0)
         client, _ = listener.accept()
         if not os.fork():
             listener.close()
-            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
             return attend(client)
         client.close()
 
@@ -84,17 +89,24 @@ def attend(client: socket.socket) -> list[str]:
 def begin(request: dict[str, Any], descriptors: list[int]) -> None:
     """Be a process that has just started."""
     apart = [fcntl.fcntl(descriptor, fcntl.F_DUPFD_CLOEXEC, FAR) for descriptor in descriptors]
+    os.closerange(0, FAR)
     for number, descriptor in zip(request["files"], apart, strict=True):
         os.dup2(descriptor, number)
-    for descriptor in {*apart, *descriptors} - {*request["files"]}:
         os.close(descriptor)
     os.chdir(request["folder"])
     os.environ.clear()
     os.environ.update(request["environment"])
-    modes = ("r", "w", "w")
-    streams = [open(n, modes[n], encoding="utf-8", errors=ERRORS[n], closefd=False) for n in range(3)]  # noqa: SIM115
+    streams = [stream(number) if number in request["files"] else None for number in range(3)]
     sys.stdin, sys.stdout, sys.stderr = sys.__stdin__, sys.__stdout__, sys.__stderr__ = streams  # type: ignore[misc]
-    streams[2].reconfigure(line_buffering=True)
+
+
+def stream(number: int) -> TextIO:
+    """As Python opens it, with PYTHONUNBUFFERED and without."""
+    is_raw = WRITTEN_AT_ONCE and number > 0
+    file = open(number, "wb" if number else "rb", 0 if is_raw else -1, closefd=False)  # noqa: SIM115
+    return io.TextIOWrapper(
+        file, ENCODING, ERRORS[number], line_buffering=number == 2 and not is_raw, write_through=is_raw
+    )
 
 
 def run(first: str, *arguments: str) -> None:
@@ -117,8 +129,14 @@ def run(first: str, *arguments: str) -> None:
 def leave(code: int) -> None:
     """End as the interpreter does, but for taking a thousand modules apart."""
     atexit._run_exitfuncs()
-    sys.stdout.flush()
-    sys.stderr.flush()
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        code = UNWRITTEN
+    with contextlib.suppress(OSError):
+        if sys.stderr is not None:
+            sys.stderr.flush()
     os._exit(code)
 
 
