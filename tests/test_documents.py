@@ -132,14 +132,9 @@ def test_every_command_and_option_that_is_named_exists(page: Path) -> None:
 
 @pytest.fixture
 def _standby(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Commands and programs are on standby; those of README.md, in its own test, begin as they do for everybody."""
+    """Commands and programs are on standby; the first one of README.md begins as it does for everybody."""
     monkeypatch.setattr(printed, "PYTHON", standby.python())
-    monkeypatch.setattr(printed, "COMMANDS", tmp_path / "bin")
-    (tmp_path / "bin").mkdir()
-    for name, options in (("curveline", ("-m", "curveline")), ("python", ())):
-        command = tmp_path / "bin" / name
-        command.write_text(f'#!/bin/sh\nexec {shlex.join([*standby.python(), *options])} "$@"\n')
-        command.chmod(0o755)
+    monkeypatch.setattr(printed, "COMMANDS", standby.commands(tmp_path / "bin"))
 
 
 @pytest.mark.usefixtures("_standby")

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import shlex
 import socket
 import subprocess
 import sys
@@ -35,6 +36,16 @@ def python(environment: Mapping[str, str] | None = None) -> list[str]:
         return [sys.executable]
     name = _server(tuple(sorted(read_at_once(os.environ if environment is None else environment).items())))
     return [sys.executable, "-IS", str(HERE / "client.py"), name]
+
+
+def commands(folder: Path) -> Path:
+    """A folder to be put first on a PATH: what stands for `curveline` and for `python`."""
+    folder.mkdir()
+    for name, options in (("curveline", ("-m", "curveline")), ("python", ())):
+        command = folder / name
+        command.write_text(f'#!/bin/sh\nexec {shlex.join([*python(), *options])} "$@"\n')
+        command.chmod(0o755)
+    return folder
 
 
 @cache

@@ -75,7 +75,8 @@ def attend(client: socket.socket) -> list[str]:
         return [str(each) for each in request["arguments"]]
     for descriptor in descriptors:
         os.close(descriptor)
-    client.sendall(struct.pack("!i", process))
+    with contextlib.suppress(OSError):  # who is killed meanwhile is heard of below
+        client.sendall(struct.pack("!i", process))
     over = os.pidfd_open(process)
     ready, _, _ = select.select([over, client], [], [])
     if over not in ready:
