@@ -65,7 +65,10 @@ def test_an_error_is_told_and_a_command_is_a_command(tmp_path: Path) -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
 def test_signals_reach_it_and_nothing_outlives_whoever_is_killed(number: signal.Signals) -> None:
     with subprocess.Popen(
-        [*standby.python(), "-c", LONG], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        [*standby.python(), "-c", LONG],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL) if number != signal.SIGKILL else None,
     ) as process:
         assert process.stdout is not None
         inner = int(process.stdout.readline())

@@ -37,6 +37,7 @@ def main() -> None:
     if len(files) > MOST or any(map(os.isatty, files)) or not is_somewhere():
         os.execv(sys.executable, [sys.executable, *arguments])
     request = {"arguments": arguments, "folder": os.getcwd(), "environment": dict(os.environ), "files": files}
+    request["heeded"] = [number for number in FORWARDED if signal.getsignal(number) != signal.SIG_IGN]
     data = json.dumps(request).encode("ascii")
     signal.pthread_sigmask(signal.SIG_BLOCK, FORWARDED)
     with socket.socket(socket.AF_UNIX) as server:
