@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Iterator
@@ -15,6 +16,8 @@ MANY = 20
 """Files of tests from which on more than one process pays; fewer are done before a second one has begun."""
 MOST = 8
 """Processes at most: each collects all tests for itself."""
+WAITING = 1
+"""How many more than there are processors: a tenth of the time a test waits for another process, or for a clock."""
 
 for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")  # on busy processors those of small matrices wait for each other, and spin
@@ -35,14 +38,14 @@ def processors() -> int:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config: pytest.Config) -> None:
-    """Where neither the number of processes was chosen nor what only one can do: as many as there are processors."""
+    """Where neither the number of processes was chosen nor what only one can do: enough for all processors."""
     options = config.option
     if "PYTEST_XDIST_WORKER" in os.environ:  # it is one of them: without this each starts more, without end
         return
     if getattr(options, "numprocesses", 0) is not None or options.usepdb or options.trace or options.collectonly:
         return
     if options.capture != "no" and files_in(config.args) >= MANY and processors() > 1:
-        options.numprocesses = min(processors(), MOST)
+        options.numprocesses = min(processors() + WAITING, MOST)
         options.dist, options.loadscopereorder = "loadfile", False
 
 
@@ -58,6 +61,13 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Long files come first, so that all processes end together."""
     items.sort(key=lambda item: order.place(item.path))
+
+
+def pytest_collection_finish() -> None:
+    """What is there now stays: it is not looked through for garbage time and again, and what comes not as often."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 50)
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -8,25 +8,32 @@ HERE = Path(__file__).parent
 LONGEST_FIRST = (
     "cli/test_display.py",
     # While the first process compiles the kernels, the others do what needs none.
-    "firmware/test_conformance.py",
     "radio/model/test_model.py",
     "firmware/test_node_homing.py",
     "radio/test_simulation.py",
     "firmware/test_node_image.py",
+    "firmware/test_conformance.py",
+    "radio/test_contract.py",
     "firmware/test_fuzz.py",
+    "radio/test_unplugged.py",
     "radio/test_coverage.py",
+    # These compile more of them.
+    "figures/test_falls.py",
+    "completeness/test_space.py",
+    # What starts other processes waits for nobody's kernels: now they are there.
     "test_advice_works.py",
+    "cli/test_system_errors.py",
     "platforms/test_platforms.py",
     "test_documents.py",
-    "completeness/test_completeness.py",
-    "completeness/test_space.py",
-    "test_end_to_end.py",
     "cli/test_ways_out.py",
-    "cli/test_system_errors.py",
+    "cli/test_terminal.py",
+    "cli/test_sweep.py",
+    "simulation/test_space_states.py",
+    "cli/test_landing.py",
+    "planning/test_planning.py",
+    "test_outputs.py",
+    "test_end_to_end.py",
     "cli/test_load.py",
-    "test_film.py",
-    "radio/test_unplugged.py",
-    "radio/test_contract.py",
 )
 
 

@@ -90,7 +90,7 @@ def test_an_overload_names_the_node(asked: Scene, node: int) -> None:
     assert (found.value.segment, found.value.node) == (0, node)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", [*range(8), *only(range(8, 40))])
 def test_what_a_refused_plan_advises_can_be_planned(seed: int) -> None:
     chance = random.Random(f"lone {seed}")
     nodes = tuple(Node(mm(round(chance.uniform(-120, 120), 1)), deg(round(chance.uniform(-70, 70), 1))) for _ in "12")
@@ -125,18 +125,22 @@ def no_way(path: Path) -> list[Suspicion]:
 WEAK = {"max_force_N": "3.0"}
 NO_WAY = [
     ("single", WEAK),
-    ("single", {"max_force_N": "3.0", "max_moment_Nmm": "90.0"}),
     ("single", {"max_strain": "0.001"}),
-    ("single", {"thickness_mm": "0.5"}),
-    ("single", {"thickness_mm": "5.0"}),
-    ("single", {"angle_deg": "[-10.0, 10.0]"}),
     ("single", {"length_mm": "[500.0, 505.0]"}),
-    ("single", {"length_mm": "[650.0, 900.0]"}),
     ("single", {"total_length_mm": "530.0"}),
-    ("quad", WEAK),
-    ("quad", {"max_moment_Nmm": "100.0"}),
-    ("quad", {"thickness_mm": "1.0"}),
     ("quad", {"total_length_mm": "2030.0"}),
+    *only(
+        [
+            ("quad", WEAK),
+            ("single", {"max_force_N": "3.0", "max_moment_Nmm": "90.0"}),
+            ("single", {"thickness_mm": "0.5"}),
+            ("single", {"thickness_mm": "5.0"}),
+            ("single", {"angle_deg": "[-10.0, 10.0]"}),
+            ("single", {"length_mm": "[650.0, 900.0]"}),
+            ("quad", {"max_moment_Nmm": "100.0"}),
+            ("quad", {"thickness_mm": "1.0"}),
+        ]
+    ),
 ]
 
 
@@ -155,7 +159,7 @@ def test_with_what_is_advised_plans_lead_from_home(tmp_path: Path, name: str, va
         assert left == []
 
 
-@pytest.mark.parametrize("seed", [*range(5), *only(range(5, 24))])
+@pytest.mark.parametrize("seed", [*range(3), *only(range(3, 24))])
 def test_random_displays_are_helped_by_what_is_advised(tmp_path: Path, seed: int) -> None:
     chance = random.Random(f"display {seed}")
     values = {

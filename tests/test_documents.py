@@ -19,6 +19,7 @@ import pytest
 from typer.testing import CliRunner
 
 import curveline
+import standby
 from curveline.cli.app import app
 
 ROOT = Path(__file__).parents[1]
@@ -129,6 +130,14 @@ def test_every_command_and_option_that_is_named_exists(page: Path) -> None:
     assert {each for code in inline for each in OPTION.findall(code) if each.startswith("--")} <= known
 
 
+@pytest.fixture
+def _standby(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Commands and programs are on standby; the first one of README.md begins as it does for everybody."""
+    monkeypatch.setattr(printed, "PYTHON", standby.python())
+    monkeypatch.setattr(printed, "COMMANDS", standby.commands(tmp_path / "bin"))
+
+
+@pytest.mark.usefixtures("_standby")
 @pytest.mark.parametrize("page", RUN, ids=name_of)
 def test_what_a_page_prints_is_what_is_printed(page: Path) -> None:
     for block, done in printed.reports(page):

@@ -57,6 +57,7 @@ def test_shape_ends_in_the_wanted_state(path, loss, spread, tmp_path):
     assert kinds.count("release") == len(plan.steps)
 
 
+@pytest.mark.campaign
 def test_tour_of_all_shapes_with_unequal_motors_on_bad_air(tmp_path):
     # The display keeps its place between the sends, and the rod its state; each shape is planned from there.
     states: tuple[str, ...] = ()

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+import standby
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
@@ -28,7 +29,7 @@ def test_every_example_says_something() -> None:
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_runs(path: Path, tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "CURVELINE_RUNS": str(tmp_path / "runs")}
-    command = [sys.executable, str(path), str(tmp_path)]
+    command = [*standby.python(environment), str(path), str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert SAYS[path.stem] in " ".join(done.stdout.split("\n")) or SAYS[path.stem] in done.stdout

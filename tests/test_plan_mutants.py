@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from campaign import only
 from curveline.cli.printing.reports.plan_text import describe
 from curveline.drive_settings import drive_settings
 from curveline.errors import InvalidInput
@@ -202,19 +203,21 @@ def test_no_damaged_file_is_another_plan() -> None:
     assert 0 < len(same) < 300
 
 
-def test_no_edited_document_is_another_plan() -> None:
-    same = list(mutants(lambda random: json.dumps(changed_document(random)).encode(), 2000))
+@pytest.mark.parametrize("count", [700, *only([2000])])
+def test_no_edited_document_is_another_plan(count: int) -> None:
+    same = list(mutants(lambda random: json.dumps(changed_document(random)).encode(), count))
     assert [number for number, plan in same if plan != ORIGINAL] == []
     # Equal values exchanged.
-    assert 0 < len(same) < 400
+    assert 0 < len(same) < count // 5
 
 
-def test_a_forged_seal_makes_no_traceback_and_leaves_no_limit() -> None:
+@pytest.mark.parametrize("count", [1000, *only([3000])])
+def test_a_forged_seal_makes_no_traceback_and_leaves_no_limit(count: int) -> None:
     accepted = 0
-    for number, plan in mutants(lambda random: json.dumps(resealed(changed_document(random))).encode(), 3000):
+    for number, plan in mutants(lambda random: json.dumps(resealed(changed_document(random))).encode(), count):
         assert plan.seal == seal_of(plan), number
         accepted += sends_within_limits(plan)
-    assert accepted > 300
+    assert accepted > count // 10
 
 
 def sends_within_limits(plan: Plan) -> bool:

@@ -5,6 +5,8 @@ from pathlib import Path
 import printed
 import pytest
 
+import standby
+
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
 BLOCKS = printed.blocks(ROOT / "README.md")
@@ -42,6 +44,13 @@ def test_three_commands_are_shown():
     assert len(README.splitlines()) <= 100
 
 
+@pytest.fixture
+def _standby(monkeypatch, tmp_path):
+    monkeypatch.setattr(printed, "PYTHON", standby.python())
+    monkeypatch.setattr(printed, "COMMANDS", standby.commands(tmp_path / "bin"))
+
+
+@pytest.mark.usefixtures("_standby")
 @pytest.mark.parametrize("block", SHOWN, ids=[block.text.splitlines()[0].split()[2] for block in SHOWN])
 def test_command_prints_what_is_shown(block, place):
     done = printed.run(block, place)
@@ -54,6 +63,7 @@ def test_ci_runs_the_printed_test_command():
     assert "grep -m 1 '&& pytest$' README.md" in script
 
 
+@pytest.mark.usefixtures("_standby")
 def test_python_example_runs(place):
     (example,) = [block for block in BLOCKS if block.kind == "python"]
     assert len(example.text.splitlines()) <= 12

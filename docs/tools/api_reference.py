@@ -93,10 +93,15 @@ def _resolved(each: Any, name: str) -> Any:
     module = sys.modules[each.__module__]
     if hasattr(module, name):
         return getattr(module, name)
-    for node in ast.walk(_tree(module.__name__)):
-        if isinstance(node, ast.ImportFrom) and any((alias.asname or alias.name) == name for alias in node.names):
-            return getattr(importlib.import_module(node.module or ""), name, None)
-    return None
+    source = _imported(module.__name__).get(name)
+    return None if source is None else getattr(importlib.import_module(source), name, None)
+
+
+@cache
+def _imported(module: str) -> dict[str, str]:
+    """The names that a module's source imports from others, each with the first module that it comes from."""
+    found = [node for node in ast.walk(_tree(module)) if isinstance(node, ast.ImportFrom)]
+    return {alias.asname or alias.name: node.module or "" for node in reversed(found) for alias in node.names}
 
 
 @cache

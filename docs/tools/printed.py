@@ -37,6 +37,12 @@ GOES_ON = "goes on"
 LONGEST = 300
 """Seconds that a block may take."""
 
+PYTHON = [sys.executable]
+"""What a program of a page is given to."""
+
+COMMANDS = Path(sys.executable).parent
+"""The folder in which the shell finds the commands first."""
+
 CACHE = "CURVELINE_CACHE"
 """The one setting of whoever runs this that counts: kernels that are compiled already."""
 
@@ -103,7 +109,7 @@ def run(block: Block, folder: Path) -> Printed:
     if block.kind == "console":
         return _console(block, folder)
     if block.kind == "python":
-        return _process([sys.executable, "-c", block.text], folder)
+        return _process([*PYTHON, "-c", block.text], folder)
     lines = "".join(line for line in block.text.splitlines(keepends=True) if not line.startswith(INSTALLING))
     return _process(["bash", "-e", "-c", lines], folder)
 
@@ -127,7 +133,7 @@ def _process(command: list[str], folder: Path) -> Printed:
         "CURVELINE_RUNS": "runs",
         "CURVELINE_KEYS": "site.json",
         "COLUMNS": "80",
-        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "PATH": f"{COMMANDS}{os.pathsep}{os.environ['PATH']}",
     }
     done = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
@@ -167,13 +173,23 @@ def _is_close(one: str, other: str) -> bool:
 
 
 def reports(page: Path) -> Iterator[tuple[Block, Printed]]:
-    """Run every block of a page that runs everywhere."""
+    """Run every block of a page that runs everywhere, one program of all cells that follow each other."""
     with tempfile.TemporaryDirectory() as name:
-        folder, program = clone(Path(name)), ""
-        for block in filter(lambda each: each.is_run, blocks(page)):
-            if block.kind == "python":
-                program = program + block.text if block.note == GOES_ON else block.text
-            yield block, run(block._replace(text=program) if block.kind == "python" else block, folder)
+        folder = clone(Path(name))
+        for block in joined([each for each in blocks(page) if each.is_run]):
+            yield block, run(block, folder)
+
+
+def joined(found: list[Block]) -> Iterator[Block]:
+    """Blocks in their order; a cell with all before it, and only the last of several that follow each other."""
+    program = ""
+    for block, after in zip(found, [*found[1:], None], strict=True):
+        if block.kind != "python":
+            yield block
+            continue
+        program = program + block.text if block.note == GOES_ON else block.text
+        if after is None or after.kind != "python" or after.note != GOES_ON:
+            yield block._replace(text=program)
 
 
 def rewritten(page: Path) -> str:

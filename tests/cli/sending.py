@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from curveline.plan_file import write_plan
@@ -16,14 +17,16 @@ LIMIT_S = 30.0
 
 
 class Sending:
-    """A send of some steps; its stderr goes to a file, where it can be watched."""
+    """A send of some steps, begun by `python`; its stderr goes to a file, where it can be watched."""
 
-    def __init__(self, folder: Path, radio: str, seconds: float, steps: int) -> None:
+    def __init__(
+        self, folder: Path, radio: str, seconds: float, steps: int, python: Sequence[str] = (sys.executable,)
+    ) -> None:
         write_plan(small_plan(steps=steps, seconds=seconds), folder / "plan.json")
         self._said = folder / "said"
         with self._said.open("w") as said:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "curveline", "send", "plan.json", "--radio", radio, "--yes", "--json"],
+                [*python, "-m", "curveline", "send", "plan.json", "--radio", radio, "--yes", "--json"],
                 cwd=folder,
                 env={**os.environ, "CURVELINE_RUNS": str(folder / "runs")},
                 stdout=subprocess.PIPE,

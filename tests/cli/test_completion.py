@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import shellingham
 
+import standby
 from curveline.cli.completion import SCRIPTS
 
 from .conftest import Run, small_plan
@@ -46,7 +47,7 @@ def offered(shell: str, line: str) -> list[str]:
         "fish": {"_TYPER_COMPLETE_ARGS": line, "_TYPER_COMPLETE_FISH_ACTION": "get-args"},
     }[shell]
     environment = {**os.environ, **asks, "_CURVELINE_COMPLETE": f"complete_{shell}"}
-    command = [sys.executable, "-m", "curveline"]
+    command = [*standby.python(), "-m", "curveline"]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     assert done.stderr == ""
     return done.stdout.splitlines()

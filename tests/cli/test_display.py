@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from curveline.cli.printing.progress import compiling
+from curveline.displays import capability
 from curveline.displays.capability import TOO_HARD, TOO_STIFF, TOO_TIGHT, Ability, Held, held_lengths, leaving, too_much
 from curveline.displays.lint import suspicions
 from curveline.radio.protocol.codes import POSITION_LIMIT
@@ -18,6 +20,13 @@ from curveline.shapes.files import builtin_text, read_display
 from curveline.units import mm
 
 from .conftest import Run
+
+
+@pytest.fixture(autouse=True)
+def _computed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a display is able to do is computed once where a test has it printed in two ways."""
+    monkeypatch.setattr(capability, "ability_of", cache(capability.ability_of))
+
 
 SINGLE, QUAD = builtin_text("single"), builtin_text("quad")
 Write = Callable[..., Path]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import shlex
 import subprocess
 import sys
 import threading
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import pytest
 
+import standby
 from curveline.shapes.files import MAX_BYTES, builtin_text
 from curveline.system import given_files
 from curveline.system.given_files import read_given
@@ -226,7 +228,7 @@ SHELL = {
 
 @pytest.mark.parametrize("line", SHELL.values(), ids=SHELL)
 def test_what_a_shell_pipes_in(line: str) -> None:
-    command = line.format(curveline=f"{sys.executable} -m curveline", shape=SHAPE)
+    command = line.format(curveline=shlex.join([*standby.python(), "-m", "curveline"]), shape=SHAPE)
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("level-up-peak\n")

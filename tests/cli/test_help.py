@@ -56,6 +56,16 @@ def at_width(monkeypatch: pytest.MonkeyPatch, columns: int) -> None:
     monkeypatch.setattr(terminal, "size", lambda stream: (columns, 24))
 
 
+HELPS: dict[tuple[str, ...], str] = {}
+
+
+def help_of(run: Run, path: tuple[str, ...]) -> str:
+    """The help of a command where there is no terminal, printed once for all tests."""
+    if path not in HELPS:
+        HELPS[path] = run(*path, "-h").out
+    return HELPS[path]
+
+
 def words(text: str) -> list[str]:
     return text.split()
 
@@ -75,7 +85,7 @@ def test_a_short_h_is_help_and_says_all_that_a_help_must(run: Run, path: tuple[s
 
 @each_command
 def test_a_help_has_no_types_of_python_and_no_formulas_for_ranges(run: Run, path: tuple[str, ...]) -> None:
-    out = run(*path, "-h").out
+    out = help_of(run, path)
     assert not re.search(r"<(int|str|float|bool|list|Path)", out)
     assert "<=x" not in out
     assert "x<=" not in out
@@ -87,7 +97,7 @@ def test_a_help_has_no_types_of_python_and_no_formulas_for_ranges(run: Run, path
 def test_a_help_is_wrapped_at_words_whatever_the_width(
     run: Run, monkeypatch: pytest.MonkeyPatch, path: tuple[str, ...], columns: int
 ) -> None:
-    wide = run(*path, "-h").out
+    wide = help_of(run, path)
     at_width(monkeypatch, columns)
     out = run(*path, "-h").out
     assert words(out) == words(wide)
@@ -107,14 +117,14 @@ def test_a_wide_terminal_is_made_use_of(run: Run, monkeypatch: pytest.MonkeyPatc
 def test_no_summary_is_cut(run: Run) -> None:
     for path, group in ALL.items():
         if isinstance(group, TyperGroup):
-            text = " ".join(run(*path, "-h").out.split())
+            text = " ".join(help_of(run, path).split())
             for command in group.commands.values():
                 assert " ".join(command.help.split("\n\n")[0].split()) in text
 
 
 @each_command
 def test_ranges_defaults_and_choices_are_said(run: Run, path: tuple[str, ...]) -> None:
-    text = " ".join(run(*path, "-h").out.split())
+    text = " ".join(help_of(run, path).split())
     for parameter in ALL[path].params:
         low, high = parameter.min, parameter.max
         if low is not None and high is not None:

@@ -14,6 +14,7 @@ import pytest
 from matplotlib.image import imread
 
 from curveline.cli.printing.reports import load_report
+from curveline.figures import falls
 from curveline.loading import load_map, snap_through
 from curveline.loading.pushes import Push, Stand
 from curveline.loading.snap_through import Limit, limit_of, load
@@ -154,7 +155,8 @@ def test_a_map_is_told_drawn_and_written(run: Run, tmp_path: Path) -> None:
     assert all(0.0 < a < b < 1.0 for a, b in found["withstands"][2]["yields_between"])
 
 
-def test_a_fall_is_filmed_or_drawn(run: Run, tmp_path: Path) -> None:
+def test_a_fall_is_filmed_or_drawn(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(falls, "FRAME_MS", 10 * falls.FRAME_MS)  # fewer frames: how many there are, others hold
     film, picture = tmp_path / "fall.gif", tmp_path / "fall.pdf"
     code, out, err = run("load", SHAPE, "--at", "0.35", "--film", film)
     assert code == 0

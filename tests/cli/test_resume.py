@@ -14,6 +14,7 @@ from random import Random
 
 import pytest
 
+import standby
 from curveline.plan_file import read_plan, sealed, write_plan
 from curveline.radio.host.journal import ReopenedJournal, read_journal
 from curveline.radio.host.link import Control, OperatorRequest
@@ -262,7 +263,8 @@ def test_killed_for_real_and_gone_on_with_by_the_command_line(tmp_path: Path, se
     time.sleep(Random(seed).random() * 0.8)
     process.send_signal(signal.SIGKILL)
     assert process.wait() == -signal.SIGKILL
-    command = [sys.executable, "-m", "curveline", "send", "--resume", "last", "--radio", "mock", "--yes", "--json"]
+    begun = [*standby.python(env), "-m", "curveline"]
+    command = [*begun, "send", "--resume", "last", "--radio", "mock", "--yes", "--json"]
     done = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, (seed, done.stderr)
     assert json.loads(done.stdout)["steps_done"] == 9

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+import standby
 from curveline.radio.host.journal import read_journal
 
 from .conftest import failure
@@ -18,7 +19,7 @@ from .sending import Sending
 
 @pytest.fixture
 def sending(tmp_path: Path) -> Iterator[Sending]:
-    process = Sending(tmp_path, "mock:realtime", seconds=1.5, steps=3)
+    process = Sending(tmp_path, "mock:realtime", 1.5, 3, standby.python())
     process.wait_for("step 1 of 3")
     yield process
     process.kill()

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import resource
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -15,6 +16,7 @@ from pathlib import Path
 import pytest
 from numba.core import caching
 
+import standby
 from curveline.cli.printing import screen
 from curveline.cli.printing.progress import compiling
 from curveline.kernels import cache, readiness
@@ -30,9 +32,18 @@ SWEEP = ("simulate", SHAPE, "--sweep", "nodes.1.angle_deg=-30:30:21")
 SHELL = " ".join(COMMAND)
 
 
+def begun() -> list[str]:
+    """What begins a command whose own beginning is not what matters."""
+    return [*standby.python({**os.environ, **KERNELS}), "-m", "curveline"]
+
+
+KERNELS = {"CURVELINE_CACHE": str(cache.home())}
+"""For other processes the kernels of this one, which are there already."""
+
+
 def process(*command: str, limit: Callable[[], None] | None = None, cwd: Path | None = None) -> Result:
-    """What a process leaves behind; the kernels of this one are there already."""
-    environment = {**os.environ, "CURVELINE_CACHE": str(cache.home())}
+    """What a process leaves behind."""
+    environment = {**os.environ, **KERNELS}
     done = subprocess.run(
         command, env=environment, cwd=cwd, capture_output=True, text=True, preexec_fn=limit, check=False
     )
@@ -187,7 +198,7 @@ def test_too_few_files_for_workers() -> None:
 def test_a_folder_that_was_deleted_under_the_command(arguments: str, tmp_path: Path) -> None:
     (tmp_path / "gone").mkdir()
     script = f"cd {tmp_path}/gone && rmdir {tmp_path}/gone && exec {SHELL} {arguments}"
-    environment = {**os.environ, "PYTHONPATH": str(Path(files.__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(files.__file__).parents[2])}
     done = subprocess.run(["sh", "-c", script], env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert "Traceback" not in done.stderr
@@ -199,18 +210,18 @@ def test_a_folder_that_was_deleted_under_the_command(arguments: str, tmp_path: P
 
 def test_a_closed_stdin_is_no_terminal_to_ask_on(tmp_path: Path) -> None:
     for arguments in (f"send {SHAPE} --radio mock:fresh", "send --home --radio mock:fresh"):
-        code, out, err = process("sh", "-c", f"{SHELL} {arguments} --runs {tmp_path} <&-")
+        code, out, err = process("sh", "-c", f"{shlex.join(begun())} {arguments} --runs {tmp_path} <&-")
         assert (code, out) == (2, "")
         assert "there is no terminal to ask on" in told(err)
         assert "--yes" in told(err)
-    assert process("sh", "-c", f"{SHELL} {' '.join(SWEEP)} --jobs 2 <&-").code == 0
-    assert process("sh", "-c", f"{SHELL} status --radio mock --runs {tmp_path} <&- >&- 2>&-").code == 0
+    assert process("sh", "-c", f"{shlex.join(begun())} {' '.join(SWEEP)} --jobs 2 <&-").code == 0
+    assert process("sh", "-c", f"{shlex.join(begun())} status --radio mock --runs {tmp_path} <&- >&- 2>&-").code == 0
 
 
 def test_adopting_does_not_ask_a_closed_stdin_either(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("CURVELINE_KEYS", str(tmp_path / "site.json"))
     run("keys", "new")
-    code, _, err = process("sh", "-c", f"{SHELL} keys adopt --radio mock:keys <&-")
+    code, _, err = process("sh", "-c", f"{shlex.join(begun())} keys adopt --radio mock:keys <&-")
     assert code == 2
     assert "--yes" in told(err)
 
@@ -221,7 +232,7 @@ needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a 
 @needs_full
 @pytest.mark.parametrize("arguments", ["--help", "--version", "status --radio mock --json"])
 def test_results_that_cannot_be_written_are_no_answer(arguments: str, tmp_path: Path) -> None:
-    code, _, err = process("sh", "-c", f"{SHELL} {arguments} > /dev/full", cwd=tmp_path)
+    code, _, err = process("sh", "-c", f"{shlex.join(begun())} {arguments} > /dev/full", cwd=tmp_path)
     assert code == 2
     assert "No space left on device" in told(err)
 
@@ -232,7 +243,9 @@ def test_a_run_does_not_end_because_its_news_cannot_be_written(tmp_path: Path) -
     os.close(gone)
     for stderr in (pipe, os.open("/dev/full", os.O_WRONLY)):
         arguments = ["send", "--home", "--radio", "mock:fresh", "--yes", "--json", "--runs", str(tmp_path)]
-        done = subprocess.run([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=stderr, check=False)
+        done = subprocess.run(
+            [*begun(), *arguments], env={**os.environ, **KERNELS}, stdout=subprocess.PIPE, stderr=stderr, check=False
+        )
         os.close(stderr)
         assert done.returncode == 0
         assert json.loads(done.stdout)["outcome"] == "done"

@@ -19,7 +19,7 @@ from .scenes import FOLD, PITCHFORK, RANDOM, Scene, elastica, scene, truth
 from .spectral import Elastica, angles, crosses, multistart
 
 SEED = 20250112
-SCENES = 40
+SCENES = 24
 CAMPAIGN = 400
 
 

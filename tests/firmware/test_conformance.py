@@ -13,7 +13,7 @@ from curveline.radio.protocol.codes import Fault, NodeState
 
 from . import build, twin
 
-SEQUENCES = 100_000
+SEQUENCES = 40_000
 CAMPAIGN = 1_000_000
 SHARES = 20
 FIRST = 2026_11_22 * CAMPAIGN
@@ -178,5 +178,6 @@ def test_limits_and_identities_are_those_of_the_harness() -> None:
         assert f"{{{identity.number}, 0x{identity.chip:08X}, " in text
 
 
+@pytest.mark.campaign
 def test_the_core_compiles_with_zig_too() -> None:
     build.shared_library("twin", [*twin.SOURCES, *twin.CORE_SOURCES], [f"-I{twin.FOLDER}"], build.zig())

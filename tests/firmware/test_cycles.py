@@ -51,6 +51,7 @@ def test_an_instruction_costs_what_the_core_takes(code: int, taken: bool, cycles
     assert cost(code, taken=taken) == cycles
 
 
+@pytest.mark.campaign
 def test_tags_and_control_steps_leave_time_for_everything_else(
     image: Image, homed_flash: bytes, tmp_path: Path
 ) -> None:

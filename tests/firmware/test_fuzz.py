@@ -132,6 +132,7 @@ def test_a_short_payload_read_to_its_usual_end_is_seen(tmp_path: Path, corpus: P
         fuzz(program, corpus, 20_000, SEEDS[:1])
 
 
+@pytest.mark.campaign
 def test_zig_finds_undefined_behaviour_too(tmp_path: Path, corpus: Path) -> None:
     fuzz(fuzzer(), corpus, 20_000, SEEDS[:1])
     core = mistaken(tmp_path, "frames.c", "from[2] & 0x80 ? value - 0x1000000 : value", "value * 0x1000")

@@ -8,12 +8,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
+import standby
 from campaign import only
 from cli.conftest import SHAPES, small_plan
 from curveline.drive_settings import drive_settings
@@ -56,10 +57,10 @@ class Computer:
             "CURVELINE_KEYS": str(self.keys),
         }
 
-    def begin(self, *command: object) -> subprocess.Popen[str]:
+    def begin(self, *command: object, interpreter: Sequence[str] = (sys.executable,)) -> subprocess.Popen[str]:
         """A process of Python there."""
         return subprocess.Popen(
-            [sys.executable, *map(str, command)],
+            [*interpreter, *map(str, command)],
             cwd=self.folder,
             env=self.environment,
             stdout=subprocess.PIPE,
@@ -67,16 +68,16 @@ class Computer:
             text=True,
         )
 
-    def python(self, *command: object) -> Result:
+    def python(self, *command: object, interpreter: Sequence[str] = (sys.executable,)) -> Result:
         """What such a process comes to."""
-        with self.begin(*command) as process:
+        with self.begin(*command, interpreter=interpreter) as process:
             out, err = process.communicate(timeout=LIMIT_S)
         assert "Traceback" not in err, err
         return Result(process.returncode, out, err)
 
     def run(self, *arguments: object) -> Result:
         """What a command comes to."""
-        return self.python("-m", "curveline", *arguments)
+        return self.python("-m", "curveline", *arguments, interpreter=standby.python(self.environment))
 
     def journals(self) -> list[list[str]]:
         """The kinds of records of every run, as Linux reads them."""

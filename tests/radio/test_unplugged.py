@@ -10,6 +10,7 @@ from random import Random
 
 import pytest
 
+from campaign import only
 from curveline.errors import InvalidInput
 from curveline.plan_file import Plan
 from curveline.radio.host.actions import Policy, Record
@@ -33,7 +34,8 @@ on a clock in which only our own time-outs pass."""
 QUICK = Policy(poll_ms=3, retry_ms=1, silence_ms=300)
 PATIENT = Policy(poll_ms=3, retry_ms=1, silence_ms=1500)
 STEPS = 10
-PULLS = 200
+PULLS = 50
+CAMPAIGN = 400
 SEED = 15
 
 
@@ -173,12 +175,13 @@ def open_radio(host: DongleHost, plan: Plan) -> SerialRadio:
     return SerialRadio(str(host.path), plan.drive, host.room.site)
 
 
-def test_gone_at_200_moments_nothing_is_lost_or_doubled(tmp_path: Path) -> None:
+@pytest.mark.parametrize("pulls", [PULLS, *only([CAMPAIGN])])
+def test_gone_at_any_moment_nothing_is_lost_or_doubled(tmp_path: Path, pulls: int) -> None:
     print(f"seed {SEED}")
     random = Random(SEED)
     plan = short_plan(2, STEPS)
     noticed, hung, runs, resumed = [], [], 0, 0
-    while len(noticed) + len(hung) < PULLS:
+    while len(noticed) + len(hung) < pulls:
         room = Room(plan.drive, weather=Weather(loss=0.1 * (runs % 2)))
         watched = Watched(room)
         journal = new_journal(tmp_path)

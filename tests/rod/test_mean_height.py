@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from campaign import only
 from clamped_rods import Stock, changed, made_of, rod_between
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.hermite import integral
@@ -99,10 +100,11 @@ WAYS: dict[str, Callable[[ClampedRod, float], list[Equilibrium]]] = {
 }
 
 
+@pytest.mark.parametrize("count", [3, *only([12])])
 @pytest.mark.parametrize("way", WAYS)
-def test_the_mean_height_is_known_as_well_as_the_curve(way: str) -> None:
+def test_the_mean_height_is_known_as_well_as_the_curve(way: str, count: int) -> None:
     checked = 0
-    for rod in random_rods(6, seed=len(way)):
+    for rod in random_rods(count, seed=len(way)):
         exact = {state.name: state for state in WAYS[way](rod, FINE)}
         for state in WAYS[way](rod, COARSE):
             fine = exact.get(state.name)
@@ -112,7 +114,7 @@ def test_the_mean_height_is_known_as_well_as_the_curve(way: str) -> None:
             truth = curve_mean(fine)
             assert fine.mean_height == pytest.approx(truth, abs=fine.error + 1e-10)
             assert state.mean_height == pytest.approx(truth, abs=state.error)
-    assert checked >= 6
+    assert checked >= count
 
 
 def test_quintics_are_integrated_exactly_on_uneven_edges() -> None:

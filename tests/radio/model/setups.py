@@ -44,7 +44,7 @@ MISTAKES = (
     Setup("the dead-man does not brake", nodes=1, steps=1, silences=True),
     Setup("being heard again lifts the dead-man", nodes=1, steps=1, silences=True),
     Setup("resume does not compare boot numbers", nodes=1, steps=2, lives=2, restarts=1),
-    Setup("resume believes the journal, not the nodes", nodes=2, steps=2, lives=2),
+    Setup("resume believes the journal, not the nodes", nodes=1, steps=2, lives=2),
     Setup("session key without the node's nonce", nodes=1, steps=1, restarts=1),
     Setup("offer numbers come again", nodes=1, steps=1, lives=2, range=1),
 )

@@ -26,7 +26,7 @@ from curveline.shapes.toml_document import MAX_DIAGNOSTICS
 from curveline.system import given_files
 from curveline.system.files import EXCERPT
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 SHAPE = (HERE.parent / "shapes" / "level-up-peak.toml").read_bytes()
 DISPLAY = (HERE.parent / "curveline" / "shapes" / "displays" / "single.toml").read_bytes()
 BROKEN = sorted((HERE / "broken").rglob("*.toml"))

@@ -16,7 +16,7 @@ from curveline.loading.load_map import LoadMap, load_map
 from curveline.loading.pushes import Push
 from curveline.loading.snap_through import Loading, load
 
-SHAPES = Path(__file__).parent.parent / "shapes"
+SHAPES = Path(__file__).parents[2] / "shapes"
 
 
 @pytest.fixture(scope="module")

@@ -23,9 +23,9 @@ from curveline.loading.snap_through import LOST, UNKNOWN, Loading, load
 from curveline.rod.problem import Array
 from curveline.rod.spatial.dynamics import Fate, time_unit
 from curveline.shapes.files import read_shape
-from test_load_scales import scaled
+from loading.test_scales import scaled
 
-SHAPES = Path(__file__).parent.parent / "shapes"
+SHAPES = Path(__file__).parents[2] / "shapes"
 
 
 def pushed(name: str = "level-up-peak", push: Push = Push(at=0.35)) -> Loading:  # noqa: B008
@@ -64,13 +64,18 @@ def test_a_push_ends_where_the_rod_snaps_and_the_fall_where_it_lands(fall: SnapF
     assert fall.motion.kinetic[-1] < 1e-4 * np.max(fall.motion.kinetic)
 
 
-def test_progress_is_told(fall: SnapFall) -> None:
+@pytest.fixture(scope="module")
+def film(fall: SnapFall) -> tuple[bytes, list[int]]:
+    """The film, and the parts that were told of while it was made."""
+    heard: list[int] = []
+    return falls.animate(fall, heard.append), heard
+
+
+def test_progress_is_told(fall: SnapFall, film: tuple[bytes, list[int]]) -> None:
     heard: list[int] = []
     fall_of(fall.loading, heard.append)
     assert heard == list(range(1, PARTS + 1))
-    heard.clear()
-    falls.animate(fall, heard.append)
-    assert heard == list(range(1, falls.parts_of(fall) + 1))
+    assert film[1] == list(range(1, falls.parts_of(fall) + 1))
 
 
 @pytest.mark.parametrize(
@@ -161,10 +166,8 @@ def count_of(frame: Array, colour: str) -> int:
     return int(np.count_nonzero(np.abs(frame[40:-60] - wanted).max(axis=2) < 3.0))
 
 
-def test_a_film_shows_the_push_the_fall_and_the_landing(fall: SnapFall) -> None:
-    data = falls.animate(fall)
-    assert data == falls.animate(fall)
-    frames, durations = frames_of(data)
+def test_a_film_shows_the_push_the_fall_and_the_landing(fall: SnapFall, film: tuple[bytes, list[int]]) -> None:
+    frames, durations = frames_of(film[0])
     whole = falls.parts_of(fall) - PUSHES
     seconds = PUSHES * falls.PUSH_MS + 2 * falls.HOLD_MS + (whole - 1) * falls.FRAME_MS + falls.LAST_MS
     assert sum(durations) == pytest.approx(seconds, abs=20)
@@ -176,6 +179,11 @@ def test_a_film_shows_the_push_the_fall_and_the_landing(fall: SnapFall) -> None:
     orange = [np.argwhere(np.abs(frame - [0xE6, 0x9F, 0x00]).max(axis=2) < 3.0)[:, 0].mean() for frame in frames]
     assert FORCE == "#E69F00"
     assert orange[-1] > orange[0] + 100
+
+
+@pytest.mark.campaign
+def test_the_whole_film_is_the_same_every_time(fall: SnapFall, film: tuple[bytes, list[int]]) -> None:
+    assert film[0] == falls.animate(fall)
 
 
 def test_a_film_is_slowed_down_so_that_it_can_be_watched(fall: SnapFall) -> None:
@@ -196,4 +204,6 @@ def test_a_rod_that_stays_nowhere_is_shown_all_the_same(fall: SnapFall) -> None:
     stuck = replace(fall, motion=motion, name=UNKNOWN)
     text = falls.draw(stuck, kind="svg").decode()
     assert "no time step was short enough" in re.sub(r"\s+", " ", text)
-    assert len(falls.animate(stuck)) > 1000
+    film = falls.animate(stuck)
+    assert len(film) > 1000
+    assert film == falls.animate(stuck)

@@ -15,7 +15,7 @@ from curveline.plan_file import read_plan
 from curveline.shapes.files import builtin_text, read_display, read_shape
 from curveline.system.file_kinds import DISPLAY, IMAGE, KEY_FILE, PLAN, RESULT, SHAPE, FileKind, kind_of
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LEVEL = (ROOT / "shapes" / "level-up-peak.toml").read_text()
 FILES = {
     "a shape.toml": (SHAPE, LEVEL),

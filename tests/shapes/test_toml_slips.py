@@ -16,7 +16,7 @@ from curveline.shapes.files import builtin_text, read_display, read_shape
 from curveline.shapes.toml_fault import TomlFault, closing
 from curveline.shapes.toml_repair import MAX_CHARACTERS, slips_of, syntax_problems
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LEVEL = """name = "x"
 display = "single"
 nodes = [

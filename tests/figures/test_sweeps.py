@@ -29,7 +29,7 @@ from curveline.simulation.sweep_view import (
     view_of,
 )
 
-SHAPES = Path(__file__).parent.parent / "shapes"
+SHAPES = Path(__file__).parents[2] / "shapes"
 PEAK = SHAPES / "level-up-peak.toml"
 ROOF = SHAPES / "roofline.toml"
 ANGLE, LENGTH = "nodes.1.angle_deg=-60:60:7", "segments.1.length_mm=620:700:3"

@@ -19,7 +19,7 @@ from curveline.figures import common, shapes
 from curveline.figures.common import COLOURS, GREY, PIXELS_PER_INCH, THICK, THIN, WIDTH, Frame
 from curveline.simulation.results import Settings, ShapeReport, curve_mm
 
-SHAPES = Path(__file__).parent.parent / "shapes"
+SHAPES = Path(__file__).parents[2] / "shapes"
 
 
 def report_on(name: str, windings: tuple[int, ...] = (0,)) -> ShapeReport:

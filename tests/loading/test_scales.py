@@ -20,7 +20,7 @@ from curveline.loading.snap_through import load
 from curveline.scene import Load, Scene
 from curveline.sections import Rectangle
 
-SHAPES = Path(__file__).parent.parent / "shapes"
+SHAPES = Path(__file__).parents[2] / "shapes"
 SCALES = (1e-6, 1e-3, 1e3)
 """Of half a metre, so that rods are from a micrometre to a kilometre long."""
 FORCES = ("most_N", "snap_through_N", "snap_through_error_N", "leaves_plane_N")

@@ -16,7 +16,7 @@ from curveline.shapes.files import read_display
 from curveline.simulation.simulate import scene_rod, simulate
 from curveline.units import deg, mm
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 SHAPES = sorted((HERE.parent / "shapes").glob("*-*.toml"))
 """The paper's, of one segment: they are named for boundary conditions and state."""
 REFERENCE = {case["id"]: case for case in json.loads((HERE / "data" / "reference_display.json").read_text())["cases"]}

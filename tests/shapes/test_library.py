@@ -15,7 +15,7 @@ from curveline.shapes.files import read_display, read_shape
 from curveline.simulation.simulate import simulate
 from curveline.units import mm, to_deg, to_mm
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 SHAPES = HERE.parent / "shapes"
 SPACE = sorted((SHAPES / "space").glob("*.toml"))
 WEIGHT = 0.048 * 9.80665

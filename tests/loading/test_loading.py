@@ -26,7 +26,7 @@ from curveline.sections import Rectangle
 from curveline.shapes.files import read_display
 from curveline.units import deg, mm
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 SHAPES = HERE.parent / "shapes"
 CASES = json.loads((HERE / "data" / "reference_cases.json").read_text())["load"]
 NEAR = 0.005

@@ -25,7 +25,7 @@ from curveline.rod.states.planar_states import find_states
 from curveline.shapes.files import read_shape
 from curveline.units import to_deg, to_mm
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SHAPE = str(ROOT / "shapes" / "level-up-peak.toml")
 REFERENCE = json.loads((ROOT / "tests" / "data" / "reference_cases.json").read_text())
 

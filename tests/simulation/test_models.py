@@ -18,7 +18,7 @@ from curveline.sections import Rectangle
 from curveline.simulation.simulate import SegmentStates, scene_rod, simulate
 from curveline.units import deg, mm
 
-SHAPES = Path(__file__).parent.parent / "shapes"
+SHAPES = Path(__file__).parents[2] / "shapes"
 PLAIN = curveline.read_shape(SHAPES / "level-neutral-peak.toml")
 SMALL = 1e-6
 

@@ -19,7 +19,7 @@ from curveline.rod.models.model_error import Bound
 from curveline.simulation import results
 from curveline.simulation.results import Settings, ShapeReport
 
-SHAPES = Path(__file__).parent.parent / "shapes"
+SHAPES = Path(__file__).parents[2] / "shapes"
 STATE_FIELDS = {
     "name": str,
     "stable": bool,

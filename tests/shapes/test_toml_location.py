@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from curveline.shapes.toml_location import MAX_DEPTH, KeyPath, TomlMap
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 TRICKY = '''\
 # [not.a.table]
