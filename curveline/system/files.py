@@ -21,7 +21,10 @@ AnyPath = str | os.PathLike[str]
 
 
 def read_file(path: AnyPath, limit: int) -> bytes:
-    """Bytes of a regular file; InvalidInput if it is missing, closed to us, no file, or above `limit` bytes."""
+    """Bytes of a regular file; InvalidInput if it is missing, closed to us, no file, or above `limit` bytes.
+
+    FileNotFoundError without a name if the current folder, in which it would be, is gone.
+    """
     name = os.fspath(path)
     try:
         # Opening a device can act on it, opening a pipe waits for a writer: look first, then open without waiting.
@@ -33,6 +36,8 @@ def read_file(path: AnyPath, limit: int) -> bytes:
                 _refuse_kind(name)
             data = stream.read(limit + 1)
     except (FileNotFoundError, NotADirectoryError, ValueError):  # ValueError: a NUL in the name
+        if not os.path.isabs(name):
+            os.getcwd()
         refuse_file(name, "no-such-file", "there is no such file", "check the spelling and the current folder")
     except PermissionError:
         refuse_file(name, "permission", "reading it is not permitted", "make it readable, for example with chmod u+r")

@@ -194,12 +194,23 @@ def test_too_few_files_for_workers() -> None:
     assert "fewer --jobs" in told(err)
 
 
-@pytest.mark.parametrize("arguments", [f"simulate {SHAPE}", f"plan {SHAPE} -o plan.json", "simulate shape.toml"])
-def test_a_folder_that_was_deleted_under_the_command(arguments: str, tmp_path: Path) -> None:
+def in_a_deleted_folder(arguments: str, tmp_path: Path) -> subprocess.CompletedProcess[str]:
+    """What comes of a command whose current folder was deleted."""
     (tmp_path / "gone").mkdir()
     script = f"cd {tmp_path}/gone && rmdir {tmp_path}/gone && exec {SHELL} {arguments}"
     environment = {**os.environ, "PYTHONPATH": str(Path(files.__file__).parents[2])}
-    done = subprocess.run(["sh", "-c", script], env=environment, capture_output=True, text=True, check=False)
+    return subprocess.run(["sh", "-c", script], env=environment, capture_output=True, text=True, check=False)
+
+
+def test_what_needs_nothing_of_a_deleted_folder_works(tmp_path: Path) -> None:
+    done = in_a_deleted_folder(f"simulate {SHAPE}", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "peak" in done.stdout
+
+
+@pytest.mark.parametrize("arguments", [f"plan {SHAPE} -o plan.json", "simulate shape.toml"])
+def test_a_folder_that_was_deleted_under_the_command(arguments: str, tmp_path: Path) -> None:
+    done = in_a_deleted_folder(arguments, tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert "Traceback" not in done.stderr
     assert "the current folder does not exist any more" in told(done.stderr)
