@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any
 
 from curveline.kernels import cache
-from curveline.kernels.compiled import KernelCache
+from curveline.kernels.numba_kernels import KernelCache
 
 BYTES = 1 << 40
 

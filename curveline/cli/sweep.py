@@ -11,7 +11,7 @@ from curveline.cli.printing import failures, screen, terminal
 from curveline.cli.printing.progress.progress_bar import Bar
 from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_NO, CurvelineError, InvalidInput
-from curveline.kernels.compilation import clock
+from curveline.kernels.compile_time import clock
 from curveline.outputs import PICTURES, SWEEP, open_sweep
 from curveline.shapes.radians import tell_of_radians
 from curveline.simulation.batch import Maker, Order, Simulated, Task, jobs_for, line_of, run

@@ -1,8 +1,8 @@
 """Compile the shipped kernels to one object file for this platform: `python -m curveline.kernels.build [FOLDER]`.
 
 numba compiles each kernel with what it calls. The parts are linked, what nobody reaches is dropped, and each kernel
-gets an entry that takes words, see `native`. The processor is the plainest one of its kind, so that the file runs on
-all of them. Wheels hold what this makes; an installation of the sources makes it in place, and works without, too.
+gets an entry that takes words, see `object_file`. The processor is the plainest one of its kind, so that the file runs
+on all of them. Wheels hold what this makes; an installation of the sources makes it in place, and works without, too.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from curveline.kernels.cache import source_digest
 from curveline.kernels.entries import entries, symbol
 from curveline.kernels.forms import Form, class_at, dimensions, form_of
 from curveline.kernels.kernel import SHIPPED, Kernel
-from curveline.kernels.native import FOLDER, INDEX, NEEDED, OBJECT, Library
+from curveline.kernels.object_file import FOLDER, INDEX, NEEDED, OBJECT, Library
 from curveline.kernels.runtime import ERRORS, MEMORY
 
 ROOM = "curveline.rod"

@@ -21,11 +21,12 @@ class MachineCode(BuildHookInterface):
         """Called before a wheel is put together."""
         sys.path.insert(0, self.root)
         from curveline.kernels.build import build
-        from curveline.kernels.native import FOLDER
+        from curveline.kernels.object_file import FOLDER, library
 
-        self.app.display_info("compiling kernels, about a minute")
         try:
-            build()
+            if library() is None:  # made before, of other sources, or never
+                self.app.display_info("compiling kernels, about a minute")
+                build()
         except (OSError, subprocess.CalledProcessError) as error:
             self.app.display_warning(f"kernels are left to be compiled when they are called: {error}")
             return

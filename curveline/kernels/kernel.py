@@ -14,7 +14,7 @@ import functools
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-from curveline.kernels.native import library
+from curveline.kernels.object_file import library
 from curveline.kernels.wish import PYTHON, wish
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -43,7 +43,7 @@ class Kernel:
     @functools.cached_property
     def dispatcher(self) -> Any:
         """The function as numba compiles it, which takes arguments of any type."""
-        from curveline.kernels.compiled import dispatcher_of
+        from curveline.kernels.numba_kernels import dispatcher_of
 
         return dispatcher_of(self.py_func, Kernel)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from curveline.kernels.cache import folder, has_kernels
-from curveline.kernels.native import library
+from curveline.kernels.object_file import library
 from curveline.kernels.wish import PYTHON, wish
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import InvalidInput
-from curveline.kernels.compilation import clock
+from curveline.kernels.compile_time import clock
 from curveline.loading.pushes import Push, Stand, most_on, stand_of
 from curveline.loading.snap_through import before, leaves_plane, limit_of
 from curveline.notebook import html_of, svg_of

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import InvalidInput
-from curveline.kernels.compilation import clock
+from curveline.kernels.compile_time import clock
 from curveline.loading.pushes import MOST_ROWS, ROUGH, TOLERANCE, Push, Stand, most_on, stand_of, step_to
 from curveline.notebook import html_of, svg_of
 from curveline.rod.branches.arclength import TraceReach, trace

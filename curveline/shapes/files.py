@@ -27,10 +27,10 @@ from curveline.scene import (
     Segment,
     Vector,
 )
+from curveline.shapes.file_keys import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, ShapeTable
 from curveline.shapes.library import builtin_shapes, given_shape
 from curveline.shapes.rod_rules import rod_of
 from curveline.shapes.rules import check_display, check_shape
-from curveline.shapes.tables import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, ShapeTable
 from curveline.shapes.toml_document import Document, nearest, shown
 from curveline.shapes.toml_location import KeyPath
 from curveline.system.file_kinds import DISPLAY, SHAPE, refuse_other_kind

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from curveline.scene import Rod
 from curveline.sections import POISSON, CrossSection, Rectangle, Round
-from curveline.shapes.tables import LEAST_GPA, MOST_GPA, RodTable
+from curveline.shapes.file_keys import LEAST_GPA, MOST_GPA, RodTable
 from curveline.shapes.toml_document import Document
 from curveline.units import g_per_m, gpa, mm, nmm2, to_gpa, told_apart
 

@@ -12,8 +12,7 @@ from pydantic.fields import FieldInfo
 from curveline.drive_settings import MAX_NODES
 from curveline.errors import InvalidInput
 from curveline.scene import Display, Range
-from curveline.shapes.files import ShapeFile, builtin_text
-from curveline.shapes.tables import (
+from curveline.shapes.file_keys import (
     DisplayTable,
     DriveTable,
     LimitsTable,
@@ -23,6 +22,7 @@ from curveline.shapes.tables import (
     ShapeTable,
     Table,
 )
+from curveline.shapes.files import ShapeFile, builtin_text
 from curveline.system.given_files import GivenFile
 from curveline.units import rounded_down, rounded_up, to_deg, to_mm
 

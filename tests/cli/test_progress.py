@@ -20,7 +20,7 @@ from curveline.cli.commands import status
 from curveline.cli.printing import screen, terminal
 from curveline.cli.printing.progress import compiling, ticker
 from curveline.cli.printing.reports.trade_table import measured
-from curveline.kernels.compilation import COMPILATION, clock
+from curveline.kernels.compile_time import COMPILATION, clock
 from curveline.kernels.kernel import njit
 from curveline.shapes import files
 

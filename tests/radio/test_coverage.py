@@ -15,7 +15,7 @@ ROOT = HERE.parents[1]
 MODULES = (
     "host/conductor",
     "host/journal",
-    "host/pacing",
+    "host/polling",
     "host/peer",
     "host/resume",
     "host/service",
@@ -34,7 +34,7 @@ SUITES = (
     "node",
     "node_homing",
     "old_frames",
-    "pacing",
+    "polling",
     "peer",
     "resume",
     "service",

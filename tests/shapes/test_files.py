@@ -20,8 +20,8 @@ from curveline import plan_file
 from curveline.errors import Diagnostic, InvalidInput
 from curveline.scene import Load, Node, Scene, Segment
 from curveline.sections import Rectangle
+from curveline.shapes.file_keys import RadioTable
 from curveline.shapes.files import MAX_BYTES, builtin_displays, read_display, read_shape
-from curveline.shapes.tables import RadioTable
 from curveline.shapes.toml_document import MAX_DIAGNOSTICS
 from curveline.system import given_files
 from curveline.system.files import EXCERPT

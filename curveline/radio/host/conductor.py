@@ -14,8 +14,8 @@ from functools import partial
 from curveline.errors import InvalidInput
 from curveline.plan_file import Plan
 from curveline.radio.host.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
-from curveline.radio.host.pacing import Pace
 from curveline.radio.host.peer import NO_LOAD, STRANGE, Peer
+from curveline.radio.host.polling import Pace
 from curveline.radio.host.preflight import (
     check_ident,
     check_running,

@@ -13,8 +13,8 @@ from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput
 from curveline.radio.host.actions import Policy
 from curveline.radio.host.link import Halted, ignore
-from curveline.radio.host.pacing import BUSY_MS, Pace
 from curveline.radio.host.peer import NO_LOAD, Peer
+from curveline.radio.host.polling import BUSY_MS, Pace
 from curveline.radio.host.preflight import check_ident
 from curveline.radio.host.queries import fresh_nonce, insist
 from curveline.radio.host.scan import explain

@@ -11,7 +11,7 @@ from curveline.cli.printing import screen, terminal
 from curveline.cli.printing.progress.ticker import tick
 from curveline.kernels import readiness
 from curveline.kernels.cache import keeps, wanted
-from curveline.kernels.compilation import COMPILATION
+from curveline.kernels.compile_time import COMPILATION
 
 
 @cache

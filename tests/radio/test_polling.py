@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from curveline.radio.host.actions import Phase, Policy, Send
-from curveline.radio.host.pacing import ANSWER_MS, CYCLES, DOUBTFUL, LOSS_MS, Pace
 from curveline.radio.host.peer import Peer
+from curveline.radio.host.polling import ANSWER_MS, CYCLES, DOUBTFUL, LOSS_MS, Pace
 from curveline.radio.mock.air import Air, Weather
 from curveline.radio.protocol.air_time import RATES_KBPS
 

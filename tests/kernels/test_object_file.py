@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from rehearsal import Call, recorded, rehearse
 
-from curveline.kernels import native
-from curveline.kernels.compilation import COMPILATION
+from curveline.kernels import object_file
+from curveline.kernels.compile_time import COMPILATION
 from curveline.kernels.kernel import SHIPPED, Kernel
 from curveline.rod.problem import Bearing, Pose, ScaledRod, halved, mesh, scale_rod
 from curveline.rod.spatial.bands import times
@@ -28,7 +28,7 @@ ROUNDING = 1e-9
 @pytest.fixture(scope="module")
 def calls() -> dict[str, Call]:
     """The first call of each shipped kernel, made by machine code alone."""
-    assert native.library(), f"there is no machine code for these sources: {BUILD}"
+    assert object_file.library(), f"there is no machine code for these sources: {BUILD}"
     before = COMPILATION.kernels
     found: dict[str, Call] = {}
     with recorded(found):
@@ -108,7 +108,7 @@ def test_a_result_is_of_its_class_and_may_be_written_to() -> None:
 
 def called(kernel: Any) -> Any:
     """What calls the machine code of a kernel."""
-    library = native.library()
+    library = object_file.library()
     assert library
     return library.caller(kernel.path, kernel.py_func, kernel.compiled)
 
@@ -138,10 +138,10 @@ def test_one_dimension_too_many_is_left_to_numba(monkeypatch: pytest.MonkeyPatch
 CHECK = """
 import json, sys
 from pathlib import Path
-from curveline.kernels import native
-native.FOLDER = Path(sys.argv[1])
+from curveline.kernels import object_file
+object_file.FOLDER = Path(sys.argv[1])
 {}
-print(native.library() is not None)
+print(object_file.library() is not None)
 """
 
 
@@ -154,14 +154,14 @@ def fits(folder: Path, preparation: str = "") -> bool:
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A copy of the machine code."""
-    for name in (native.INDEX, native.OBJECT):
-        (tmp_path / name).write_bytes((native.FOLDER / name).read_bytes())
+    for name in (object_file.INDEX, object_file.OBJECT):
+        (tmp_path / name).write_bytes((object_file.FOLDER / name).read_bytes())
     return tmp_path
 
 
 def changed_index(folder: Path, **changes: Any) -> None:
-    index = json.loads((folder / native.INDEX).read_text())
-    (folder / native.INDEX).write_text(json.dumps({**index, **changes}))
+    index = json.loads((folder / object_file.INDEX).read_text())
+    (folder / object_file.INDEX).write_text(json.dumps({**index, **changes}))
 
 
 def test_machine_code_is_taken_as_it_was_made(folder: Path) -> None:
@@ -172,22 +172,22 @@ def test_machine_code_is_taken_as_it_was_made(folder: Path) -> None:
 def test_machine_code_of_something_else_is_not_taken(folder: Path, change: dict[str, Any]) -> None:
     changed_index(folder, **change)
     if change == {"kernels": None}:
-        (folder / native.INDEX).write_text("[")
+        (folder / object_file.INDEX).write_text("[")
     assert not fits(folder)
 
 
 def test_machine_code_that_was_cut_short_is_not_taken(folder: Path) -> None:
-    whole = (folder / native.OBJECT).read_bytes()
-    (folder / native.OBJECT).write_bytes(whole[:-1])
+    whole = (folder / object_file.OBJECT).read_bytes()
+    (folder / object_file.OBJECT).write_bytes(whole[:-1])
     assert not fits(folder)
 
 
 def test_no_machine_code_is_taken_where_the_system_lacks_what_it_calls(folder: Path) -> None:
-    assert not fits(folder, 'native.NEEDED = (*native.NEEDED, "no_such_function")')
+    assert not fits(folder, 'object_file.NEEDED = (*object_file.NEEDED, "no_such_function")')
 
 
 def test_no_machine_code_is_taken_where_arrays_are_kept_otherwise(folder: Path) -> None:
-    assert not fits(folder, "native.Library.reads_arrays = lambda self: False")
+    assert not fits(folder, "object_file.Library.reads_arrays = lambda self: False")
     assert not fits(folder, 'import sys; sys.implementation.name = "other"')
 
 

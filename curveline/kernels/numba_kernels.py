@@ -17,7 +17,7 @@ from numba.core import caching, event, types
 from numba.extending import typeof_impl
 
 from curveline.kernels.cache import folder
-from curveline.kernels.compilation import COMPILATION
+from curveline.kernels.compile_time import COMPILATION
 
 _config: Any = numba.config
 _config.CACHE_DIR = str(folder())
