@@ -11,10 +11,12 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
 from typing import Any
+from unittest import mock
 
 import curveline
 from curveline.kernels.kernel import SHIPPED, Kernel
 from curveline.replay.trials import TrialsRequest
+from curveline.rod.spatial.dynamics import Medium
 from curveline.shapes.files import read_shape
 
 SHAPES = Path(__file__).parents[2] / "shapes"
@@ -70,7 +72,16 @@ def rehearse() -> None:
         nodes = (replace(scene.nodes[0], angle=math.radians(angle)), *scene.nodes[1:])
         segments = (replace(scene.segments[0], length=0.66),)
         curveline.simulate(replace(scene, nodes=nodes, segments=segments))
+    curveline.simulate(SHAPES / "level-up-peak.toml", model="spatial")
+    heavy = read_shape(SHAPES / "level-up-peak.toml")
+    rod = replace(heavy.display.rod, mass_per_length=15.0)
+    curveline.simulate(replace(heavy, display=replace(heavy.display, rod=rod)), windings=(0, 1))
+    nodes = tuple(replace(node, angle=0.0) for node in heavy.nodes)
+    taut = replace(heavy, nodes=nodes, segments=(replace(heavy.segments[0], length=0.5001),))
+    curveline.simulate(taut, model="extensible")
     plan = curveline.plan(SHAPES / "level-asymmetric-peak.toml")
     curveline.monte_carlo(plan, TrialsRequest(runs=3, jobs=1))
-    curveline.fall(curveline.load(SHAPES / "level-up-peak.toml"))
+    snapped = curveline.load(SHAPES / "level-up-peak.toml")
+    with mock.patch("curveline.loading.falling.medium_of", lambda segment: Medium(internal=0.01)):
+        curveline.fall(snapped)
     curveline.load_map(SHAPES / "level-up-peak.toml", points=5)

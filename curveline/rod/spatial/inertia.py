@@ -112,7 +112,7 @@ def add_edge(slope, own, matrix, j, gradient, band):
     gradient[4 * j + 3] += slope[3]
 
 
-@njit
+@shipped(SpatialRod, Shape, Pull, Vector, Matrix)
 def add_viscosity(rod, shape, pull, gradient, band):
     """Add the slope and the Hessian of what internal damping asks of the turns and twists at the vertices.
 
