@@ -82,6 +82,6 @@ def rehearse() -> None:
     plan = curveline.plan(SHAPES / "level-asymmetric-peak.toml")
     curveline.monte_carlo(plan, TrialsRequest(runs=3, jobs=1))
     snapped = curveline.load(SHAPES / "level-up-peak.toml")
-    with mock.patch("curveline.loading.falling.medium_of", lambda segment: Medium(internal=0.01)):
+    with mock.patch("curveline.loading.falling.medium_of", return_value=Medium(internal=0.01)):
         curveline.fall(snapped)
     curveline.load_map(SHAPES / "level-up-peak.toml", points=5)

@@ -92,7 +92,7 @@ def test_machine_code_gives_the_bits_that_numba_gives(calls: dict[str, Call]) ->
     wrong = []
     for path, call in sorted(calls.items()):
         arguments = copy.deepcopy(call.before)
-        result = call.kernel.compiled(*arguments)
+        result = call.kernel.dispatcher(*arguments)
         if not (same(result, call.result, 0.0) and same(arguments, call.after, 0.0)):
             wrong.append(path)
     assert wrong == []
@@ -110,7 +110,7 @@ def called(kernel: Any) -> Any:
     """What calls the machine code of a kernel."""
     library = object_file.library()
     assert library
-    return library.caller(kernel.path, kernel.py_func, kernel.compiled)
+    return library.caller(kernel.path, kernel.py_func, kernel.dispatcher)
 
 
 @pytest.mark.parametrize(
