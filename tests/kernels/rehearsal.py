@@ -15,6 +15,7 @@ from typing import Any
 import curveline
 from curveline.kernels.kernel import SHIPPED, Kernel
 from curveline.replay.trials import TrialsRequest
+from curveline.scene import Scene
 from curveline.shapes.files import read_shape
 
 SHAPES = Path(__file__).parents[2] / "shapes"
@@ -70,7 +71,24 @@ def rehearse() -> None:
         nodes = (replace(scene.nodes[0], angle=math.radians(angle)), *scene.nodes[1:])
         segments = (replace(scene.segments[0], length=0.66),)
         curveline.simulate(replace(scene, nodes=nodes, segments=segments))
+    rehearse_rare_searches()
     plan = curveline.plan(SHAPES / "level-asymmetric-peak.toml")
     curveline.monte_carlo(plan, TrialsRequest(runs=3, jobs=1))
     curveline.fall(curveline.load(SHAPES / "level-up-peak.toml"))
     curveline.load_map(SHAPES / "level-up-peak.toml", points=5)
+
+
+def rehearse_rare_searches() -> None:
+    """What calls the kernels that few shapes need: for taut rods, further turns, and flat curves computed in space."""
+    scene = read_shape(SHAPES / "level-up-peak.toml")
+    curveline.simulate(scene, model="spatial")
+    curveline.simulate(clamped(scene, 0.502, (20.0, -35.0)))
+    curveline.simulate(clamped(scene, 0.51, (20.0, -35.0)), windings=(0, 1))
+    curveline.simulate(clamped(scene, 0.64, (20.0, 50.5), height=0.06))  # gone unless it may stretch little by little
+
+
+def clamped(scene: Scene, length: float, degrees: tuple[float, float], height: float = 0.0) -> Scene:
+    """The scene of one segment with other clamps: `length` and the right node's `height` in m, both angles in deg."""
+    left, right = (replace(node, angle=math.radians(angle)) for node, angle in zip(scene.nodes, degrees, strict=True))
+    segments = (replace(scene.segments[0], length=length),)
+    return replace(scene, nodes=(left, replace(right, height=height)), segments=segments)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.kernels.kernel import njit
+from curveline.kernels.forms import Matrix
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.vertex_table import ANGLE, X, Y
 
 APART = 0.2
@@ -89,7 +90,7 @@ def _split(stack, top, a, b, leaves):
     return top
 
 
-@njit
+@shipped(Matrix)
 def crosses_itself(table):
     """True if the polygon through the vertices `table (m+1, 4)` crosses itself.
 
@@ -129,7 +130,7 @@ def crosses_itself(table):
     return False
 
 
-@njit
+@shipped(Matrix, float)
 def crosses_tails(table, tail):
     """True if the polygon crosses the straight pieces of length `tail` that lead away from its ends backwards."""
     m = table.shape[0] - 1

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.forms import Vector
+from curveline.kernels.kernel import shipped
 from curveline.rod.planar.newton import Effort, descend
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, sharpest_turn
 
@@ -58,7 +59,7 @@ def layer(rod):
     return min(excess / max(taken, 1e-15), 1.0 / np.sqrt(max(pull, 1e-15)))
 
 
-@njit
+@shipped(ScaledRod)
 def graded_mesh(rod):
     """Edges (n,) of a rod of unit length with layers: short at the clamps and loads, doubling away from them."""
     inner = 1.0 / max(INNER_EDGES, min(PER_DROP * np.cbrt(abs(rod.weight)), MOST_INNER))
@@ -92,13 +93,13 @@ def graded_mesh(rod):
     return out[:n].copy()
 
 
-@njit
+@shipped(ScaledRod)
 def loop_edges(rod):
     """Number of equal edges that are short enough for loops anywhere on the rod."""
     return int(max(INNER_EDGES, min(PER_LAYER / layer(rod), MOST_INNER)))
 
 
-@njit
+@shipped(ScaledRod, float)
 def easier(rod, share):
     """The `rod` made slacker and lighter: itself for a `share` of 1, one that the sweeps can search for 0."""
     span = np.hypot(rod.chord[0], rod.chord[1])
@@ -118,7 +119,7 @@ def easier(rod, share):
     return ScaledRod(np.sign(rod.weight) * weight, rod.at, rod.forces * factor, chord, rod.ends, rod.compliance)
 
 
-@njit
+@shipped(ScaledRod, Vector, Vector, Vector)
 def approach(rod, edges, phi, multipliers):
     """Follow a stable state, `phi (n,)` on `edges (n,)` and `multipliers (2,)`, from the easiest rod to `rod` itself.
 
@@ -146,7 +147,7 @@ def approach(rod, edges, phi, multipliers):
     return False
 
 
-@njit
+@shipped(ScaledRod, Vector, Vector, Vector)
 def soften(rod, edges, phi, multipliers):
     """Follow a stable state of an inextensible rod, as `approach` does, while it is allowed to stretch more and more.
 

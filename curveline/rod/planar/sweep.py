@@ -16,7 +16,7 @@ from curveline.kernels.forms import Matrix, Vector
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.planar.modes import modes_below, second_variation
 from curveline.rod.planar.newton import Effort, descend, newton
-from curveline.rod.problem import Array, copy_into, largest_change, mean_height, released, sharpest_turn
+from curveline.rod.problem import Array, Problem, copy_into, largest_change, mean_height, released, sharpest_turn
 
 CAPACITY = 24
 NEAR_PLACES = 16
@@ -94,7 +94,7 @@ def nothing_found(n):
     return MetEquilibria(np.zeros((CAPACITY, n)), np.zeros((CAPACITY, 2)), np.zeros(CAPACITY), np.zeros(1))
 
 
-@njit
+@shipped(Problem, MetEquilibria, Vector, Vector, int)
 def keep(problem, found, phi, multipliers, unstable):
     """Add an equilibrium to `found` unless it is an artefact, already there, or there is no room."""
     if unstable < 0 or sharpest_turn(problem, phi) > SHARPEST:
