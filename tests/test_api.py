@@ -118,6 +118,10 @@ def test_a_shape_is_pushed() -> None:
     assert found.weakest is not None
 
 
+def test_a_session_says_what_it_is(session: Session) -> None:
+    assert repr(session) == "<session with display single over mock>"
+
+
 def test_a_session_sends_goes_on_and_goes_home(session: Session, tmp_path: Path) -> None:
     with session:
         assert session.status().is_well
