@@ -84,7 +84,8 @@ def sweep(
     from curveline.simulation.sweep import Sweep
     from curveline.simulation.sweep_report import run_sweep
 
-    axes = [f"{key}={start!r}:{stop!r}:{count}" for key, (start, stop, count) in ranges.items()]
+    # `str` gives numpy's numbers as plain ones, and all of their digits.
+    axes = [f"{key}={':'.join(map(str, numbers))}" for key, numbers in ranges.items()]
     return run_sweep(Sweep(shape, axes), settings or Settings(), jobs, listener)
 
 

@@ -14,6 +14,8 @@ Value = TypeVar("Value")
 NO_BREAK = "\xa0"
 WIDTH = 80
 """Columns of a terminal of which nobody knows more."""
+ESCAPE = re.compile(r"\x1b\[[0-9;]*m")
+"""What changes the colour of a terminal, and takes no room on it."""
 COMMAND = re.compile(r"`[^`]*`|(?<=: )curveline .*$")
 """A command in a sentence: between marks, or at its end after a colon."""
 MOST_RUNS = 8
@@ -75,5 +77,5 @@ def fitted(text: str, width: int) -> list[str]:
     lines: list[str] = []
     for line in text.split("\n"):
         indent = len(line) - len(line.lstrip())
-        lines += [line] if len(line) <= width else wrapped(line.strip(), indent, width)
+        lines += [line] if len(ESCAPE.sub("", line)) <= width else wrapped(line.strip(), indent, width)
     return lines

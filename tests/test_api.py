@@ -8,8 +8,9 @@ import sys
 import traceback
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
 import curveline
@@ -79,6 +80,16 @@ def test_a_sweep_has_a_row_for_every_state_and_tells_what_failed() -> None:
         curveline.sweep(PEAK, {"nodes.9.angle_deg": (0.0, 1.0, 2)})
 
 
+def test_a_range_takes_numbers_of_numpy_and_no_other_number_of_them() -> None:
+    third = np.float64(1.0) / 3.0
+    rows = curveline.sweep(PEAK, {"nodes.1.angle_deg": (np.float64(0.0), third, np.int64(2))}).rows
+    assert {row["nodes.1.angle_deg"] for row in rows} == {0.0, third}
+    for numbers in ((0.0, 1.0), (0.0, 1.0, 2, 3)):
+        with pytest.raises(InvalidInput, match="is no range") as refused:
+            curveline.sweep(PEAK, {"nodes.1.angle_deg": cast(Any, numbers)})
+        assert "START:STOP:COUNT" in refused.value.hint
+
+
 def test_plans_lead_through_shapes_from_what_is_shown_and_home(tmp_path: Path) -> None:
     plan = curveline.plan(PEAK, VALLEY, home=True)
     assert [step.shape for step in plan.steps if step.shape][:2] == ["level-up-peak", "level-up-valley"]
@@ -105,6 +116,10 @@ def test_a_shape_is_pushed() -> None:
     assert loading.snap.force == pytest.approx(loading.rows[-1][0])
     found = curveline.load_map(PEAK, points=3)
     assert found.weakest is not None
+
+
+def test_a_session_says_what_it_is(session: Session) -> None:
+    assert repr(session) == "<session with display single over mock>"
 
 
 def test_a_session_sends_goes_on_and_goes_home(session: Session, tmp_path: Path) -> None:

@@ -83,6 +83,9 @@ class Session:
         self.listener = listener
         self._radio: Radio | None = None
 
+    def __repr__(self) -> str:
+        return f"<session with display {self.drive.display} over {self.spec}>"
+
     def __enter__(self) -> Session:
         return self
 

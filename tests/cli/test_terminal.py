@@ -18,7 +18,7 @@ from curveline.radio.host.peer import LinkTally
 from curveline.shapes.files import read_display
 
 from .conftest import BROKEN, SHAPES, Run, small_plan
-from .terminals import Shown, here
+from .terminals import Shown, here, in_terminal
 
 PEAK = str(SHAPES / "level-up-peak.toml")
 VALLEY = str(SHAPES / "level-down-valley.toml")
@@ -166,6 +166,17 @@ def test_a_terminal_shows_the_words_that_a_file_gets(
     assert " ".join(told.lines).split() == (piped.out + piped.err).split()
     # Nothing is wrapped where a script looks for whole sentences.
     assert any(len(line) > 80 for line in piped.err.splitlines())
+
+
+def test_a_table_in_colours_is_the_table_of_a_file(run: Run) -> None:
+    piped = run("simulate", PEAK, "--no-drawing")
+    told = in_terminal("simulate", str(PEAK), "--no-drawing", columns=80)
+    assert "\x1b[" in told.raw
+
+    def but_times(lines: list[str]) -> list[str]:
+        return [line.rstrip() for line in lines if line.strip() and not line.startswith("display ")]
+
+    assert but_times(told.lines) == but_times(piped.out.splitlines())
 
 
 def test_a_command_that_is_advised_can_be_copied(monkeypatch: pytest.MonkeyPatch, place: Path) -> None:
