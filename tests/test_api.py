@@ -303,3 +303,8 @@ def test_who_listens_is_told_of_kernels_once(monkeypatch: pytest.MonkeyPatch) ->
     curveline.simulate(PEAK, listener=listener)
     curveline.simulate(PEAK, listener=listener)
     assert shown == ["compiling kernels, about half a minute, once"]
+
+
+def test_a_radio_that_does_not_exist_is_refused_at_once(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="there is no radio 'mok'"):
+        curveline.connect("mok", "single", runs=tmp_path)

@@ -30,7 +30,7 @@ from curveline.radio.host.link import Control, read_status
 from curveline.radio.host.node_status import NodeStatus
 from curveline.radio.host.preflight import check_targets
 from curveline.radio.host.stop_causes import display_option, named_display
-from curveline.radio.interface import InUse, Radio, open_radio
+from curveline.radio.interface import InUse, Radio, check_radio, open_radio
 
 if TYPE_CHECKING:
     from curveline.driving.adoption import Adoption
@@ -53,6 +53,7 @@ def connect(
     display file, a `Display`, or the plan that is to be sent. `runs` is the folder of the records of runs, by default
     the user's. Raises InvalidInput for what does not exist.
     """
+    check_radio(radio)
     drive, named = _drive_of(display)
     return Session(radio, (drive, named), runs_folder() if runs is None else Path(runs), listener)
 

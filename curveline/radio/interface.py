@@ -91,17 +91,23 @@ def check_frames(frames: Sequence[tuple[str, bytes]]) -> None:
 Opener = Callable[[str, DriveSettings, Path], Radio]
 
 
-def open_radio(spec: str, drive: DriveSettings, runs: Path) -> Radio:
-    """The radio that `spec` names, as `NAME` or `NAME:SETTINGS`; InvalidInput for what does not exist.
-
-    `runs` is the runs folder, in which a mock display keeps its state.
-    """
-    name, _, settings = spec.partition(":")
+def check_radio(spec: str) -> None:
+    """InvalidInput unless there is a radio of the kind that `spec` names; it is not opened."""
+    name = spec.partition(":")[0]
     if name not in BACK_ENDS:
         there = ", ".join(sorted(BACK_ENDS))
         raise InvalidInput(
             f"there is no radio {name!r} in this release of curveline; there is: {there}",
             hint="use `--radio mock` for a model of the display, `serial:PORT` for a dongle, `nrf24:CE,CSN` for a chip",
         )
+
+
+def open_radio(spec: str, drive: DriveSettings, runs: Path) -> Radio:
+    """The radio that `spec` names, as `NAME` or `NAME:SETTINGS`; InvalidInput for what does not exist.
+
+    `runs` is the runs folder, in which a mock display keeps its state.
+    """
+    check_radio(spec)
+    name, _, settings = spec.partition(":")
     opener = cast(Opener, import_module(BACK_ENDS[name]).open_radio)
     return opener(settings, drive, runs)
