@@ -64,13 +64,17 @@ def compile_into(name: str) -> None:
         },
     }
     Library(index, machine_code)  # ends here, rather than where it is used, if it can't be loaded
+    _keep(folder, {OBJECT: machine_code, INDEX: json.dumps(index, indent=1).encode()})
+
+
+def _keep(folder: Path, files: dict[str, bytes]) -> None:
+    """Write files into a folder, all of them before the first takes the place of what was there."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / OBJECT).write_bytes(machine_code)
-    (folder / INDEX).write_text(json.dumps(index, indent=1))
-
-
-def _symbol(place: int) -> str:
-    return f"curveline_{place}"
+    with tempfile.TemporaryDirectory(dir=folder) as apart:
+        for name, data in files.items():
+            (Path(apart) / name).write_bytes(data)
+        for name in files:
+            (Path(apart) / name).replace(folder / name)
 
 
 def _compiled(kernel: Kernel) -> Any:

@@ -89,7 +89,7 @@ def library() -> Library | None:
         return None
     if sys.implementation.name != "cpython" or sysconfig.get_config_var("Py_GIL_DISABLED"):
         return None
-    with suppress(OSError, ValueError, KeyError):
+    with suppress(OSError, ValueError, KeyError, TypeError):  # TypeError: of JSON that is no index
         index = json.loads((FOLDER / INDEX).read_text())
         if index["sources"] == source_digest() and index["platform"] == sysconfig.get_platform():
             return _checked(index, (FOLDER / OBJECT).read_bytes())
@@ -97,7 +97,7 @@ def library() -> Library | None:
 
 
 def _checked(index: dict[str, Any], machine_code: bytes) -> Library | None:
-    if hashlib.sha256(machine_code).hexdigest() != index["object"]:
+    if hashlib.sha256(machine_code).hexdigest() != index["object"] or not isinstance(index["kernels"], dict):
         return None
     found = Library(index, machine_code)
     return found if found.reads_arrays() else None
@@ -134,21 +134,24 @@ def _caller(library: Library, path: str, found: dict[str, Any], written: Functio
     arguments, result = found["arguments"], found["result"]
     words = _result_words(result)
     names: dict[str, Any] = {
-        "other": other,
-        "run": library.entry(found["symbol"]),
-        "pack": struct.Struct("=" + "".join(_CODES.get(leaf, "q") for form in arguments for leaf in leaves(form))).pack,
-        "unpack": struct.Struct("=" + words).unpack,
-        "Words": ctypes.c_longlong * max(1, len(words)),
-        "fail": lambda status: _fail(path, status),
-        "taken": lambda dtype, shape, memory, data: _taken(library.release, dtype, shape, memory, data),
-        "error": struct.error,
-        "ndarray": np.ndarray,
-        **_ARRAYS,
+        "_other": other,
+        "_run": library.entry(found["symbol"]),
+        "_pack": struct.Struct(
+            "=" + "".join(_CODES.get(leaf, "q") for form in arguments for leaf in leaves(form))
+        ).pack,
+        "_unpack": struct.Struct("=" + words).unpack,
+        "_Words": ctypes.c_longlong * max(1, len(words)),
+        "_fail": lambda status: _fail(path, status),
+        "_taken": lambda dtype, shape, memory, data: _taken(library.release, dtype, shape, memory, data),
+        "_error": struct.error,
+        "_ndarray": np.ndarray,
+        **{f"_{kind}": dtype for kind, dtype in _ARRAYS.items()},
     }
     source = _Source(list(inspect.signature(written).parameters), names)
     exec(source.text(arguments, result), names)
     call: Any = names["call"]
     call.__defaults__ = written.__defaults__
+    call.__name__ = call.__qualname__ = written.__name__  # what Python calls it where arguments are missing
     return cast(Function, call)
 
 
@@ -179,7 +182,10 @@ def _taken(release: Callable[[int], None], dtype: np.dtype[Any], shape: tuple[in
 
 
 class _Source:
-    """Writes the Python of a caller whose `names` it extends by the classes it needs."""
+    """Writes the Python of a caller whose `names` it extends by the classes it needs.
+
+    All names but the parameters begin with _, so that no parameter is taken for one of them.
+    """
 
     def __init__(self, parameters: list[str], names: dict[str, Any]) -> None:
         self._parameters = ", ".join(parameters)
@@ -193,31 +199,31 @@ class _Source:
         lines = [
             line for name, form in zip(self._each, arguments, strict=True) for line in self._read(name, form, words)
         ]
-        given = [f"r{i}" for i in range(len(_result_words(result)))]
+        given = [f"_r{i}" for i in range(len(_result_words(result)))]
         answer = self._made(result, iter(given))
         return "\n    ".join(
             [
                 f"def call({self._parameters}):",
                 *lines,
                 "try:",
-                f"    words = pack({', '.join(words)})",
-                "except error:",
-                f"    return other({self._parameters})",
-                "out = Words()",
-                "status = run(words, out)",
-                f"if status not in {FINE}:",
-                "    fail(status)",
-                *([f"{', '.join(given)}, = unpack(out)"] if given else []),
+                f"    _words = _pack({', '.join(words)})",
+                "except _error:",
+                f"    return _other({self._parameters})",
+                "_out = _Words()",
+                "_status = _run(_words, _out)",
+                f"if _status not in {FINE}:",
+                "    _fail(_status)",
+                *([f"{', '.join(given)}, = _unpack(_out)"] if given else []),
                 f"return {answer}",
             ]
         )
 
     def _new_name(self) -> str:
         self._count += 1
-        return f"v{self._count}"
+        return f"_v{self._count}"
 
     def _class(self, path: str) -> str:
-        name = f"C{abs(hash(path))}" if path else "tuple"
+        name = f"_C{abs(hash(path))}" if path else "tuple"
         if path:
             self._names[name] = class_at(path)
         return name
@@ -227,15 +233,15 @@ class _Source:
         if isinstance(form, list):
             parts = [self._new_name() for _ in form[1:]]
             yield f"if type({name}) is not {self._class(form[0])} or len({name}) != {len(parts)}:"
-            yield f"    return other({self._parameters})"
+            yield f"    return _other({self._parameters})"
             yield f"{', '.join(parts)}, = {name}"
             for part, inner in zip(parts, form[1:], strict=True):
                 yield from self._read(part, inner, words)
         elif n := dimensions(form):
-            kind = form[:2]
-            fits = f"type({name}) is ndarray and {name}.ndim == {n} and {name}.flags.c_contiguous"
+            kind = f"_{form[:2]}"
+            fits = f"type({name}) is _ndarray and {name}.ndim == {n} and {name}.flags.c_contiguous"
             yield f"if not ({fits} and ({name}.dtype is {kind} or {name}.dtype == {kind})):"
-            yield f"    return other({self._parameters})"
+            yield f"    return _other({self._parameters})"
             words.append(f"id({name})")
         else:
             words.append(name)
@@ -247,7 +253,7 @@ class _Source:
             return f"{self._class(form[0])}({parts})" if form[0] else f"({parts})"
         if n := dimensions(form):
             memory, data, *shape = (next(words) for _ in range(2 + n))
-            return f"taken({form[:2]}, ({''.join(f'{one}, ' for one in shape)}), {memory}, {data})"
+            return f"_taken(_{form[:2]}, ({''.join(f'{one}, ' for one in shape)}), {memory}, {data})"
         if form == "none":
             return "None"
         word = next(words)
