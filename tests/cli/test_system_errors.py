@@ -249,13 +249,19 @@ def test_results_that_cannot_be_written_are_no_answer(arguments: str, tmp_path: 
 
 
 @needs_full
-def test_a_run_does_not_end_because_its_news_cannot_be_written(tmp_path: Path) -> None:
+@pytest.mark.parametrize("unbuffered", ["", "1"])  # what is buffered is tried to be written once more at the end
+def test_a_run_does_not_end_because_its_news_cannot_be_written(unbuffered: str, tmp_path: Path) -> None:
+    environment = {**os.environ, **KERNELS, "PYTHONUNBUFFERED": unbuffered}
     gone, pipe = os.pipe()
     os.close(gone)
     for stderr in (pipe, os.open("/dev/full", os.O_WRONLY)):
         arguments = ["send", "--home", "--radio", "mock:fresh", "--yes", "--json", "--runs", str(tmp_path)]
         done = subprocess.run(
-            [*begun(), *arguments], env={**os.environ, **KERNELS}, stdout=subprocess.PIPE, stderr=stderr, check=False
+            [*COMMAND, *arguments],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=stderr,
+            check=False,
         )
         os.close(stderr)
         assert done.returncode == 0
