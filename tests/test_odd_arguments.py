@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -83,3 +84,38 @@ def test_a_new_shape_names_no_display_that_cannot_be_written_down(tmp_path: Path
     display.write_text(curveline.new_display(None))
     with pytest.raises(InvalidInput, match="cannot name the display"):
         curveline.new_shape(None, display)
+
+
+@pytest.mark.parametrize("tolerance", [0, -1e-4, math.nan, math.inf])
+def test_no_curve_has_such_a_tolerance(tolerance: float) -> None:
+    with pytest.raises(InvalidInput, match="no curve has a tolerance of"):
+        curveline.simulate("level-up-peak", tolerance)
+    with pytest.raises(InvalidInput, match="no curve has a tolerance of"):
+        curveline.Settings(tolerance)
+
+
+@pytest.mark.parametrize("points", [-3, 0, 1])
+def test_no_curve_has_so_few_points(points: int, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=f"no curve has {points} points"):
+        curveline.write(curveline.simulate("level-up-peak"), tmp_path / "curves.json", points=points)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "odd", [{"tolerance": "1"}, {"points": 1.5}, {"windings": 1}, {"windings": ("a",)}, {"windings": (0.5,)}], ids=str
+)
+def test_settings_of_another_kind_are_told_from_what_is_due(odd: dict[str, Any]) -> None:
+    with pytest.raises(TypeError, match="is needed, not"):
+        curveline.Settings(**odd)
+
+
+def test_a_run_is_resumed_by_the_path_of_its_folder_and_a_node_is_a_number(tmp_path: Path) -> None:
+    with curveline.connect("mock:fresh", runs=tmp_path) as session:
+        session.send("level-up-peak")
+        (run,) = session.runs()
+        with pytest.raises(InvalidInput, match="done to its end"):
+            session.resume(run.folder)
+        with pytest.raises(TypeError):
+            session.resume(None)  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match="the number of a node is needed, not str"):
+            session.node("1")  # type: ignore[arg-type]

@@ -191,9 +191,9 @@ class Session:
         wish = wish_of(what, home=home, display=self.named)
         return dry_run_of(wish, DrySite(self.spec, self.folder, touched, self.listener))
 
-    def resume(self, run: str = "last", control: Control | None = None) -> RunResult:
+    def resume(self, run: AnyPath = "last", control: Control | None = None) -> RunResult:
         """Go on with a run that was broken off, by its folder, its name, or the newest that can; else as `send`."""
-        with self.prepared(run_to_resume(run, self.drive.display, self.folder, self.listener)) as prepared:
+        with self.prepared(run_to_resume(os.fspath(run), self.drive.display, self.folder, self.listener)) as prepared:
             return prepared.send(control)
 
     def home(self, control: Control | None = None) -> RunResult:
@@ -207,6 +207,7 @@ class Session:
 
     def node(self, number: int) -> OneNode:
         """One node, by its number in the row from 1: what it says of itself, and what brings it back to work."""
+        expect(number, int, "the number of a node")
         refuse_while_sending(self.drive, self.named, self.spec, self.folder)
         return OneNode(number, self.named, self.spec, self.drive, self.radio)
 
