@@ -11,6 +11,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -78,6 +79,10 @@ REFUSALS = [
 ]
 
 
+KEEP_WHAT_THEY_IMPORT = ("curveline.displays.lint", "curveline.displays.of_plan", "curveline.shapes.new_files")
+"""Modules that would go on refusing after the test, were they imported in it."""
+
+
 @pytest.mark.parametrize("error", REFUSALS, ids=[type(error).__name__ for error in REFUSALS])
 @pytest.mark.parametrize(
     ("command", "code", "place"),
@@ -99,6 +104,8 @@ def test_every_refusal_is_told_by_every_command(
     def refuse(*arguments: object) -> None:
         raise error.with_traceback(None)  # else it keeps the frames of the command before, and tells of that
 
+    for name in KEEP_WHAT_THEY_IMPORT:
+        import_module(name)
     monkeypatch.setattr(files, "read_shape", refuse)
     monkeypatch.setattr(files, "read_display", refuse)
     found = run(*command)
