@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from curveline.errors import InvalidInput
 from curveline.listening import SILENT, Listener
+from curveline.system.arguments import expect
 
 if TYPE_CHECKING:
     from curveline.displays.check import DisplayCheck
@@ -30,11 +31,15 @@ if TYPE_CHECKING:
     from curveline.scene import Display, Scene
     from curveline.simulation.results import Settings, ShapeReport
     from curveline.simulation.sweep_report import SweepReport
+    from curveline.system.files import AnyPath
 
 
 def _scene(shape: str | os.PathLike[str] | Scene, listener: Listener) -> Scene:
     """A scene, read if it is in a file, of which `listener` is told what is hardly meant."""
     if not isinstance(shape, str | os.PathLike):
+        from curveline.scene import Scene
+
+        expect(shape, Scene, "a shape, by file, name or Scene,")
         return shape
     from curveline.shapes.files import read_shape
     from curveline.shapes.radians import tell_of_radians
@@ -135,7 +140,9 @@ def fall(loading: Loading, listener: Listener = SILENT) -> SnapFall:
     could not be followed; InvalidInput for a rod without mass.
     """
     from curveline.loading.falling import PARTS, fall_of
+    from curveline.loading.snap_through import Loading
 
+    expect(loading, Loading, "what `load` gave")
     listener.computing()
     with listener.progress("falling, parts", PARTS) as heard:
         return fall_of(loading, heard)
@@ -166,11 +173,12 @@ def monte_carlo(
     `share` of what comes back has its 95 % interval. Raises InvalidInput if the plan's display is of no use.
     """
     from curveline.displays.of_plan import display_of
-    from curveline.plan_file import read_plan
+    from curveline.plan_file import Plan, read_plan
     from curveline.replay.monte_carlo import Setup
     from curveline.replay.trials import TrialsRequest, play_trials
 
     made = read_plan(plan) if isinstance(plan, str | os.PathLike) else plan
+    expect(made, Plan, "a plan, or its file,")
     asked = request or TrialsRequest()
     return play_trials(Setup(display_of(made, listener), made, asked.errors), asked, listener)
 
@@ -183,13 +191,18 @@ def check_display(display: str | os.PathLike[str] | Display, listener: Listener 
     rod budget and reach of the motors. Raises InvalidInput that lists every problem of a file.
     """
     from curveline.displays.check import check_of
+    from curveline.scene import Display
     from curveline.shapes.files import given_display
 
+    given = given_display(display) if isinstance(display, str | os.PathLike) else display
+    expect(given, Display, "a display, by name, path or Display,")
     listener.computing()
-    return check_of(given_display(display) if isinstance(display, str | os.PathLike) else display)
+    return check_of(given)
 
 
-def status(radio: str, display: str | Display | Plan = "single", *, runs: Path | str | None = None) -> DisplayStatus:
+def status(
+    radio: str, display: AnyPath | Display | Plan = "single", *, runs: Path | str | None = None
+) -> DisplayStatus:
     """What every node of a display says now, or what the process knows that is sending to them. It disturbs no run.
 
     All as for `connect`. Raises LinkError where the radio fails; a node that does not answer is "silent".
@@ -200,7 +213,7 @@ def status(radio: str, display: str | Display | Plan = "single", *, runs: Path |
         return session.status()
 
 
-def stop(radio: str, display: str | Display | Plan = "single", *, runs: Path | str | None = None) -> Halting:
+def stop(radio: str, display: AnyPath | Display | Plan = "single", *, runs: Path | str | None = None) -> Halting:
     """Bring every node of a display to a hold, whoever drives it; all as for `connect`.
 
     `is_sure` of what comes back is True if every node stands for certain. Raises LinkError where the radio fails, or

@@ -27,7 +27,7 @@ ROOMS = LEFT_TO_RIGHT.split()
 
 APART = {
     "system": {"scene", "sections"},
-    "kernels": set(ROOMS) - {"kernels"},
+    "kernels": set(ROOMS) - {"kernels", "errors"},
     "rod": set(ROOMS) - {"rod", "kernels", "units", "errors"},
     "radio": {"rod", "scene", "sections", "shapes"},
     "plan_file": {"shapes"},

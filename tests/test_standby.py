@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -92,3 +93,47 @@ def test_what_is_closed_is_closed(tmp_path: Path) -> None:
         command = ["sh", "-c", 'exec "$@" <&- 2>&-', "sh", *python, "-c", code]
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
         assert (done.returncode, done.stdout) == (0, "None 0\n")
+
+
+THREAD = "import threading, time; threading.Thread(target=lambda: (time.sleep(0.2), print('late'))).start()"
+INHERITED = """
+import os, resource, signal, sys, time
+umask = os.umask(0)
+os.umask(umask)
+blocked = [number.name for number in signal.pthread_sigmask(signal.SIG_BLOCK, [])]
+print(umask, resource.getrlimit(resource.RLIMIT_FSIZE), blocked, time.tzname, sys.excepthook is sys.__excepthook__)
+"""
+
+
+def confine() -> None:
+    """What a process may be told before it begins."""
+    os.umask(0o027)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGUSR1])
+
+
+def said(*command: str, **environment: str) -> tuple[int, str]:
+    done = subprocess.run(
+        command,
+        env={**os.environ, **environment},
+        input="print(5)\n",
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=confine,
+        check=False,
+    )
+    return done.returncode, done.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments", [("-c", INHERITED), ("-c", THREAD), ("-O", "-c", "print(__debug__)"), ("-W", "error", "-c", "0"), ()]
+)
+def test_it_inherits_waits_and_takes_options_as_the_interpreter_does(arguments: tuple[str, ...]) -> None:
+    expected = said(sys.executable, *arguments, TZ="Asia/Tokyo")
+    assert said(*standby.python(), *arguments, TZ="Asia/Tokyo") == expected
+    assert expected[0] == 0
+
+
+@pytest.mark.parametrize("name", ["CURVELINE_KERNELS", "XDG_CACHE_HOME"])
+def test_what_kernels_are_loaded_by_is_not_passed_over(name: str, tmp_path: Path) -> None:
+    assert run("-c", FACTS, folder=tmp_path, **{name: "numba"}).stderr != READY

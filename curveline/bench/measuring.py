@@ -15,6 +15,7 @@ from curveline.bench.report import BenchReport
 from curveline.bench.trade import TradeJob, TradePoint
 from curveline.listening import SILENT, Listener
 from curveline.shapes.library import builtin_shapes
+from curveline.system.arguments import expect_several
 from curveline.system.files import AnyPath
 
 FIGURES = "measuring, figures done:"
@@ -39,6 +40,7 @@ def measure(
     against goals, and `points`, vertices and true error [mm] against time [s], none of them if `quick`. Nothing passes
     or fails; timings vary from run to run.
     """
+    expect_several(shapes, "shapes")
     files = own_shapes() if shapes is None else [str(path) for path in shapes]
     listener.computing()
     rows = _measured(goals(files), listener)

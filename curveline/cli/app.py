@@ -222,12 +222,13 @@ def _refused(error: OSError) -> int:
 
 
 def _let_go(code: int) -> int:
-    """Write what is still buffered; the exit code, another one if that is what fails first."""
+    """Write what is still buffered; the exit code, another one if a result is what cannot be written."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
         except OSError as error:
-            code = code or (EXIT_NO if is_hang_up(error) else _refused(error))
+            if stream is sys.stdout:  # notes that nobody can read change no answer
+                code = code or (EXIT_NO if is_hang_up(error) else _refused(error))
             # Python would try again on its way out, and change the exit code.
             with suppress(OSError, ValueError):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

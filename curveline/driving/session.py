@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,6 +32,7 @@ from curveline.radio.host.node_status import NodeStatus
 from curveline.radio.host.preflight import check_targets
 from curveline.radio.host.stop_causes import display_option, named_display
 from curveline.radio.interface import InUse, Radio, check_radio, open_radio
+from curveline.system.arguments import expect
 
 if TYPE_CHECKING:
     from curveline.driving.adoption import Adoption
@@ -38,11 +40,12 @@ if TYPE_CHECKING:
     from curveline.driving.runs import Run
     from curveline.driving.wishes import Wish
     from curveline.scene import Display
+    from curveline.system.files import AnyPath
 
 
 def connect(
     radio: str,
-    display: str | Display | Plan = "single",
+    display: AnyPath | Display | Plan = "single",
     *,
     runs: Path | str | None = None,
     listener: RunListener = UNHEARD,
@@ -53,19 +56,23 @@ def connect(
     display file, a `Display`, or the plan that is to be sent. `runs` is the folder of the records of runs, by default
     the user's. Raises InvalidInput for what does not exist.
     """
+    expect(radio, str, 'a radio, such as "mock",')
     check_radio(radio)
     drive, named = _drive_of(display)
     return Session(radio, (drive, named), runs_folder() if runs is None else Path(runs), listener)
 
 
-def _drive_of(display: str | Display | Plan) -> tuple[DriveSettings, str]:
+def _drive_of(display: AnyPath | Display | Plan) -> tuple[DriveSettings, str]:
     """What must be known of a display to drive it, and how advice names it."""
     if isinstance(display, Plan):
         return display.drive, named_display(display)
-    if isinstance(display, str):
+    if isinstance(display, str | os.PathLike):
         from curveline.shapes.files import given_display
 
-        return drive_settings(given_display(display)), display
+        return drive_settings(given_display(display)), os.fspath(display)
+    from curveline.scene import Display
+
+    expect(display, Display, "a display, by name, path, Display or plan,")
     return drive_settings(display), display.path or display.name
 
 
@@ -188,9 +195,9 @@ class Session:
         wish = wish_of(what, home=home, display=self.named)
         return dry_run_of(wish, DrySite(self.spec, self.folder, touched, self.listener))
 
-    def resume(self, run: str = "last", control: Control | None = None) -> RunResult:
+    def resume(self, run: AnyPath = "last", control: Control | None = None) -> RunResult:
         """Go on with a run that was broken off, by its folder, its name, or the newest that can; else as `send`."""
-        with self.prepared(run_to_resume(run, self.drive.display, self.folder, self.listener)) as prepared:
+        with self.prepared(run_to_resume(os.fspath(run), self.drive.display, self.folder, self.listener)) as prepared:
             return prepared.send(control)
 
     def home(self, control: Control | None = None) -> RunResult:
@@ -204,6 +211,7 @@ class Session:
 
     def node(self, number: int) -> OneNode:
         """One node, by its number in the row from 1: what it says of itself, and what brings it back to work."""
+        expect(number, int, "the number of a node")
         refuse_while_sending(self.drive, self.named, self.spec, self.folder)
         return OneNode(number, self.named, self.spec, self.drive, self.radio)
 

@@ -90,9 +90,9 @@ def _keep(path: Path, data: bytes) -> None:
         write_private(path, data)
     except FileExistsError:
         raise InvalidInput(f"{path} exists already", hint="delete it first: it may hold a key") from None
-    except OSError as error:
+    except (OSError, ValueError) as error:  # ValueError: a zero character in its name
         hint = "check that the folder exists, may be written and has room"
-        raise InvalidInput(f"{path} cannot be written: {error.strerror or error}", hint) from None
+        raise InvalidInput(f"{path} cannot be written: {getattr(error, 'strerror', None) or error}", hint) from None
 
 
 def _warn(path: Path, listener: Listener) -> None:

@@ -24,7 +24,7 @@ from curveline.kernels.cache import source_digest
 from curveline.kernels.entries import entries, symbol
 from curveline.kernels.forms import Form, class_at, dimensions, form_of
 from curveline.kernels.kernel import SHIPPED, Kernel
-from curveline.kernels.object_file import FOLDER, INDEX, NEEDED, OBJECT, Library
+from curveline.kernels.object_file import FOLDER, INDEX, NEEDED, Library, object_name
 from curveline.kernels.runtime import ERRORS, MEMORY
 
 ROOM = "curveline.rod"
@@ -64,13 +64,20 @@ def compile_into(name: str) -> None:
         },
     }
     Library(index, machine_code)  # ends here, rather than where it is used, if it can't be loaded
+    _keep(folder, {object_name(str(index["object"])): machine_code, INDEX: json.dumps(index, indent=1).encode()})
+
+
+def _keep(folder: Path, files: dict[str, bytes]) -> None:
+    """Write files into a folder, all of them before the first takes its place, and take away what was there."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / OBJECT).write_bytes(machine_code)
-    (folder / INDEX).write_text(json.dumps(index, indent=1))
-
-
-def _symbol(place: int) -> str:
-    return f"curveline_{place}"
+    with tempfile.TemporaryDirectory(dir=folder) as apart:
+        for name, data in files.items():
+            (Path(apart) / name).write_bytes(data)
+        for name in files:
+            (Path(apart) / name).replace(folder / name)
+    for old in folder.glob("*.o"):
+        if old.name not in files:
+            old.unlink(missing_ok=True)
 
 
 def _compiled(kernel: Kernel) -> Any:

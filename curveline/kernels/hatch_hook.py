@@ -20,18 +20,18 @@ class MachineCode(BuildHookInterface):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Called before a wheel is put together."""
         sys.path.insert(0, self.root)
-        from curveline.kernels.build import build
-        from curveline.kernels.object_file import FOLDER, library
-
         try:
+            from curveline.kernels.build import build
+            from curveline.kernels.object_file import files, library
+
             if library() is None:  # made before, of other sources, or never
                 self.app.display_info("compiling kernels, about a minute")
                 build()
-        except (OSError, subprocess.CalledProcessError) as error:
+        except (ImportError, OSError, subprocess.CalledProcessError) as error:  # ImportError: numba is not there
             self.app.display_warning(f"kernels are left to be compiled when they are called: {error}")
             return
         if version != "editable":
-            build_data["artifacts"] += [f"{file.relative_to(self.root)}" for file in FOLDER.iterdir()]
+            build_data["artifacts"] += [f"{file.relative_to(self.root)}" for file in files()]
             build_data["pure_python"] = False
             build_data["tag"] = f"py3-none-{_platform()}"
 

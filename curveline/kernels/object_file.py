@@ -30,8 +30,8 @@ Function: TypeAlias = Callable[..., Any]
 
 FOLDER = Path(__file__).parent / "machine_code"
 """Where the object file and its index are."""
-OBJECT = "kernels.o"
 INDEX = "kernels.json"
+"""What tells whose machine code it is, and for which system."""
 NEEDED = (
     *("malloc", "realloc", "free", "memcpy", "memmove", "memset"),
     *("atan2", "ceil", "cos", "exp", "expm1", "floor", "hypot", "log", "log10", "log1p", "rint", "sin"),
@@ -82,6 +82,17 @@ class Library:
         return _caller(self, path, found, written, other) if found else None
 
 
+def object_name(digest: str) -> str:
+    """The name of an object file, by the digest of what is in it: an index that is replaced never has another's."""
+    return f"{digest[:16]}.o"
+
+
+def files() -> tuple[Path, Path]:
+    """The index, and the object file that it names. Raises `OSError`, `ValueError` or `KeyError` for none."""
+    index = json.loads((FOLDER / INDEX).read_text())
+    return FOLDER / INDEX, FOLDER / object_name(index["object"])
+
+
 @cache
 def library() -> Library | None:
     """The machine code that fits these sources, this machine and this interpreter; None where there is none."""
@@ -89,15 +100,15 @@ def library() -> Library | None:
         return None
     if sys.implementation.name != "cpython" or sysconfig.get_config_var("Py_GIL_DISABLED"):
         return None
-    with suppress(OSError, ValueError, KeyError):
+    with suppress(OSError, ValueError, KeyError, TypeError):  # TypeError: of JSON that is no index
         index = json.loads((FOLDER / INDEX).read_text())
         if index["sources"] == source_digest() and index["platform"] == sysconfig.get_platform():
-            return _checked(index, (FOLDER / OBJECT).read_bytes())
+            return _checked(index, (FOLDER / object_name(index["object"])).read_bytes())
     return None
 
 
 def _checked(index: dict[str, Any], machine_code: bytes) -> Library | None:
-    if hashlib.sha256(machine_code).hexdigest() != index["object"]:
+    if hashlib.sha256(machine_code).hexdigest() != index["object"] or not isinstance(index["kernels"], dict):
         return None
     found = Library(index, machine_code)
     return found if found.reads_arrays() else None
@@ -134,21 +145,24 @@ def _caller(library: Library, path: str, found: dict[str, Any], written: Functio
     arguments, result = found["arguments"], found["result"]
     words = _result_words(result)
     names: dict[str, Any] = {
-        "other": other,
-        "run": library.entry(found["symbol"]),
-        "pack": struct.Struct("=" + "".join(_CODES.get(leaf, "q") for form in arguments for leaf in leaves(form))).pack,
-        "unpack": struct.Struct("=" + words).unpack,
-        "Words": ctypes.c_longlong * max(1, len(words)),
-        "fail": lambda status: _fail(path, status),
-        "taken": lambda dtype, shape, memory, data: _taken(library.release, dtype, shape, memory, data),
-        "error": struct.error,
-        "ndarray": np.ndarray,
-        **_ARRAYS,
+        "_other": other,
+        "_run": library.entry(found["symbol"]),
+        "_pack": struct.Struct(
+            "=" + "".join(_CODES.get(leaf, "q") for form in arguments for leaf in leaves(form))
+        ).pack,
+        "_unpack": struct.Struct("=" + words).unpack,
+        "_Words": ctypes.c_longlong * max(1, len(words)),
+        "_fail": lambda status: _fail(path, status),
+        "_taken": lambda dtype, shape, memory, data: _taken(library.release, dtype, shape, memory, data),
+        "_error": struct.error,
+        "_ndarray": np.ndarray,
+        **{f"_{kind}": dtype for kind, dtype in _ARRAYS.items()},
     }
     source = _Source(list(inspect.signature(written).parameters), names)
     exec(source.text(arguments, result), names)
     call: Any = names["call"]
     call.__defaults__ = written.__defaults__
+    call.__name__ = call.__qualname__ = written.__name__  # what Python calls it where arguments are missing
     return cast(Function, call)
 
 
@@ -179,7 +193,10 @@ def _taken(release: Callable[[int], None], dtype: np.dtype[Any], shape: tuple[in
 
 
 class _Source:
-    """Writes the Python of a caller whose `names` it extends by the classes it needs."""
+    """Writes the Python of a caller whose `names` it extends by the classes it needs.
+
+    All names but the parameters begin with _, so that no parameter is taken for one of them.
+    """
 
     def __init__(self, parameters: list[str], names: dict[str, Any]) -> None:
         self._parameters = ", ".join(parameters)
@@ -193,31 +210,31 @@ class _Source:
         lines = [
             line for name, form in zip(self._each, arguments, strict=True) for line in self._read(name, form, words)
         ]
-        given = [f"r{i}" for i in range(len(_result_words(result)))]
+        given = [f"_r{i}" for i in range(len(_result_words(result)))]
         answer = self._made(result, iter(given))
         return "\n    ".join(
             [
                 f"def call({self._parameters}):",
                 *lines,
                 "try:",
-                f"    words = pack({', '.join(words)})",
-                "except error:",
-                f"    return other({self._parameters})",
-                "out = Words()",
-                "status = run(words, out)",
-                f"if status not in {FINE}:",
-                "    fail(status)",
-                *([f"{', '.join(given)}, = unpack(out)"] if given else []),
+                f"    _words = _pack({', '.join(words)})",
+                "except _error:",
+                f"    return _other({self._parameters})",
+                "_out = _Words()",
+                "_status = _run(_words, _out)",
+                f"if _status not in {FINE}:",
+                "    _fail(_status)",
+                *([f"{', '.join(given)}, = _unpack(_out)"] if given else []),
                 f"return {answer}",
             ]
         )
 
     def _new_name(self) -> str:
         self._count += 1
-        return f"v{self._count}"
+        return f"_v{self._count}"
 
     def _class(self, path: str) -> str:
-        name = f"C{abs(hash(path))}" if path else "tuple"
+        name = f"_C{abs(hash(path))}" if path else "tuple"
         if path:
             self._names[name] = class_at(path)
         return name
@@ -227,15 +244,15 @@ class _Source:
         if isinstance(form, list):
             parts = [self._new_name() for _ in form[1:]]
             yield f"if type({name}) is not {self._class(form[0])} or len({name}) != {len(parts)}:"
-            yield f"    return other({self._parameters})"
+            yield f"    return _other({self._parameters})"
             yield f"{', '.join(parts)}, = {name}"
             for part, inner in zip(parts, form[1:], strict=True):
                 yield from self._read(part, inner, words)
         elif n := dimensions(form):
-            kind = form[:2]
-            fits = f"type({name}) is ndarray and {name}.ndim == {n} and {name}.flags.c_contiguous"
+            kind = f"_{form[:2]}"
+            fits = f"type({name}) is _ndarray and {name}.ndim == {n} and {name}.flags.c_contiguous"
             yield f"if not ({fits} and ({name}.dtype is {kind} or {name}.dtype == {kind})):"
-            yield f"    return other({self._parameters})"
+            yield f"    return _other({self._parameters})"
             words.append(f"id({name})")
         else:
             words.append(name)
@@ -247,7 +264,7 @@ class _Source:
             return f"{self._class(form[0])}({parts})" if form[0] else f"({parts})"
         if n := dimensions(form):
             memory, data, *shape = (next(words) for _ in range(2 + n))
-            return f"taken({form[:2]}, ({''.join(f'{one}, ' for one in shape)}), {memory}, {data})"
+            return f"_taken(_{form[:2]}, ({''.join(f'{one}, ' for one in shape)}), {memory}, {data})"
         if form == "none":
             return "None"
         word = next(words)

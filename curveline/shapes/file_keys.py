@@ -29,7 +29,8 @@ Speed = Annotated[float, Field(ge=1e-6, le=1e6)]
 Force = Annotated[float, Field(ge=-1e6, le=1e6)]
 Positive = Annotated[float, Field(ge=1e-6, le=1e6)]
 Address = Annotated[str, Field(pattern=ADDRESS)]
-Name = Annotated[str, Field(max_length=100)]
+LONGEST_NAME = 100
+Name = Annotated[str, Field(max_length=LONGEST_NAME)]
 
 
 class Table(BaseModel):

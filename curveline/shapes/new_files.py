@@ -6,8 +6,11 @@ import os
 
 from curveline.errors import InvalidInput
 from curveline.scene import PEAK, VALLEY
+from curveline.shapes.file_keys import LONGEST_NAME
 from curveline.shapes.files import read_display
 from curveline.shapes.templates import check_new_shape, display_template, shape_template
+from curveline.shapes.toml_document import shown
+from curveline.system.arguments import expect
 from curveline.system.files import AnyPath, refuse_file, write_file
 
 SUFFIX = ".toml"
@@ -26,7 +29,9 @@ def new_shape(path: AnyPath | None, display: AnyPath = "single", state: str = "p
     folder = "" if path is None else os.path.dirname(os.fspath(path))
     read = read_display(display)
     named = _as_named_in(folder, os.fspath(display)) if read.path else os.fspath(display)
-    text = shape_template(name or _stem(path, "my-shape"), read, named, state)
+    if not named.isprintable():
+        raise InvalidInput(f"a shape file cannot name the display {shown(named)}", "give the display file a plain name")
+    text = shape_template(_name_for(path, name, "my-shape"), read, named, state)
     check_new_shape(text, folder)
     return _kept(text, path)
 
@@ -38,7 +43,7 @@ def new_display(path: AnyPath | None, nodes: int = 2, *, name: str = "") -> str:
     `new_shape`.
     """
     check_free(path)
-    return _kept(display_template(name or _stem(path, "my-display"), nodes), path)
+    return _kept(display_template(_name_for(path, name, "my-display"), nodes), path)
 
 
 def check_free(path: AnyPath | None) -> None:
@@ -55,8 +60,14 @@ def _kept(text: str, path: AnyPath | None) -> str:
     return text
 
 
-def _stem(path: AnyPath | None, default: str) -> str:
-    return default if path is None else os.path.basename(os.fspath(path)).removesuffix(SUFFIX)
+def _name_for(path: AnyPath | None, name: str, default: str) -> str:
+    """What a new file calls itself; InvalidInput for what none may."""
+    chosen = name or (default if path is None else os.path.basename(os.fspath(path)).removesuffix(SUFFIX))
+    expect(chosen, str, "a name")
+    if not chosen.strip() or not chosen.isprintable() or len(chosen) > LONGEST_NAME:
+        hint = f"name it with at most {LONGEST_NAME} letters, digits, spaces and signs, on one line"
+        raise InvalidInput(f"no new file calls itself {shown(chosen)}", hint)
+    return chosen
 
 
 def _as_named_in(folder: str, display: str) -> str:

@@ -11,18 +11,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
+from numbers import Integral, Real
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from curveline._version import __version__
+from curveline.errors import InvalidInput
 from curveline.notebook import html_of, svg_of
 from curveline.rod.geometry.space_curve import SpaceCurve
 from curveline.rod.states.equilibrium import Equilibrium, Outcome
 from curveline.scene import Scene
 from curveline.simulation.explanation import deepest, explain
 from curveline.simulation.simulate import AUTO, DEFAULT_TOLERANCE, STATE_HEAD, SegmentStates
+from curveline.system.arguments import expect
 from curveline.units import millimetres, to_mj, to_mm, to_nmm
 
 DEFAULT_POINTS = 201
@@ -40,6 +43,18 @@ class Settings:
     argv: tuple[str, ...] = ()
     model: str = AUTO  # "auto", "planar", "extensible", "spatial"
     explained: bool = False  # files say in words what was modelled and why
+
+    def __post_init__(self) -> None:
+        expect(self.tolerance, Real, "a tolerance in m")
+        expect(self.points, Integral, "a number of points")
+        expect(self.windings, Sequence, "a sequence of windings, such as (0, 1, -1),")
+        for turns in self.windings:
+            expect(turns, Integral, "a whole number of windings")
+        if not 0.0 < self.tolerance < math.inf:
+            hint = "choose a length above 0 in m, such as 1e-4 for 0.1 mm"
+            raise InvalidInput(f"no curve has a tolerance of {self.tolerance!r}", hint)
+        if self.points < 2:
+            raise InvalidInput(f"no curve has {self.points} points", "choose 2 or more")
 
 
 @dataclass(frozen=True)

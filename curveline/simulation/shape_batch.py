@@ -13,6 +13,7 @@ from curveline.scene import Scene
 from curveline.simulation.batch import Order, jobs_for, report_of, run, tasks_of
 from curveline.simulation.results import Settings, ShapeReport
 from curveline.simulation.simulate import STATE_HEAD
+from curveline.system.arguments import expect_several
 from curveline.system.files import AnyPath
 
 
@@ -81,6 +82,7 @@ def simulate_many(
     processes share the work, one per core for 0, as many as are fastest for None. The answers are in the order of
     `shapes`, and the same for any number of processes; `write` keeps the reports of all of them in one file.
     """
+    expect_several(shapes, "shapes")
     order = Order(settings or Settings(), (report_of,))
     answers = run(tasks_of(shapes, listener), order, jobs_for(jobs, len(shapes)), len(shapes))
     found = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import shlex
 import stat
@@ -80,6 +81,7 @@ def write_file(path: AnyPath, data: bytes, *, force: bool = False) -> None:
 def check_writable(path: AnyPath, *, force: bool = False) -> None:
     """InvalidInput for a file that `write_file` could not make: it exists, is none, or its folder takes none."""
     name = os.fspath(path)
+    _refuse_no_name(name)
     target = Path(os.path.realpath(name))
     if target.exists() and not target.is_file():
         _refuse_kind(name)
@@ -92,6 +94,15 @@ def check_writable(path: AnyPath, *, force: bool = False) -> None:
         refuse_file(name, "unwritable", "its folder may not be written to", "choose a folder of your own")
 
 
+def _refuse_no_name(name: str) -> None:
+    """Raise InvalidInput for what the system takes for no file's name: a zero character, or too long."""
+    try:
+        os.lstat(name)
+    except (OSError, ValueError) as error:
+        if isinstance(error, ValueError) or error.errno == errno.ENAMETOOLONG:
+            refuse_file(name, "bad-name", "no file can have this name", "choose a shorter one, of letters and digits")
+
+
 class NewFile:
     """A file that is written bit by bit, and appears whole or not at all.
 
@@ -101,8 +112,8 @@ class NewFile:
 
     def __init__(self, path: AnyPath, *, force: bool = False) -> None:
         self._name = os.fspath(path)
-        self._target = Path(os.path.realpath(self._name))
         check_writable(path, force=force)
+        self._target = Path(os.path.realpath(self._name))
         self._neighbour = self._target.with_name(f".{self._target.name}.{os.getpid()}.part")
         with self._refusals():
             self._stream = open(self._neighbour, "xb")  # noqa: SIM115

@@ -11,6 +11,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -78,6 +79,10 @@ REFUSALS = [
 ]
 
 
+KEEP_WHAT_THEY_IMPORT = ("curveline.displays.lint", "curveline.displays.of_plan", "curveline.shapes.new_files")
+"""Modules that would go on refusing after the test, were they imported in it."""
+
+
 @pytest.mark.parametrize("error", REFUSALS, ids=[type(error).__name__ for error in REFUSALS])
 @pytest.mark.parametrize(
     ("command", "code", "place"),
@@ -99,6 +104,8 @@ def test_every_refusal_is_told_by_every_command(
     def refuse(*arguments: object) -> None:
         raise error.with_traceback(None)  # else it keeps the frames of the command before, and tells of that
 
+    for name in KEEP_WHAT_THEY_IMPORT:
+        import_module(name)
     monkeypatch.setattr(files, "read_shape", refuse)
     monkeypatch.setattr(files, "read_display", refuse)
     found = run(*command)
@@ -249,13 +256,19 @@ def test_results_that_cannot_be_written_are_no_answer(arguments: str, tmp_path: 
 
 
 @needs_full
-def test_a_run_does_not_end_because_its_news_cannot_be_written(tmp_path: Path) -> None:
+@pytest.mark.parametrize("unbuffered", ["", "1"])  # what is buffered is tried to be written once more at the end
+def test_a_run_does_not_end_because_its_news_cannot_be_written(unbuffered: str, tmp_path: Path) -> None:
+    environment = {**os.environ, **KERNELS, "PYTHONUNBUFFERED": unbuffered}
     gone, pipe = os.pipe()
     os.close(gone)
     for stderr in (pipe, os.open("/dev/full", os.O_WRONLY)):
         arguments = ["send", "--home", "--radio", "mock:fresh", "--yes", "--json", "--runs", str(tmp_path)]
         done = subprocess.run(
-            [*begun(), *arguments], env={**os.environ, **KERNELS}, stdout=subprocess.PIPE, stderr=stderr, check=False
+            [*COMMAND, *arguments],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=stderr,
+            check=False,
         )
         os.close(stderr)
         assert done.returncode == 0

@@ -14,9 +14,12 @@ import numpy as np
 import pytest
 from rehearsal import Call, recorded, rehearse
 
-from curveline.kernels import object_file
+from curveline.errors import InvalidInput
+from curveline.kernels import build, object_file
 from curveline.kernels.compile_time import COMPILATION
 from curveline.kernels.kernel import SHIPPED, Kernel
+from curveline.kernels.wish import wish
+from curveline.rod.planar.response import response
 from curveline.rod.problem import Bearing, Pose, ScaledRod, halved, mesh, scale_rod
 from curveline.rod.spatial.bands import times
 
@@ -121,7 +124,7 @@ def called(kernel: Any) -> Any:
 def test_other_arguments_than_it_was_made_for_are_left_to_numba(edges: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     seen = []
     monkeypatch.setattr(halved, "_run", called(halved))
-    monkeypatch.setitem(halved._run.__globals__, "other", lambda *arguments: seen.append(arguments))
+    monkeypatch.setitem(halved._run.__globals__, "_other", lambda *arguments: seen.append(arguments))
     halved(edges)
     assert len(seen) == 1
 
@@ -129,16 +132,30 @@ def test_other_arguments_than_it_was_made_for_are_left_to_numba(edges: Any, monk
 def test_one_dimension_too_many_is_left_to_numba(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = []
     monkeypatch.setattr(times, "_run", called(times))
-    monkeypatch.setitem(times._run.__globals__, "other", lambda *arguments: seen.append(arguments))
+    monkeypatch.setitem(times._run.__globals__, "_other", lambda *arguments: seen.append(arguments))
     times(np.ones(3), np.ones(3))
     times(np.ones((3, 1)), 3.0)
     assert len(seen) == 2
 
 
+def test_a_parameter_is_none_of_the_names_that_its_caller_uses(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+    monkeypatch.setattr(response, "_run", called(response))
+    monkeypatch.setitem(response._run.__globals__, "_other", lambda *arguments: seen.append(arguments))
+    response(None, None, np.ones(2), np.ones(2), np.ones(2))  # its first one is called `other`
+    assert len(seen) == 1
+
+
+def test_a_missing_argument_is_told_with_the_name_of_the_kernel() -> None:
+    with pytest.raises(TypeError, match=r"mesh\(\) missing 1 required positional argument"):
+        called(mesh)(np.ones(1))
+
+
 CHECK = """
 import json, sys
 from pathlib import Path
-from curveline.kernels import object_file
+from curveline.errors import InvalidInput
+from curveline.kernels import build, object_file
 object_file.FOLDER = Path(sys.argv[1])
 {}
 print(object_file.library() is not None)
@@ -154,8 +171,8 @@ def fits(folder: Path, preparation: str = "") -> bool:
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A copy of the machine code."""
-    for name in (object_file.INDEX, object_file.OBJECT):
-        (tmp_path / name).write_bytes((object_file.FOLDER / name).read_bytes())
+    for file in object_file.files():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
     return tmp_path
 
 
@@ -176,9 +193,54 @@ def test_machine_code_of_something_else_is_not_taken(folder: Path, change: dict[
     assert not fits(folder)
 
 
+@pytest.mark.parametrize("index", ["[]", "3", "null", '"sources"', "{}"])
+def test_an_index_that_is_none_is_not_taken(folder: Path, index: str) -> None:
+    (folder / object_file.INDEX).write_text(index)
+    assert not fits(folder)
+
+
+@pytest.mark.parametrize("kernels", [[], None, "trace"])
+def test_an_index_without_kernels_is_not_taken(folder: Path, kernels: Any) -> None:
+    changed_index(folder, kernels=kernels)
+    assert not fits(folder)
+
+
+def test_what_is_built_takes_the_place_of_what_was_there_only_as_a_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old, new = {"a": b"old", "b": b"old"}, {"a": b"new", "b": b"new"}
+    build._keep(tmp_path, old)
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_bytes", full_after(1))
+        with pytest.raises(OSError, match="full"):
+            build._keep(tmp_path, new)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
+    build._keep(tmp_path, new)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == new
+
+
+def test_machine_code_of_before_is_taken_away(tmp_path: Path) -> None:
+    build._keep(tmp_path, {"one.o": b"old", object_file.INDEX: b"old"})
+    build._keep(tmp_path, {"other.o": b"new", object_file.INDEX: b"new"})
+    assert sorted(path.name for path in tmp_path.iterdir()) == [object_file.INDEX, "other.o"]
+
+
+def full_after(files: int) -> Any:
+    """What writes some files, and then finds the disk full."""
+    write, done = Path.write_bytes, []
+
+    def writing(path: Path, data: bytes) -> int:
+        done.append(path)
+        if len(done) > files:
+            raise OSError("full")
+        return write(path, data)
+
+    return writing
+
+
 def test_machine_code_that_was_cut_short_is_not_taken(folder: Path) -> None:
-    whole = (folder / object_file.OBJECT).read_bytes()
-    (folder / object_file.OBJECT).write_bytes(whole[:-1])
+    (machine_code,) = folder.glob("*.o")
+    machine_code.write_bytes(machine_code.read_bytes()[:-1])
     assert not fits(folder)
 
 
@@ -191,6 +253,13 @@ def test_no_machine_code_is_taken_where_arrays_are_kept_otherwise(folder: Path) 
     assert not fits(folder, 'import sys; sys.implementation.name = "other"')
 
 
-@pytest.mark.parametrize("wish", ["numba", "python"])
-def test_the_user_may_wish_for_no_machine_code(folder: Path, wish: str) -> None:
-    assert not fits(folder, f'import os; os.environ["CURVELINE_KERNELS"] = "{wish}"')
+@pytest.mark.parametrize("wished", ["numba", "python"])
+def test_the_user_may_wish_for_no_machine_code(folder: Path, wished: str) -> None:
+    assert not fits(folder, f'import os; os.environ["CURVELINE_KERNELS"] = "{wished}"')
+
+
+def test_a_wish_for_kernels_that_there_are_not_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CURVELINE_KERNELS", "pyton")
+    with pytest.raises(InvalidInput, match="CURVELINE_KERNELS is 'pyton'") as caught:
+        wish()
+    assert "numba or python" in caught.value.hint

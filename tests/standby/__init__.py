@@ -4,7 +4,9 @@ A process that starts as `python -m curveline` spends a second of processor time
 before it does anything. Where a test is about what a command does, and not about how it starts, `python()` stands for
 the interpreter: what it starts passes arguments, folder, environment and open files on to a server, which forks a
 process that does the rest. Signals, exit codes and the end of either one reach the other. Where that would not be the
-same (another cache, a terminal, a folder that is gone, no Linux), it becomes the interpreter itself.
+same (another cache, an option of the interpreter, a terminal, a folder that is gone, no Linux), it becomes the
+interpreter itself. Not the same are niceness, signals that are ignored other than those that are forwarded, and that
+objects which are left at the end are not taken apart.
 """
 
 from __future__ import annotations
@@ -21,8 +23,11 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 CAN = sys.platform == "linux" and hasattr(os, "pidfd_open")
-READ_AT_ONCE = ("PYTHON", "NUMBA_", "IMITATED", "CURVELINE_CACHE", "MPL", "LC_", "LANG")
-"""How variables begin that are read while modules are imported."""
+READ_AT_ONCE = (
+    *("PYTHON", "NUMBA_", "IMITATED", "CURVELINE_CACHE", "CURVELINE_KERNELS", "XDG_CACHE_HOME"),
+    *("MPL", "LC_", "LANG"),
+)
+"""How variables begin that are read while modules are imported or kernels are loaded."""
 
 
 def read_at_once(environment: Mapping[str, str]) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import signal
 import socket
 import struct
@@ -30,14 +31,33 @@ def is_somewhere() -> bool:
     return True
 
 
+def is_for_the_interpreter(first: str = "-") -> bool:
+    """Whether arguments begin with what only the interpreter itself knows: another option than `-c` and `-m`, or no."""
+    return first.startswith("-") and first not in ("-c", "-m")
+
+
+def circumstances() -> dict[str, object]:
+    """What a process inherits besides its files, folder and environment."""
+    umask = os.umask(0)
+    os.umask(umask)
+    limits = [getattr(resource, name) for name in dir(resource) if name.startswith("RLIMIT_")]
+    return {
+        "umask": umask,
+        "limits": [(limit, resource.getrlimit(limit)) for limit in limits],
+        "blocked": sorted(signal.pthread_sigmask(signal.SIG_BLOCK, [])),
+        "heeded": [number for number in FORWARDED if signal.getsignal(number) != signal.SIG_IGN],
+    }
+
+
 def main() -> None:
     """Pass everything on, wait, end."""
     name, *arguments = sys.argv[1:]
     files = sorted(filter(is_open, map(int, os.listdir("/proc/self/fd"))))
-    if len(files) > MOST or any(map(os.isatty, files)) or not is_somewhere():
+    is_odd = is_for_the_interpreter(*arguments[:1]) or any(map(os.isatty, files))
+    if is_odd or len(files) > MOST or not is_somewhere():
         os.execv(sys.executable, [sys.executable, *arguments])
     request = {"arguments": arguments, "folder": os.getcwd(), "environment": dict(os.environ), "files": files}
-    request["heeded"] = [number for number in FORWARDED if signal.getsignal(number) != signal.SIG_IGN]
+    request.update(circumstances())
     data = json.dumps(request).encode("ascii")
     signal.pthread_sigmask(signal.SIG_BLOCK, FORWARDED)
     with socket.socket(socket.AF_UNIX) as server:
@@ -47,7 +67,7 @@ def main() -> None:
         (process,) = struct.unpack("!i", server.recv(4, socket.MSG_WAITALL))
         for number in FORWARDED:
             signal.signal(number, lambda number, frame: os.kill(process, number))
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, FORWARDED)
+        signal.pthread_sigmask(signal.SIG_SETMASK, request["blocked"])
         if not process:
             os.execv(sys.executable, [sys.executable, *arguments])
         (code,) = struct.unpack("!i", server.recv(4, socket.MSG_WAITALL))

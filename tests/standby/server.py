@@ -9,12 +9,15 @@ import gc
 import io
 import json
 import os
+import resource
 import runpy
 import select
 import signal
 import socket
 import struct
 import sys
+import threading
+import time
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TextIO
@@ -97,10 +100,17 @@ def begin(request: dict[str, Any], descriptors: list[int]) -> None:
     os.chdir(request["folder"])
     os.environ.clear()
     os.environ.update(request["environment"])
+    time.tzset()
+    os.umask(request["umask"])
     for number in request["heeded"]:  # what started the server may have been told to ignore some
         signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_SETMASK, request["blocked"])
+    sys.excepthook = sys.__excepthook__  # preparing gave it another one
     streams = [stream(number) if number in request["files"] else None for number in range(3)]
     sys.stdin, sys.stdout, sys.stderr = sys.__stdin__, sys.__stdout__, sys.__stderr__ = streams  # type: ignore[misc]
+    for limit, values in request["limits"]:
+        if resource.getrlimit(limit) != tuple(values):
+            resource.setrlimit(limit, values)
 
 
 def stream(number: int) -> TextIO:
@@ -131,6 +141,7 @@ def run(first: str, *arguments: str) -> None:
 
 def leave(code: int) -> None:
     """End as the interpreter does, but for taking a thousand modules apart."""
+    threading._shutdown()  # type: ignore[attr-defined]  # waits for all threads that are no daemons
     atexit._run_exitfuncs()
     try:
         if sys.stdout is not None:

@@ -198,7 +198,7 @@ def runs_folder() -> Path:
 def find_run(folder: Path, name: str) -> Path:
     """The folder of a run: a path, or a name in the runs folder; InvalidInput if there is none."""
     choices = [Path(name)] if os.sep in name else [folder / name, Path(name)]
-    found = next((run for run in choices if (run / FILE_NAME).is_file()), None)
+    found = next((run for run in choices if os.path.isfile(run / FILE_NAME)), None)
     if found is None:
         raise InvalidInput(f"there is no run {name!r} in {folder}", hint="`curveline runs` lists those that there are")
     return found

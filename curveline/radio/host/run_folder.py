@@ -60,7 +60,7 @@ def _entries(runs: Path) -> list[str]:
     try:
         with os.scandir(runs) as entries:
             return [entry.name for entry in entries if entry.is_dir()]
-    except OSError:
+    except (OSError, ValueError):  # ValueError: a zero character in its name
         return []
 
 

@@ -141,8 +141,8 @@ def new_site(path: Path) -> SiteFile:
     except FileExistsError:
         hint = "nodes that hold its key would no longer be reached: move it away if you really want a new one"
         raise InvalidInput(f"{path} exists already and is not overwritten", hint) from None
-    except OSError as error:
-        raise _refused(path, f"it cannot be written: {error.strerror or error}") from None
+    except (OSError, ValueError) as error:  # ValueError: a zero character in its name
+        raise _refused(path, f"it cannot be written: {getattr(error, 'strerror', None) or error}") from None
     return site
 
 
