@@ -16,7 +16,7 @@ MANY = 20
 """Files of tests from which on more than one process pays; fewer are done before a second one has begun."""
 MOST = 8
 """Processes at most: each collects all tests for itself."""
-WAITING = 1
+WAITING = 2
 """How many more than there are processors: a tenth of the time a test waits for another process, or for a clock."""
 
 for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
