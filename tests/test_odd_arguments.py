@@ -29,7 +29,7 @@ TAKES_ONE: list[Callable[[Any], object]] = [
 ]
 
 
-@pytest.mark.parametrize("odd", [None, 3, b"level-up-peak", [], object()], ids=repr)
+@pytest.mark.parametrize("odd", [None, 3, b"level-up-peak", [], object()], ids=lambda odd: type(odd).__name__)
 @pytest.mark.parametrize("call", TAKES_ONE)
 def test_a_value_of_another_kind_is_told_from_what_is_due(call: Callable[[Any], object], odd: Any) -> None:
     with pytest.raises(TypeError, match=f"is needed, not {type(odd).__name__}"):

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import order
-from conftest import MANY, WAITING, files_in, pytest_cmdline_main
+from conftest import MANY, WAITING, files_in, pytest_cmdline_main, pytest_collection_modifyitems
 
 HERE = Path(__file__).parent
 
@@ -52,6 +52,12 @@ def test_a_worker_starts_no_workers(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_files_are_counted_in_folders_too() -> None:
     assert files_in([str(HERE / "rod")]) == len(list((HERE / "rod").glob("test_*.py"))) >= MANY
     assert files_in([f"{HERE}/test_suite.py::test_x[a]"]) == 1
+
+
+def test_a_test_has_the_same_name_in_every_process() -> None:
+    item: Any = SimpleNamespace(nodeid=f"test_x[{object()!r}]", path=HERE / "test_x.py")
+    with pytest.raises(pytest.UsageError, match="in every process this test has another name"):
+        pytest_collection_modifyitems([item])
 
 
 def test_files_that_come_first_exist() -> None:
