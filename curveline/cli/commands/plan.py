@@ -9,8 +9,8 @@ import typer
 
 from curveline.cli import monte_carlo as trials
 from curveline.cli.options import RESULTS, BriefOption, ForceOption
-from curveline.cli.plan_outputs import write_outputs
 from curveline.cli.printing import screen
+from curveline.cli.written_plans import write_outputs
 from curveline.errors import InvalidInput
 from curveline.outputs import PLAN, check_output
 
