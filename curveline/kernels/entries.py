@@ -101,7 +101,7 @@ class EntryWriter:
                 yield from self._unpacked(part)
         elif isinstance(kind, types.Array):
             count, data, shape, strides = self._array(self._next(), kind.ndim)
-            owner = itemsize = self._constant(0)
+            owner = self._constant(0)
             itemsize = self._constant(1 if kind.dtype == types.boolean else 8)
             yield from (owner, owner, count, itemsize, data, *shape, *strides)
         else:

@@ -89,8 +89,15 @@ def object_name(digest: str) -> str:
 
 def files() -> tuple[Path, Path]:
     """The index, and the object file that it names. Raises `OSError`, `ValueError` or `KeyError` for none."""
-    index = json.loads((FOLDER / INDEX).read_text())
-    return FOLDER / INDEX, FOLDER / object_name(index["object"])
+    return FOLDER / INDEX, _object_of(_index())
+
+
+def _index() -> Any:
+    return json.loads((FOLDER / INDEX).read_text())
+
+
+def _object_of(index: Any) -> Path:
+    return FOLDER / object_name(index["object"])
 
 
 @cache
@@ -101,9 +108,9 @@ def library() -> Library | None:
     if sys.implementation.name != "cpython" or sysconfig.get_config_var("Py_GIL_DISABLED"):
         return None
     with suppress(OSError, ValueError, KeyError, TypeError):  # TypeError: of JSON that is no index
-        index = json.loads((FOLDER / INDEX).read_text())
+        index = _index()
         if index["sources"] == source_digest() and index["platform"] == sysconfig.get_platform():
-            return _checked(index, (FOLDER / object_name(index["object"])).read_bytes())
+            return _checked(index, _object_of(index).read_bytes())
     return None
 
 

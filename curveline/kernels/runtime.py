@@ -21,6 +21,21 @@ define void @NRT_Free(ptr %memory) {
   ret void
 }
 
+define void @write_head(ptr %memory, ptr %end, ptr %data, i64 %size, i64 %apart) {
+  store i64 1, ptr %memory
+  %w1 = getelementptr i64, ptr %memory, i64 1
+  store ptr %end, ptr %w1
+  %w2 = getelementptr i64, ptr %memory, i64 2
+  store i64 0, ptr %w2
+  %w3 = getelementptr i64, ptr %memory, i64 3
+  store ptr %data, ptr %w3
+  %w4 = getelementptr i64, ptr %memory, i64 4
+  store i64 %size, ptr %w4
+  %w5 = getelementptr i64, ptr %memory, i64 5
+  store i64 %apart, ptr %w5
+  ret void
+}
+
 define ptr @NRT_MemInfo_alloc_aligned(i64 %size, i32 %align) {
   %step = zext i32 %align to i64
   %room = add i64 %size, 64
@@ -38,17 +53,7 @@ head:
   %mask = sub i64 0, %step
   %place = and i64 %over, %mask
   %data = inttoptr i64 %place to ptr
-  store i64 1, ptr %memory
-  %w1 = getelementptr i64, ptr %memory, i64 1
-  store i64 0, ptr %w1
-  %w2 = getelementptr i64, ptr %memory, i64 2
-  store i64 0, ptr %w2
-  %w3 = getelementptr i64, ptr %memory, i64 3
-  store ptr %data, ptr %w3
-  %w4 = getelementptr i64, ptr %memory, i64 4
-  store i64 %size, ptr %w4
-  %w5 = getelementptr i64, ptr %memory, i64 5
-  store i64 0, ptr %w5
+  call void @write_head(ptr %memory, ptr null, ptr %data, i64 %size, i64 0)
   ret ptr %memory
 }
 
@@ -60,17 +65,7 @@ define ptr @NRT_MemInfo_alloc(i64 %size) {
 define ptr @NRT_MemInfo_new_varsize_dtor(i64 %size, ptr %end) {
   %memory = call ptr @malloc(i64 48)
   %data = call ptr @malloc(i64 %size)
-  store i64 1, ptr %memory
-  %w1 = getelementptr i64, ptr %memory, i64 1
-  store ptr %end, ptr %w1
-  %w2 = getelementptr i64, ptr %memory, i64 2
-  store i64 0, ptr %w2
-  %w3 = getelementptr i64, ptr %memory, i64 3
-  store ptr %data, ptr %w3
-  %w4 = getelementptr i64, ptr %memory, i64 4
-  store i64 %size, ptr %w4
-  %w5 = getelementptr i64, ptr %memory, i64 5
-  store i64 1, ptr %w5
+  call void @write_head(ptr %memory, ptr %end, ptr %data, i64 %size, i64 1)
   ret ptr %memory
 }
 

@@ -29,40 +29,32 @@ FEW = 7
 OTHERS = "Options"
 
 
-class HelpCommand(TyperCommand):
-    """A command that explains itself in this form; without the arguments that it needs it does so on stderr."""
+class _Explained:
+    """What commands and groups of them have in common: they explain themselves in this form."""
 
-    def get_help(self, ctx: Any) -> str:
+    def get_help(self: Any, ctx: Any) -> str:
         """The page."""
         return page(self, ctx)
 
-    def get_usage(self, ctx: Any) -> str:
+    def get_usage(self: Any, ctx: Any) -> str:
         """The first line of the page."""
         return "\n".join(_usage(self, ctx))
 
-    def get_short_help_str(self, limit: int = 0) -> str:
+    def get_short_help_str(self: Any, limit: int = 0) -> str:
         """What it does, in one sentence, however long."""
         return summary(self)
+
+
+class HelpCommand(_Explained, TyperCommand):
+    """A command that explains itself in this form; without the arguments that it needs it does so on stderr."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """See typer."""
         return _parsed(self, ctx, args, super().parse_args)
 
 
-class HelpGroup(TyperGroup):
+class HelpGroup(_Explained, TyperGroup):
     """A group of commands that explains itself in this form."""
-
-    def get_help(self, ctx: Any) -> str:
-        """The page."""
-        return page(self, ctx)
-
-    def get_usage(self, ctx: Any) -> str:
-        """The first line of the page."""
-        return "\n".join(_usage(self, ctx))
-
-    def get_short_help_str(self, limit: int = 0) -> str:
-        """What it does, in one sentence, however long."""
-        return summary(self)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """See typer."""
