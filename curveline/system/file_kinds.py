@@ -26,10 +26,11 @@ DISPLAY = FileKind(
 )
 PLAN = FileKind("a plan", "`curveline plan {}` shows it, `curveline send {}` sends it")
 RESULT = FileKind("a result of curveline", "name the shape that it was computed from")
+BENCH = FileKind("a record of a benchmark", "`curveline bench --compare {}` compares with it")
 KEY_FILE = FileKind("the key file of a site", "keep it to yourself: set CURVELINE_KEYS={} to use it")
 IMAGE = FileKind("a program for a node", "`curveline keys node N --hex {} -o FILE` takes it")
 
-_JSON = (("curveline_plan", PLAN), ("curveline_site", KEY_FILE), ("curveline", RESULT))
+_JSON = (("curveline_plan", PLAN), ("curveline_site", KEY_FILE), ("curveline_bench", BENCH), ("curveline", RESULT))
 _OF_SHAPES = r"(?m)^[ \t]*(?:(display|segments|nodes)[ \t]*=[ \t]*[\"'\[]|\[\[(nodes|segments|loads)\]\])"
 _OF_DISPLAYS = r"(?m)^[ \t]*(?:(span_mm|clamp_mm|gravity)[ \t]*=|\[(rod|limits|drive|radio)\])"
 MARKS = 2

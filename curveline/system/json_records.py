@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
+from types import NoneType, UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from curveline.units import told_apart
@@ -26,7 +27,14 @@ class Decoder:
         self.problems: list[Problem] = []
 
     def decode(self, kind: Any, value: Any, where: str) -> Any:
-        """`value` as `kind`: a dataclass, a tuple, a mapping, float, int, str or Any; `where` is its key path."""
+        """`value` as `kind`: a dataclass, a tuple, a mapping, float, int, bool, str or Any; `where` is its key path.
+
+        With `| None` it may also be null.
+        """
+        if get_origin(kind) is UnionType:
+            (kind,) = set(get_args(kind)) - {NoneType}
+            if value is None:
+                return None
         if is_dataclass(kind):
             return self._record(kind, value, where)
         if get_origin(kind) is tuple:
@@ -37,6 +45,8 @@ class Decoder:
             return self._anything(value, where)
         if get_origin(kind) is Mapping:
             return self._anything(value, where) if isinstance(value, dict) else self._mismatch(where, "an object")
+        if kind is bool:
+            return value if isinstance(value, bool) else self._mismatch(where, "true or false")
         if kind is int:
             whole = isinstance(value, int) and not isinstance(value, bool)
             return value if whole else self._mismatch(where, "a whole number")
@@ -52,7 +62,7 @@ class Decoder:
         prefix = f"{where}." if where else ""
         hints = _hints(kind)
         for key in sorted(value.keys() - hints.keys()):
-            self.problem("unknown-key", f"there is no key {key[:40]!r} in {where or 'a plan'}")
+            self.problem("unknown-key", f"there is no key {key[:40]!r} in {where or 'the document'}")
         given = {}
         for entry in fields(kind):
             if entry.name in value:
