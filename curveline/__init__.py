@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from curveline.api import stop as stop
     from curveline.api import sweep as sweep
     from curveline.api import write as write
+    from curveline.bench.comparison import compare_bench as compare_bench
+    from curveline.bench.history import keep_bench as keep_bench
+    from curveline.bench.history import read_bench as read_bench
     from curveline.bench.measuring import measure as measure
     from curveline.bench.measuring import measure_link as measure_link
     from curveline.driving.run_listener import RunListener as RunListener
@@ -62,6 +65,8 @@ _HOMES = {
     **dict.fromkeys(("sweep", "plan", "monte_carlo", "load", "load_map", "fall"), "api"),
     "check_display": "api",
     **dict.fromkeys(("measure", "measure_link"), "bench.measuring"),
+    **dict.fromkeys(("keep_bench", "read_bench"), "bench.history"),
+    "compare_bench": "bench.comparison",
     "connect": "driving.session",
     **dict.fromkeys(("status", "stop", "runs", "log", "write"), "api"),
     **dict.fromkeys(("new_keys", "read_keys", "node_image"), "driving.site_keys"),

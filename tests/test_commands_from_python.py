@@ -14,10 +14,11 @@ import pytest
 from typer.testing import CliRunner
 
 import curveline
-from curveline.bench import measuring, trade
+from curveline.bench import link, measuring, trade
 from curveline.bench.measurement import Measurement
 from curveline.bench.methods import cases
 from curveline.bench.methods.own import OWN, Method
+from curveline.bench.quick import FigureGroup
 from curveline.cli.app import app
 from curveline.errors import InvalidInput
 from curveline.shapes.files import builtin_text
@@ -226,9 +227,9 @@ def test_the_benchmark_measures_what_the_command_does(monkeypatch: pytest.Monkey
     figure = Measurement("one state", 3.0, "us", "< 2", "from a guess")
     asked: list[Sequence[str]] = []
 
-    def goals(shapes: Sequence[str]) -> Iterator[Measurement]:
+    def goals(shapes: Sequence[str]) -> list[FigureGroup]:
         asked.append(shapes)
-        yield figure
+        return [FigureGroup("one rod", lambda: iter([figure]))]
 
     monkeypatch.setattr(measuring, "goals", goals)
     methods = [Method(**{**vars(OWN[0]), "settings": OWN[0].settings[:2]})]
@@ -255,5 +256,5 @@ def test_the_benchmark_measures_what_the_command_does(monkeypatch: pytest.Monkey
 
 def test_the_link_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     figure = Measurement("polls", 100.0, "/s", "", "model")
-    monkeypatch.setattr(measuring.link, "rows", lambda: [figure])
+    monkeypatch.setattr(link, "rows", lambda: [figure])
     assert curveline.measure_link() == [figure]

@@ -11,6 +11,7 @@ import api_reference
 import pytest
 
 import curveline
+from curveline.bench.comparison import compare_bench
 from curveline.bench.measurement import Measurement
 from curveline.bench.report import BenchReport
 from curveline.bench.trade import TradePoint
@@ -23,6 +24,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 DRAWN = {"BenchReport", "LoadMap", "Loading", "Plan", "ShapeReport", "SnapFall", "SweepReport"}
 TABLES = {
     "Adoption",
+    "BenchComparison",
     "DisplayCheck",
     "DisplayStatus",
     "DryRun",
@@ -77,7 +79,8 @@ def made(runs: Path) -> Iterator[Any]:
         yield next(session.runs())
     yield curveline.log("last", runs)
     point = TradePoint(HOSTILE, "planar", "one level", 1.0, "edges", 10, 0.1, 1e-3, 1e-4, 2.0, right=1, cases=1)
-    yield BenchReport([Measurement(HOSTILE, 1.0, "us", "< 2", HOSTILE)], [point])
+    yield (report := BenchReport([Measurement(HOSTILE, 1.0, "us", "< 2", HOSTILE)], [point]))
+    yield compare_bench(report, report)
 
 
 def parsed(markup: str) -> ElementTree.Element:

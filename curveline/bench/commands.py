@@ -2,51 +2,72 @@
 
 from __future__ import annotations
 
-import math
-import os
-import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from curveline.bench.measurement import Measurement
+from curveline.bench.methods.stopwatch import Timed
+from curveline.bench.processes import COMMAND, apart, peak_memory, shortest, spent, unless_it_fails
+
+SHAPE = "level-up-peak"
+SEND = ("send", SHAPE, "--radio", "mock:fresh", "--yes")
+WARM = (
+    (("simulate", SHAPE), "simulate a shape, warm", "< 0.5"),
+    (("plan", SHAPE), "plan a shape, warm", "< 0.8"),
+    (SEND, "send a shape to a mock, warm", "< 0.8"),
+    (("load", SHAPE), "load a shape, warm", "< 0.9"),
+)
+"""Commands with their goals [s], wall time with start-up."""
+FIRST = ((("simulate", SHAPE), "first run of simulate", "< 2"), (SEND, "first run of send", "< 10"))
+"""Commands with an empty cache and their goals [s], processor time."""
+SOON_S = 3.0
 
 
-def rows(paths: list[str]) -> Iterator[Measurement]:
-    """Help, all shape files, the first run with an empty kernel cache; peak memory."""
-    command = [sys.executable, "-m", "curveline"]
-    bare = _wall([sys.executable, "-c", "import typer"], dict(os.environ))
-    shown = _wall([*command, "--help"], dict(os.environ))
-    yield Measurement("curveline --help", shown, "s", "< 0.3", "wall, best of 5")
-    yield Measurement("help over bare Python with typer", shown / bare, "x", "< 3", "same run")
-    warm = _wall([*command, "simulate", "--json", *paths], dict(os.environ))
-    yield Measurement(f"simulate {len(paths)} files, warm", warm, "s", "< 1.5", "with start-up, best of 5")
-    memory = _peak_memory([*command, "simulate", "--json", *paths], dict(os.environ))
-    yield Measurement("its peak memory", memory, "MB", "< 200", "resident")
+def rows(paths: Sequence[str]) -> Iterator[Measurement]:
+    """Help, warm starts, all shape files, peak memory, first runs with an empty cache of kernels."""
     with tempfile.TemporaryDirectory() as folder:
-        fresh = {**os.environ, "CURVELINE_CACHE": str(Path(folder) / "cache")}
-        first = _wall([*command, "simulate", "--json", paths[0]], fresh, repeats=1)
-    yield Measurement("first run, empty kernel cache", first, "s", "< 2", "wall")
+        environment = apart(folder)
+        yield from _help(environment)
+        for words, name, goal in WARM:
+            yield _warm(words, name, goal, environment)
+        every = ("simulate", "--json", *paths)
+        yield _warm(every, f"simulate {len(paths)} files, warm", "< 0.7", environment)
+        memory = Measurement("its peak memory", None, "MB", "< 150", "resident")
+        yield unless_it_fails(memory, lambda: (peak_memory([*COMMAND, *every], environment), None))
+        for words, name, goal in FIRST:
+            yield _first(words, name, goal)
 
 
-def _wall(command: list[str], environment: dict[str, str], repeats: int = 5) -> float:
-    """Shortest wall time of a command [s]."""
-    best = math.inf
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
-        best = min(best, time.perf_counter() - begin)
-    return best
+def _help(environment: Mapping[str, str]) -> Iterator[Measurement]:
+    bare = shortest([sys.executable, "-c", "import typer"], environment)
+    shown = shortest([*COMMAND, "--help"], environment, 5)
+    noise = (shown.spread or 0.0) + (bare.spread or 0.0)
+    yield Measurement("curveline --help", shown.best, "s", "< 0.3", "wall, best of 5", shown.spread)
+    yield Measurement("help over Python with typer", shown.best / bare.best, "x", "< 3", "same run", noise)
 
 
-def _peak_memory(command: list[str], environment: dict[str, str]) -> float:
-    """Largest resident memory of a command [MB]; asked by a small process, as a fork counts what its parent holds."""
-    ask = (
-        "import resource, subprocess, sys; hush = subprocess.DEVNULL; "
-        "subprocess.run(sys.argv[1:], stdout=hush, stderr=hush, check=True); "
-        "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
-    )
-    done = subprocess.run([sys.executable, "-c", ask, *command], env=environment, capture_output=True, check=True)
-    return int(done.stdout) / (1e6 if sys.platform == "darwin" else 1e3)
+def _warm(words: Sequence[str], name: str, goal: str, environment: Mapping[str, str]) -> Measurement:
+    row = Measurement(name, None, "s", goal, "wall, best of 3")
+    measured: partial[Timed] = partial(shortest, [*COMMAND, *words], environment)
+    return unless_it_fails(row, measured)
+
+
+def _first(words: Sequence[str], name: str, goal: str) -> Measurement:
+    """The processor's time of a command with an empty cache; once more if that is soon done, for the noise."""
+
+    def measured() -> Timed:
+        taken = [_with_empty_cache(words)]
+        if taken[0] < SOON_S:
+            taken.append(_with_empty_cache(words))
+        return Timed.of(taken)
+
+    return unless_it_fails(Measurement(name, None, "s", goal, "processor, empty cache"), measured)
+
+
+def _with_empty_cache(words: Sequence[str]) -> float:
+    with tempfile.TemporaryDirectory() as folder:
+        fresh = apart(folder, CURVELINE_CACHE=str(Path(folder) / "cache"))
+        return spent([*COMMAND, *words], fresh).processor

@@ -7,7 +7,7 @@ and what the host spends around it. No radio is involved. Only the figures of th
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 from random import Random
@@ -60,7 +60,7 @@ class Spent:
     latencies_ms: list[int] = field(default_factory=list)
 
 
-def rows() -> Iterable[Measurement]:
+def rows() -> Iterator[Measurement]:
     """All figures, one after the other as they are measured."""
     yield from _rates()
     yield from _cost_of_loss()

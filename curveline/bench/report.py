@@ -3,26 +3,36 @@
 from __future__ import annotations
 
 import json
-import os
-import platform
 from collections.abc import Sequence
-from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
-from typing import Any, NamedTuple
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
-from curveline._version import __version__
-from curveline.bench.measurement import Measurement
+from curveline.bench.machine import Conditions, conditions
+from curveline.bench.measurement import Measurement, missed
 from curveline.bench.trade import TradePoint
 from curveline.notebook import html_of, svg_of
 
-PACKAGES = ("numpy", "scipy", "numba", "pyelastica", "mujoco")
+MARKER = "curveline_bench"
+FORMAT = 1
+"""Of the document; whoever changes what a key means, or takes one away, counts on."""
+ROD, LINK = "rod", "link"
+"""What figures are of: the rod and its states, or the radio link."""
 
 
-class BenchReport(NamedTuple):
-    """The rows that are held against goals, and the points of the trade."""
+@dataclass(frozen=True)
+class BenchReport:
+    """What a run of the benchmark measured, and under which conditions."""
 
     rows: Sequence[Measurement]  # held against goals
-    points: Sequence[TradePoint]  # of the trade
+    points: Sequence[TradePoint] = ()  # of the trade
+    conditions: Conditions = field(default_factory=conditions)  # machine, load, versions
+    kind: str = ROD  # "rod" or "link"
+    shapes: Sequence[str] = ()  # names of those that were measured
+
+    @property
+    def missed(self) -> list[str]:
+        """The names of figures that miss their goals."""
+        return missed(self.rows)
 
     def document(self) -> dict[str, Any]:
         """What was measured, and what on, as plain data."""
@@ -32,18 +42,24 @@ class BenchReport(NamedTuple):
         return svg_of("curveline.bench.trade_figure:draw", self) if self.points else None
 
     def _repr_html_(self) -> str:
-        missed = sum(row.is_missed for row in self.rows)
-        rows = [(row.name, row.value, row.unit, row.goal, row.how) for row in self.rows]
-        return html_of(f"{missed} goals missed", [("figure", "value", "unit", "goal", "how"), *rows], self._repr_svg_())
+        head = ("figure", "value", "unit", "goal", "over bare Newton", "over solve_bvp", "how")
+        rows = [
+            (row.name, row.value, row.unit, row.goal, row.over_bare_newton, row.over_solve_bvp, row.how)
+            for row in self.rows
+        ]
+        remarks = ["the machine was busy: distrust these figures"] if self.conditions.is_busy else []
+        return html_of(f"{len(self.missed)} goals missed", [head, *rows], self._repr_svg_(), remarks=remarks)
 
 
 def document(report: BenchReport) -> dict[str, Any]:
     """What was measured, and what on; plain Python types only."""
     return {
-        "curveline": __version__,
-        "versions": {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}},
-        "machine": {"cores": os.cpu_count(), "processor": platform.machine(), "system": platform.system()},
+        MARKER: FORMAT,
+        "kind": report.kind,
+        **asdict(report.conditions),
+        "shapes": list(report.shapes),
         "rows": [asdict(row) for row in report.rows],
+        "missed": report.missed,
         "trade": [asdict(point) for point in report.points],
     }
 
@@ -51,11 +67,3 @@ def document(report: BenchReport) -> dict[str, Any]:
 def to_json(report: BenchReport) -> bytes:
     """The document as one line."""
     return (json.dumps(document(report), allow_nan=False) + "\n").encode()
-
-
-def _version(package: str) -> str | None:
-    """Of an installed package."""
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None

@@ -3,22 +3,25 @@
 import json
 import math
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from clamped_rods import rod_between
-from curveline.bench import quick, report, search, trade
+from curveline.bench import in_space, measuring, plans, quick, report, search, sweeps, trade, yardsticks
 from curveline.bench.measurement import Measurement
 from curveline.bench.methods import cases, collocation, straddling
 from curveline.bench.methods.cases import CaseSet, truth
 from curveline.bench.methods.own import OWN, Method, Solved, one_level
 from curveline.bench.methods.peers import PEERS
+from curveline.bench.processes import ProcessTime
 from curveline.bench.report import BenchReport
 from curveline.bench.trade import TradePoint
 from curveline.bench.trade_figure import draw
-from curveline.cli.printing.reports.trade_table import measured, table
+from curveline.cli.printing.reports.bench_text import measured
+from curveline.cli.printing.reports.trade_table import table
 from curveline.rod.planar.elastica import clamped_arch
 from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL
 from curveline.rod.states.planar_states import find_states
@@ -79,7 +82,7 @@ def test_shooting_carries_weight_loads_and_clamps():
 
 
 def test_the_eight_boundary_conditions_are_those_of_the_reference():
-    for case, (height, left, right, length) in zip(REFERENCE["public"], quick.BOUNDARY_CONDITIONS, strict=True):
+    for case, (height, left, right, length) in zip(REFERENCE["public"], search.BOUNDARY_CONDITIONS, strict=True):
         stored = (to_mm(case["y"]), to_deg(case["theta1"]), to_deg(case["theta2"]), to_mm(case["L"]))
         assert stored == pytest.approx((height, left, right, length))
 
@@ -88,7 +91,7 @@ def test_the_yardstick_finds_the_same_curve_as_the_rod(clamps: CaseSet):
     from curveline.bench.methods import bare_newton as bare
 
     for case in (*clamps.cases, *cases.shapes([SHAPE]).cases):
-        scaled, _, guess, _ = quick._planar_start(case)
+        scaled, _, guess, _ = yardsticks.planar_start(case)
         angles = bare.solve(guess, scaled.chord, scaled.ends, scaled.weight, 96)
         assert angles.size == 96
         steps = case.rod.free_length / 96 * np.column_stack([np.cos(angles), np.sin(angles)])
@@ -201,7 +204,7 @@ def test_what_a_peer_needs_for_an_error_is_read_off_its_finest_settings(clamps: 
         return Solved(2, n**3, places, curve.positions(places) + np.array([n**-2.0, 0.0]))
 
     method = Method("slow", SPATIAL, (10.0, 100.0, 200.0), "edges", slow)
-    assert quick.time_at(case, method, 400.0**-2.0) == pytest.approx(400.0**3)
+    assert in_space.time_at(case, method, 400.0**-2.0) == pytest.approx(400.0**3)
 
 
 def test_the_table_fits_a_terminal(clamps: CaseSet):
@@ -216,7 +219,7 @@ def test_the_table_fits_a_terminal(clamps: CaseSet):
     for line in table(wide):
         assert len(line) <= 80, line
     assert table(wide)[2].startswith("*  PyElastica  1e-08 tol")
-    for row in (*quick.all_states([read_shape(SHAPE)]), *quick.many_segments((2, 3))):
+    for row in (*search.all_states([read_shape(SHAPE)]), *plans.many_segments((2, 3))):
         assert all(len(line) <= 80 for line in measured(row)), row
 
 
@@ -224,9 +227,12 @@ def test_the_document_is_plain_json_and_names_versions_and_machine():
     rows = [Measurement("a figure", 1.0, "ms", "< 2", "how")]
     points = [point(0.1, 1e-3), TradePoint("clamps", SPATIAL, "MuJoCo", None, "edges", note="not installed")]
     document = json.loads(report.to_json(BenchReport(rows, points)))
-    assert document["rows"] == [{"name": "a figure", "value": 1.0, "unit": "ms", "goal": "< 2", "how": "how"}]
-    assert document["machine"]["cores"] == os.cpu_count()
-    assert {"python", "numpy", "scipy", "numba", "pyelastica", "mujoco"} == set(document["versions"])
+    assert document["rows"] == [vars(rows[0])]
+    assert set(document["rows"][0]) == {
+        *("name", "value", "unit", "goal", "how", "spread", "over_bare_newton", "over_solve_bvp"),
+    }
+    assert document["machine"]["cores"] == len(os.sched_getaffinity(0))
+    assert {"python", "numpy", "scipy", "numba", "llvmlite", "pyelastica", "mujoco"} == set(document["versions"])
     fields = (
         "scenes model method setting unit vertices error_mm seconds seconds_per_vertex order pareto right cases note"
     )
@@ -241,3 +247,46 @@ def test_the_picture_is_the_same_for_the_same_points(kind: str):
     picture = draw(BenchReport([], points), kind)
     assert picture[:4] in (b"<?xm", b"\x89PNG", b"%PDF")
     assert picture == draw(BenchReport([], points), kind)
+
+
+def test_figures_of_a_rod_are_held_against_the_yardsticks(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(sweeps, "SCENES", 6)
+    monkeypatch.setattr(sweeps, "JOBS", 1)
+    few = list(cases.random_scenes(2))
+    for row in (sweeps.in_process(), search.of_scenes("random", few, "< 1", np.mean)):
+        assert row.value is not None
+        assert row.over_bare_newton is not None
+        assert row.over_solve_bvp is not None
+        assert row.over_bare_newton > 1.0
+        assert 0.0 < row.over_solve_bvp < row.over_bare_newton
+
+
+def test_a_sweep_on_the_command_line_is_measured_without_its_start(monkeypatch: pytest.MonkeyPatch):
+    asked: list[list[str]] = []
+
+    def spent(command: list[str], environment: Mapping[str, str]) -> ProcessTime:
+        asked.append(list(command))
+        return ProcessTime(0.5 + (1.0 if f"{sweeps.POINTS}" in command[-2] + command[-3] + command[-4] else 0.0), 1.0)
+
+    monkeypatch.setattr(sweeps, "spent", spent)
+    row = sweeps.on_the_command_line("points", "> 1", ["-o", "sweep.npz", "--force"])
+    assert row.value == pytest.approx(sweeps.POINTS - sweeps.FEW)
+    assert len(asked) == 2
+    assert all(command[-2].endswith("/sweep.npz") for command in asked)
+
+
+def test_an_exact_goal_can_be_missed():
+    assert Measurement("missed by the search", 1.0, "", "= 0", "").is_missed
+    assert not Measurement("missed by the search", 0.0, "", "= 0", "").is_missed
+
+
+@pytest.mark.campaign
+def test_everything_is_measured_as_it_is_told():
+    """Whatever the figures are: each has its own name, fits a terminal, and was measured."""
+    rows = [row for group in quick.quick(measuring.own_shapes()) for row in group.rows()]
+    assert len({row.name for row in rows}) == len(rows) > 40
+    for row in rows:
+        assert row.value is not None, row
+        assert math.isfinite(row.value), row
+        assert all(len(line) <= 80 for line in measured(row)), row
+    assert sum(row.over_solve_bvp is not None for row in rows) > 12

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import fields
 
 import pytest
 
 from curveline.bench import link
+from curveline.bench.measurement import Measurement
 from curveline.radio.host.actions import Policy
 from curveline.radio.mock.air import HOST_US, Weather
 
@@ -22,7 +24,7 @@ def test_json_has_every_figure(run: Run) -> None:
     rows = {row["name"]: row for row in json.loads(result.out)["rows"]}
     assert len(rows) == NAMES
     for row in rows.values():
-        assert set(row) == {"name", "value", "unit", "goal", "how"}
+        assert set(row) == {field.name for field in fields(Measurement)}
         assert math.isfinite(row["value"])
         assert row["value"] > 0.0
         assert len(row["name"]) <= 33

@@ -19,7 +19,7 @@ from curveline.cli.app import main
 from curveline.cli.commands import status
 from curveline.cli.printing import screen, terminal
 from curveline.cli.printing.progress import compiling, ticker
-from curveline.cli.printing.reports.trade_table import measured
+from curveline.cli.printing.reports.bench_text import measured
 from curveline.kernels.compile_time import COMPILATION, clock
 from curveline.kernels.kernel import njit
 from curveline.shapes import files
@@ -289,9 +289,10 @@ def test_a_goal_that_is_missed_is_marked(value: float, goal: str, is_missed: boo
 def test_bench_says_how_many_goals_are_missed(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [Measurement("one", 1.0, "s", "< 2", "a"), Measurement("two", 3.0, "s", "< 2", "b")]
     monkeypatch.setattr(link, "rows", lambda: iter(rows))
-    assert run("bench", "--link").out.splitlines()[-2:] == [
+    assert run("bench", "--link").out.splitlines()[-3:] == [
         "! two" + " " * 37 + "3 s       < 2  b",
-        "1 of 2 goals missed, marked !",
+        "",
+        "1 of 2 goals missed, marked !: two",
     ]
     monkeypatch.setattr(link, "rows", lambda: iter(rows[:1]))
     assert run("bench", "--link").out.endswith("all 1 goals met\n")

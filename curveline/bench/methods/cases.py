@@ -85,7 +85,7 @@ def clamps() -> CaseSet:
 
 def random(count: int = RANDOM_SCENES) -> CaseSet:
     """Segments of the built-in display: height +-120 mm, angles +-45 deg, length 560 to 800 mm."""
-    return CaseSet("random", tuple(_cases(_random_scenes(count))))
+    return CaseSet("random", tuple(_cases(random_scenes(count))))
 
 
 def acetal_strip(display: Display) -> Display:
@@ -101,7 +101,8 @@ def _clamp_scenes() -> Iterator[Scene]:
         yield _scene(name, display, (Node(0.0, tilt), Node(height, -tilt)), length)
 
 
-def _random_scenes(count: int) -> Iterator[Scene]:
+def random_scenes(count: int) -> Iterator[Scene]:
+    """What `random` is made of."""
     display = read_display("single")
     rng = np.random.default_rng(SEED)
     for number in range(count):

@@ -12,7 +12,7 @@ import numpy as np
 
 from curveline.bench.methods.cases import Case
 from curveline.bench.methods.own import POINTS, REPEATS, Method, Solved
-from curveline.bench.methods.stopwatch import best
+from curveline.bench.methods.stopwatch import timed
 from curveline.bench.methods.straddling import closed
 from curveline.rod.problem import Array
 from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR
@@ -22,8 +22,11 @@ NODES = 12
 MOST_NODES = 20_000
 
 
-def solve(case: Case, model: str, tolerance: float) -> Solved | None:
-    """The case by collocation; None with dead loads, which its one smooth piece can't hold, or without convergence."""
+def solve(case: Case, model: str, tolerance: float, repeats: float = REPEATS) -> Solved | None:
+    """The case by collocation, repeated for some seconds.
+
+    None with dead loads, which its one smooth piece can't hold, or without convergence.
+    """
     from scipy.integrate import solve_bvp
 
     if case.rod.loads:
@@ -52,7 +55,8 @@ def solve(case: Case, model: str, tolerance: float) -> Solved | None:
     at = np.linspace(0.0, 1.0, POINTS)
     length = case.rod.free_length
     positions = np.array(case.rod.free_start) + length * answer.sol(at)[:2].T
-    return Solved(answer.x.size, best(run, REPEATS), 0.5 * case.rod.clamp + length * at, positions)
+    took = timed(run, repeats)
+    return Solved(answer.x.size, took.best, 0.5 * case.rod.clamp + length * at, positions, took.spread)
 
 
 def _guess(case: Case, places: Array, weight: float) -> Array:

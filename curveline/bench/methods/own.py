@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.bench.methods.cases import Case
-from curveline.bench.methods.stopwatch import best
+from curveline.bench.methods.stopwatch import best, timed
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.planar.newton import descend, newton
@@ -43,6 +43,7 @@ class Solved(NamedTuple):
     seconds: float
     places: Array
     positions: Array
+    spread: float | None = None  # noise of the time, see `Timed`
 
 
 @dataclass(frozen=True)
@@ -137,7 +138,8 @@ def one_spatial_level(case: Case, n: int) -> Solved | None:
     edges = fitting_mesh(segment.scaled(), n)
     places = 0.5 * case.rod.clamp + case.rod.free_length * np.append(0.0, np.cumsum(edges))
     positions = case.rod.free_length * vertices + np.array([*case.rod.free_start, 0.0])
-    return Solved(edges.size + 1, best(solve, REPEATS), places, positions)
+    took = timed(solve, REPEATS)
+    return Solved(edges.size + 1, took.best, places, positions, took.spread)
 
 
 def spatial_guess(case: Case, n: int) -> Shape:

@@ -60,6 +60,7 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
     ),
     "curveline bench": (
         ("curveline bench --quick", "what is held against goals"),
+        ("curveline bench --quick --compare last", "and what became slower since the last time"),
         ("curveline bench --link", "the radio link, on a model of the radios"),
     ),
     "curveline keys": (("curveline keys new", "once per site"),),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -11,14 +10,11 @@ from curveline.cli.printing import screen
 from curveline.cli.printing.progress.progress_bar import Bar
 
 if TYPE_CHECKING:
-    from curveline.bench.measurement import Measurement
     from curveline.bench.trade import TradePoint
 
 HEAD = ("", "method", "setting", "vertices", "error mm", "time", "a vertex", "order")
 LEFT = frozenset({0, 1})
 SCALES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns"))
-HOW = 23
-"""Columns that are left for how a figure was taken."""
 PEERS_HINT = "pip install 'curveline[peers]'"
 
 
@@ -34,23 +30,6 @@ def table(points: Sequence[TradePoint]) -> list[str]:
         elif point.note:
             lines.append(f"   {point.method}, {point.setting:g} {point.unit}: {point.note}")
     return lines
-
-
-def measured(row: Measurement) -> list[str]:
-    """A figure in 80 columns: one line, or two if it takes many words; `!` marks a goal that it misses."""
-    value = f"{row.value:.0f}" if row.value >= 100 or row.value == int(row.value) else f"{row.value:.3g}"
-    mark = "!" if row.is_missed else " "
-    line = f"{mark} {row.name:<33}{value:>8} {row.unit:<3}{row.goal:>8}"
-    if row.is_missed:
-        line = screen.paint(line, screen.BOLD, sys.stdout)
-    return [f"{line}  {row.how}".rstrip()] if len(row.how) <= HOW else [line.rstrip(), f"    {row.how}"]
-
-
-def missed(rows: Sequence[Measurement]) -> str:
-    """How many goals are missed, as a sentence."""
-    goals = sum(bool(row.goal) for row in rows)
-    count = sum(row.is_missed for row in rows)
-    return f"{count} of {goals} goals missed, marked !" if count else f"all {goals} goals met"
 
 
 def _cells(point: TradePoint) -> tuple[str, ...]:

@@ -1,0 +1,63 @@
+"""Plans, Monte Carlo runs, and displays of many segments, no two alike: every state of each, and a proven plan."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+
+from curveline.bench.many_segments import row as row_of
+from curveline.bench.measurement import Measurement
+from curveline.bench.methods.stopwatch import Timed, timed
+from curveline.bench.one_rod import EXPONENT_NOISE
+from curveline.bench.trade import fitted_exponent
+from curveline.bench.yardsticks import timed_row, yardsticks
+from curveline.planning.tours import make_plan
+from curveline.replay.monte_carlo import Errors, Setup
+from curveline.replay.trials import TrialsRequest, play_trials
+from curveline.scene import Scene
+from curveline.shapes.files import read_shape
+from curveline.simulation.simulate import simulate
+
+SEGMENTS = (4, 16, 64)
+RUNS = 1000
+"""Runs with errors that are told of."""
+PLAYED, GOES = 50, 2
+"""Those that are played, and how often."""
+
+
+def rows() -> Iterator[Measurement]:
+    """All of them."""
+    lone, roofline = read_shape("level-up-peak"), read_shape("roofline")
+    yield timed_row("plan of a lone shape", timed(partial(make_plan, lone), 0.5), "ms", "< 80", "level-up-peak")
+    yield timed_row("plan of roofline", timed(partial(make_plan, roofline), 1.0), "s", "< 0.3", "four segments")
+    yield _monte_carlo(roofline)
+    yield from many_segments()
+
+
+def _monte_carlo(scene: Scene) -> Measurement:
+    """What it takes to play a plan a thousand times with errors, on one process; a few of these runs are played."""
+    setup = Setup(scene.display, make_plan(scene), Errors())
+    request = TrialsRequest(runs=PLAYED, jobs=1)
+    worked = time.process_time()
+    parts = [play_trials(setup, request).seconds * RUNS / PLAYED for _ in range(GOES)]
+    processor = (time.process_time() - worked) * RUNS / PLAYED / GOES
+    name, how = f"Monte Carlo of roofline, {RUNS}", f"from {PLAYED}, one process"
+    return timed_row(name, Timed.of(parts, processor), "s", "< 3", how)
+
+
+def many_segments(sizes: Sequence[int] = SEGMENTS) -> Iterator[Measurement]:
+    """Displays of many segments: every state of each, a proven plan, and how their times grow."""
+    scenes = [row_of(size) for size in sizes]
+    action: Callable[[Scene], object]
+    for name, unit, action, goal in (
+        ("simulate", "ms", simulate, "< 15"),
+        ("plan", "s", make_plan, "< 1.5"),
+    ):
+        spent = [timed(partial(action, scene), 0.2) for scene in scenes]
+        last = spent[-1]
+        row = timed_row(f"{name} {sizes[-1]} segments", last, unit, goal, "no two alike")
+        yield yardsticks().beside(row, last.best / sizes[-1] if action is simulate else None)
+        exponent = fitted_exponent(sizes, [each.best for each in spent])
+        how = f"{sizes[0]} to {sizes[-1]} segments"
+        yield Measurement(f"{name} time, power of segments", exponent, "", "< 1.1", how, EXPONENT_NOISE)
