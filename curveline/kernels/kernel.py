@@ -26,10 +26,11 @@ SHIPPED: list[Kernel] = []
 class Kernel:
     """A function that runs as machine code: `py_func` is it as written, `kinds` are the types of what it takes."""
 
-    def __init__(self, function: Callable[..., Any], kinds: tuple[Any, ...] = ()) -> None:
+    def __init__(self, function: Callable[..., Any], *, makes_arrays: bool = True) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
-        self.kinds = kinds
+        self.kinds: tuple[Any, ...] = ()
+        self._makes_arrays = makes_arrays
         self._run: Callable[..., Any] = self._decided
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
@@ -45,7 +46,7 @@ class Kernel:
         """The function as numba compiles it, which takes arguments of any type."""
         from curveline.kernels.numba_kernels import dispatcher_of
 
-        return dispatcher_of(self.py_func, Kernel)
+        return dispatcher_of(self.py_func, Kernel, makes_arrays=self._makes_arrays)
 
     def compiled(self, *arguments: Any) -> Any:
         """Call what numba makes of the function."""
@@ -69,11 +70,17 @@ def njit(function: F) -> F:
     return cast(F, Kernel(function))
 
 
+def leaf(function: F) -> F:
+    """As `njit`, for one that makes no arrays and gives none."""
+    return cast(F, Kernel(function, makes_arrays=False))
+
+
 def shipped(*kinds: Any) -> Callable[[F], F]:
     """A kernel that Python calls with arguments of these types, see `forms`, and that is shipped as machine code."""
 
     def make(function: F) -> F:
-        kernel = Kernel(function, kinds)
+        kernel = function if isinstance(function, Kernel) else Kernel(function)
+        kernel.kinds = kinds
         SHIPPED.append(kernel)
         return cast(F, kernel)
 

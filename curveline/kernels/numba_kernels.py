@@ -68,13 +68,14 @@ def _teach(kind: type) -> None:
     typeof_impl.register(kind)(lambda kernel, context: types.Dispatcher(kernel.dispatcher))
 
 
-def dispatcher_of(function: Callable[..., Any], kind: type) -> Any:
+def dispatcher_of(function: Callable[..., Any], kind: type, *, makes_arrays: bool) -> Any:
     """`function` as numba compiles it when first called, or loads it from the cache; kernels are objects of `kind`.
 
-    Without the wrapper for callers in C, which nobody needs, the first run takes a fifth less time.
+    Without the wrapper for callers in C, which nobody needs, the first run takes a fifth less time. A kernel that
+    makes no arrays need not count who holds those it is given.
     """
     _teach(kind)
-    options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+    options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "_nrt": makes_arrays}
     made = numba.njit(**options)(function)
     made._cache = KernelCache(function)
     return made
