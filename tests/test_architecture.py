@@ -119,7 +119,9 @@ def functions(tree: ast.AST) -> Iterator[Function]:
 
 
 def is_kernel(function: Function) -> bool:
-    return any(ast.unparse(decorator).split("(")[0] in ("njit", "shipped") for decorator in function.decorator_list)
+    return any(
+        ast.unparse(decorator).split("(")[0] in ("njit", "leaf", "shipped") for decorator in function.decorator_list
+    )
 
 
 def is_command(path: Path, function: Function) -> bool:

@@ -18,12 +18,12 @@ from curveline.bench.trade import distance, fitted_exponent
 from curveline.bench.yardsticks import COLLOCATION, MOST_EDGES, Yardsticks, timed_row, yardsticks
 from curveline.rod.planar.elastica import clamped_arch
 from curveline.rod.planar.newton import descend
-from curveline.rod.planar.richardson import climb_levels
 from curveline.rod.planar.search import RELAX
 from curveline.rod.problem import Array
 from curveline.rod.spatial import relax
 from curveline.rod.spatial.lifting import lift
 from curveline.rod.states.equilibrium import PLANAR, refine
+from curveline.rod.states.refined import refined
 from curveline.simulation.simulate import scene_rod
 from curveline.units import mm, to_mm
 
@@ -42,6 +42,7 @@ class _Solves:
 
     def __init__(self, sticks: Yardsticks) -> None:
         self.rod = sticks.case.rod
+        self._placement = sticks.placement
         self._sticks = sticks
         settled, self.forces = sticks.guess.copy(), np.zeros(2)
         descend(sticks.problem, settled, self.forces, RELAX)
@@ -58,8 +59,8 @@ class _Solves:
         return self._climbed(self.near.copy(), self.forces.copy(), tolerance)
 
     def _climbed(self, angles: Array, forces: Array, tolerance: float) -> Any:
-        share = tolerance / self.rod.length
-        return climb_levels(self._sticks.scaled, self._sticks.edges, angles, forces, share, MOST_EDGES)
+        coarse = (self._sticks.edges, angles, forces)
+        return refined(self._sticks.scaled, coarse, self._placement, tolerance, MOST_EDGES)
 
 
 def rows() -> Iterator[Measurement]:

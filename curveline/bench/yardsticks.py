@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache, cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -15,11 +16,11 @@ from curveline.bench.methods.cases import Case, clamps
 from curveline.bench.methods.collocation import solve as collocate
 from curveline.bench.methods.stopwatch import Timed, timed
 from curveline.rod.planar.newton import descend
-from curveline.rod.planar.richardson import climb_levels
 from curveline.rod.planar.search import RELAX
 from curveline.rod.problem import Array, Problem, ScaledRod, make_problem, mesh
 from curveline.rod.states.equilibrium import PLANAR
 from curveline.rod.states.planar_states import SEARCH_EDGES
+from curveline.rod.states.refined import FINEST, placement_of, refined
 from curveline.units import mm
 
 COLLOCATION = 1e-3
@@ -56,8 +57,14 @@ class Yardsticks:
         """Edges of the finest level that a state at 0.1 mm takes."""
         angles, forces = self.guess.copy(), np.zeros(2)
         descend(self.problem, angles, forces, RELAX)
-        found = climb_levels(self.scaled, self.edges, angles, forces, mm(0.1) / self.case.rod.length, MOST_EDGES)
-        return int(found[-1])
+        found = refined(self.scaled, (self.edges, angles, forces), self.placement, mm(0.1), MOST_EDGES)
+        return int(found[2][FINEST])
+
+    @property
+    def placement(self) -> Any:
+        """Where the scene's rod is in SI, for `refined`."""
+        rod = self.case.rod
+        return placement_of(rod.pose, rod.bearing, rod.dead_loads()[1], rod.winding)
 
     def bare_newton(self, seconds: float = BESIDE_S) -> Timed:
         """Newton's method alone, through the levels of a state at 0.1 mm."""

@@ -22,7 +22,7 @@ from curveline.rod.branches.control_path import ControlPath
 from curveline.rod.branches.special_points import FallOutcome, SpecialKind, SpecialPoint, critical, falls
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.vertex_table import X, Y
-from curveline.rod.models.model_error import lateral, probe
+from curveline.rod.models.model_error import lateral
 from curveline.rod.planar.richardson import vertex_table
 from curveline.rod.problem import make_problem, mesh
 from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
@@ -276,7 +276,7 @@ def leaves_plane(stand: Stand, last: float) -> float | None:
 
 def _stays(state: Equilibrium) -> bool:
     """True if a state is stable also against leaving the plane."""
-    return lateral(probe(state)).stays
+    return lateral(state).stays
 
 
 def _landings(stand: Stand, limit: Limit) -> Iterator[Landing]:

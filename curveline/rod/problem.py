@@ -7,13 +7,18 @@ cos(phi_j), sin(phi_j):
     E = sum_i (phi_i - phi_{i-1})^2 / (2 cell_i) + sum_j (1 + strain_j) (loads_0j cos phi_j + loads_1j sin phi_j)
         + sum_j strain_j^2 / (2 compliance_j)
 
-with phi_{-1}, phi_n the clamp angles. Each constraint k reads sum_j (1 + strain_j) (rows_k0j cos phi_j + rows_k1j sin
-phi_j) = targets_k; the first two close the chord, a third may hold the mean height. A uniform natural curvature adds a
-constant to the energy of a clamped planar rod, so it does not appear here.
+with phi_{-1}, phi_n the clamp angles. Two constraints close the chord, and a third may hold the mean height:
+
+    sum_j (1 + strain_j) edges_j cos phi_j = targets_0,    sum_j (1 + strain_j) edges_j sin phi_j = targets_1,
+    sum_j (1 + strain_j) (height_0j cos phi_j + height_1j sin phi_j) = targets_2
+
+A uniform natural curvature adds a constant to the energy of a clamped planar rod, so it does not appear here.
 
 The axial strains are no unknowns. With the multipliers lambda_k, the thrust on edge j times its length is
 
-    thrust_j = (loads_0j + sum_k lambda_k rows_k0j) cos phi_j + (loads_1j + sum_k lambda_k rows_k1j) sin phi_j
+    thrust_j = along_j cos phi_j + across_j sin phi_j,
+    along_j = loads_0j + lambda_0 edges_j + lambda_2 height_0j,
+    across_j = loads_1j + lambda_1 edges_j + lambda_2 height_1j
 
 so that strain_j = -compliance_j thrust_j makes the Lagrangian stationary; put in, it leaves thrust - compliance
 thrust^2 / 2 where an inextensible rod, the case of no compliance, has thrust.
@@ -26,10 +31,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from curveline.kernels.forms import Counts, Matrix, Stack, Vector
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.forms import Counts, Matrix, Vector
+from curveline.kernels.kernel import leaf, njit, shipped
+from curveline.rod.trigonometry import sines_and_cosines
 
 Array = NDArray[np.float64]
+
+SINE, COSINE, GRADIENT, INVERSE, FORWARD_X, FORWARD_Y, FORWARD_HEIGHT, STEP = range(8)
+"""The rows of a problem's room: of the angles; then see `newton.eliminate`."""
+ROWS = 8
 
 
 class ScaledRod(NamedTuple):
@@ -81,17 +91,22 @@ class Problem(NamedTuple):
     """A discrete rod between two clamps, in units of its free length and EI.
 
     `edges (n,)` edge lengths, summing to 1; `stiffness (n+1,)` one over the cell length of each vertex; `loads (2, n)`
-    and `rows (k, 2, n)` coefficients of cos(phi), sin(phi) in the load potential and the constraints; `targets (k,)`;
-    `ends (2,)` clamp angles [rad]; `compliance (n,)` strain of an edge per thrust on it as defined above.
+    and `height (2, n)` coefficients of cos(phi), sin(phi) in the load potential and in the third constraint; `targets
+    (k,)` of the constraints, whose third is there if k is 3; `ends (2,)` clamp angles [rad]; `compliance (n,)` strain
+    of an edge per thrust on it as defined above, of all edges or of none; `held (2,)` 1 for each of the chord's
+    constraints that is there, 0 for a last end that slides along that axis. In the `room (8, n)` kernels keep what a
+    call needs.
     """
 
     edges: Vector
     stiffness: Vector
     loads: Matrix
-    rows: Stack
+    height: Matrix
     targets: Vector
     ends: Vector
     compliance: Vector
+    held: Vector
+    room: Matrix
 
 
 @shipped(Pose, Bearing, Vector, Matrix)
@@ -124,7 +139,6 @@ def make_problem(rod, edges):
     for i in range(1, n):
         stiffness[i] = 2.0 / (edges[i - 1] + edges[i])
     loads = np.zeros((2, n))
-    rows = np.zeros((2, 2, n))
     beyond = 1.0
     for j in range(n):
         loads[1, j] = rod.weight * _lifted(edges[j], beyond)
@@ -133,44 +147,54 @@ def make_problem(rod, edges):
                 loads[0, j] -= rod.forces[p, 0] * edges[j]
                 loads[1, j] -= rod.forces[p, 1] * edges[j]
         beyond -= edges[j]
-        rows[0, 0, j] = edges[j]
-        rows[1, 1, j] = edges[j]
-    return Problem(edges, stiffness, loads, rows, rod.chord.copy(), rod.ends, rod.compliance / edges)
+    height, room = np.zeros((2, n)), np.zeros((ROWS, n))
+    targets, held = rod.chord.copy(), np.ones(2)
+    return Problem(edges, stiffness, loads, height, targets, rod.ends, rod.compliance / edges, held, room)
 
 
-@njit
+@leaf
 def _lifted(edge, beyond):
     """Length of rod that the turning of an edge lifts: half of itself and all of what is `beyond` its begin."""
     return edge * (beyond - 0.5 * edge)
 
 
-@shipped(Problem)
+@njit
 def held_in_height(problem):
     """The same rod with a third constraint, on its mean height over the chord, whose target is 0."""
     chord = problem.targets
     span = max(np.hypot(chord[0], chord[1]), 1e-12)
-    rows = np.zeros((3, 2, problem.edges.size))
+    height = np.empty((2, problem.edges.size))
     beyond = 1.0
     for j in range(problem.edges.size):
         lifted = _lifted(problem.edges[j], beyond)
         beyond -= problem.edges[j]
-        rows[0, 0, j] = problem.rows[0, 0, j]
-        rows[1, 1, j] = problem.rows[1, 1, j]
-        rows[2, 0, j] = -chord[1] / span * lifted
-        rows[2, 1, j] = chord[0] / span * lifted
-    return _constrained(problem, rows, np.array([chord[0], chord[1], 0.0]))
+        height[0, j] = -chord[1] / span * lifted
+        height[1, j] = chord[0] / span * lifted
+    return _constrained(problem, height, np.array([chord[0], chord[1], 0.0]))
 
 
 @njit
 def released(problem):
     """The same rod without the constraint on its mean height."""
-    return _constrained(problem, problem.rows[:2], problem.targets[:2])
+    return _constrained(problem, problem.height, problem.targets[:2])
 
 
 @njit
-def _constrained(problem, rows, targets):
+def _constrained(problem, height, targets):
     """The same rod under other constraints."""
-    return Problem(problem.edges, problem.stiffness, problem.loads, rows, targets, problem.ends, problem.compliance)
+    edges, stiffness, loads, _, _, ends, compliance, held, room = problem
+    return Problem(edges, stiffness, loads, height, targets, ends, compliance, held, room)
+
+
+@leaf
+def coefficients(problem, multipliers, j):
+    """Those of cos(phi_j) and sin(phi_j) in the Lagrangian: along_j and across_j of the module's formulas."""
+    along = problem.loads[0, j] + multipliers[0] * problem.edges[j]
+    across = problem.loads[1, j] + multipliers[1] * problem.edges[j]
+    if multipliers.size == 3:
+        along += multipliers[2] * problem.height[0, j]
+        across += multipliers[2] * problem.height[1, j]
+    return along, across
 
 
 @njit
@@ -222,16 +246,17 @@ def halved(edges):
     return fine
 
 
-@njit
+@leaf
 def mean_height(problem, phi):
     """Mean height of the curve of an inextensible rod over its chord, in units of the length."""
+    sines_and_cosines(phi, problem.room[SINE], problem.room[COSINE])
     total = 0.0
     for j in range(phi.size):
-        total += problem.rows[2, 0, j] * np.cos(phi[j]) + problem.rows[2, 1, j] * np.sin(phi[j])
+        total += problem.height[0, j] * problem.room[COSINE, j] + problem.height[1, j] * problem.room[SINE, j]
     return total
 
 
-@njit
+@leaf
 def sharpest_turn(problem, phi):
     """Largest turn between neighbouring edges [rad]: near pi it is an artefact of the discrete rod, not a curve."""
     sharpest = 2.0 * abs(phi[0] - problem.ends[0])
@@ -240,7 +265,7 @@ def sharpest_turn(problem, phi):
     return max(sharpest, 2.0 * abs(problem.ends[1] - phi[phi.size - 1]))
 
 
-@shipped(Vector, Vector)
+@leaf
 def largest_change(after, before):
     """Largest difference between two arrays (n,)."""
     largest = 0.0
@@ -249,7 +274,7 @@ def largest_change(after, before):
     return largest
 
 
-@njit
+@leaf
 def copy_into(out, values):
     """Overwrite `out (n,)` with `values`; compiles in a fraction of the time of a slice assignment."""
     for j in range(out.size):

@@ -10,7 +10,7 @@ import pytest
 
 from clamped_rods import rod_between
 from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
-from curveline.rod.planar.modes import lowest_eigenvalue
+from curveline.rod.planar.modes import from_zero, lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, newton
 from curveline.rod.planar.richardson import vertex_table
 from curveline.rod.problem import make_problem, mesh
@@ -28,7 +28,7 @@ def compiled() -> None:
     problem = make_problem(ROD.scaled(), edges)
     phi, multipliers = find_states(ROD, 1e-3)[0].start_on(edges)
     newton(problem, phi, multipliers, EXACT)
-    lowest_eigenvalue(problem, phi, multipliers, 1e-3)
+    lowest_eigenvalue(problem, phi, multipliers, from_zero(), 1e-3)
     vertex_table(problem, phi, multipliers)
 
 
@@ -41,7 +41,7 @@ def test_steps_do_not_grow_with_the_vertices_and_errors_fall_with_their_square()
         problem = make_problem(ROD.scaled(), edges)
         phi, multipliers = truth.start_on(edges)
         iterations, unstable = newton(problem, phi, multipliers, EXACT)
-        value = lowest_eigenvalue(problem, phi, multipliers, 1e-3)
+        value = lowest_eigenvalue(problem, phi, multipliers, from_zero(), 1e-3)
         table = vertex_table(problem, phi, multipliers)
         assert time.process_time() - begin < HANG
         assert iterations > 0

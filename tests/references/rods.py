@@ -75,7 +75,7 @@ def pinned(problem: Problem, *ends: int) -> Problem:
 
 def held(problem: Problem, *axes: int) -> Problem:
     """The same rod whose last end is held along x (0) or y (1) alone, or not at all."""
-    return problem._replace(rows=problem.rows[list(axes)], targets=problem.targets[list(axes)])
+    return problem._replace(held=np.array([float(axis in axes) for axis in (0, 1)]))
 
 
 def cantilever(start: float, n: int, *, weight: float = 0.0, loads: Loads = ()) -> Problem:
@@ -122,9 +122,9 @@ def bisect(holds: Callable[[float], bool], low: float, high: float) -> float:
 def middle_held(problem: Problem, axis: int, target: float) -> Problem:
     """The same rod with its middle vertex held at x (0) or y (1) = `target`; the last multiplier holds it."""
     half = problem.edges.size // 2
-    row = np.zeros((1, 2, problem.edges.size))
-    row[0, axis, :half] = problem.edges[:half]
-    return problem._replace(rows=np.concatenate([problem.rows, row]), targets=np.append(problem.targets, target))
+    row = np.zeros((2, problem.edges.size))
+    row[axis, :half] = problem.edges[:half]
+    return problem._replace(height=row, targets=np.append(problem.targets, target))
 
 
 def symmetric(problem: Problem, axis: int, near: Shape) -> Shape | None:

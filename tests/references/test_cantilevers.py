@@ -110,7 +110,7 @@ def test_a_heavy_column_stands_up_to_greenhills_weight(against: Report) -> None:
     counts = [16, 32, 64, 128, 256]
 
     def stands(n: int, weight: float) -> bool:
-        return is_definite(cantilever(0.5 * math.pi, n, weight=weight), np.full(n, 0.5 * math.pi), np.zeros(0))
+        return is_definite(cantilever(0.5 * math.pi, n, weight=weight), np.full(n, 0.5 * math.pi), np.zeros(2))
 
     weights = [bisect(lambda weight, n=n: stands(n, weight), 4.0, 12.0) for n in counts]
     against("B heavy column", romberg(weights), wanted, 1e-11)

@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from curveline.rod.planar.elastica import clamped_arch
-from curveline.rod.planar.modes import lowest_eigenvalue
+from curveline.rod.planar.modes import from_zero, lowest_eigenvalue
 from curveline.rod.problem import Problem
 from curveline.rod.states.planar_states import find_states
 
@@ -142,7 +142,7 @@ def test_ends_turned_the_same_way_merge_both_arches_into_one_s(against: Report) 
 @pytest.mark.parametrize(("mu", "eigenvalue"), [(1.95, -1.305), (2.05, 1.327)])
 def test_the_s_gains_stability_by_as_much_as_it_lacked(mu: float, eigenvalue: float, against: Report) -> None:
     shapes = [s_shape(1e-4, mu, n) for n in LEVELS]
-    values = [lowest_eigenvalue(shape.problem, shape.phi, shape.multipliers, 1e-9) for shape in shapes]
+    values = [lowest_eigenvalue(shape.problem, shape.phi, shape.multipliers, from_zero(), 1e-9) for shape in shapes]
     against("C both ends the same way: lowest eigenvalue", romberg(values), eigenvalue, 5e-4)
 
 

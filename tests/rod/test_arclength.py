@@ -47,7 +47,7 @@ def lagrangian(problem: Problem, point: Array) -> float:
     """Energy of an inextensible rod plus its constraints with their multipliers."""
     n = problem.edges.size
     phi, multipliers = point[:n], point[n : n + 2]
-    reach = problem.rows[:, 0] @ np.cos(phi) + problem.rows[:, 1] @ np.sin(phi)
+    reach = np.array([problem.edges @ np.cos(phi), problem.edges @ np.sin(phi)])
     return float(energy(problem, phi, multipliers) + multipliers @ (reach - problem.targets))
 
 

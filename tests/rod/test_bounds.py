@@ -86,9 +86,7 @@ def test_the_bound_holds_for(term: str) -> None:
             section = replace(STRIP, weight=WEIGHT * float(10.0 ** rng.uniform(-2.0, 1.0)))
             without, with_it = changed(rod, weight=0.0), changed(rod, weight=section.weight)
         for state in shown(without):
-            bound = (stretch_bound if term == "stretch" else gravity_bound)(
-                probe(state.but(rod=made_of(section, state.rod)))
-            )
+            bound = (stretch_bound if term == "stretch" else gravity_bound)(state.but(rod=made_of(section, state.rod)))
             truth = difference(state, with_it)
             if math.isfinite(truth):
                 held.append(Held(bound.bound, truth))

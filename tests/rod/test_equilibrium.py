@@ -46,7 +46,8 @@ def test_stated_error_bounds_the_true_error() -> None:
 
 def test_the_edge_limit_is_said_to_be_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(equilibrium, "MOST_EDGES", 100)
-    state = peak(ROD, 1e-9)
+    edges = mesh(np.empty(0), 24)
+    state = refine(ROD, edges, *peak(ROD).start_on(edges), 1e-9)
     assert state.outcome is Outcome.COARSE
     assert state.vertices <= 101
     assert state.error > 1e-9

@@ -9,7 +9,7 @@ import pytest
 
 from clamped_rods import Stock, made_of, rod_between
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.models.model_error import Lateral, lateral, probe
+from curveline.rod.models.model_error import Lateral, lateral
 from curveline.rod.spatial.lifting import lift
 from curveline.rod.spatial.relax import lowest_mode, newton
 from curveline.rod.states.equilibrium import Equilibrium
@@ -29,7 +29,7 @@ def arch(chord: float, natural: float = 0.0) -> Equilibrium:
 
 
 def sideways(state: Equilibrium, of: Stock) -> Lateral:
-    return lateral(probe(state.but(rod=made_of(of, state.rod))))
+    return lateral(state.but(rod=made_of(of, state.rod)))
 
 
 @pytest.mark.parametrize(("ratio", "chord"), [(2 / 3, 0.4573269026), (3 / 4, 0.4284774434), (1.0, 1 / 3)])

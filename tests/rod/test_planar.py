@@ -9,9 +9,24 @@ import pytest
 import scipy.linalg
 
 from curveline.rod.planar import newton as kernels
-from curveline.rod.planar.modes import lowest_eigenvalue, modes_below, second_variation
+from curveline.rod.planar.modes import from_zero, lowest_eigenvalue, modes_below, second_variation
 from curveline.rod.planar.newton import Effort, descend, energy, newton
-from curveline.rod.problem import Array, Problem, ScaledRod, held_in_height, make_problem, mesh, released, sharpest_turn
+from curveline.rod.problem import (
+    FORWARD_HEIGHT,
+    FORWARD_X,
+    FORWARD_Y,
+    GRADIENT,
+    INVERSE,
+    STEP,
+    Array,
+    Problem,
+    ScaledRod,
+    held_in_height,
+    make_problem,
+    mesh,
+    released,
+    sharpest_turn,
+)
 
 RELAX = Effort(turn=0.5, close=1e-9, iterations=300)
 SEEDS = range(12)
@@ -41,16 +56,25 @@ def random_problem(seed: int) -> tuple[Problem, Array, Array]:
     return problem, phi, rng.normal(0.0, 120.0, problem.targets.size)
 
 
+def rows_of(problem: Problem) -> Array:
+    """Coefficients (k, 2, n) of the cosines and sines in the constraints."""
+    rows = np.zeros((3, 2, problem.edges.size))
+    rows[0, 0] = rows[1, 1] = problem.edges
+    rows[2] = problem.height
+    return rows[: problem.targets.size]
+
+
 def strains(problem: Problem, phi: Array, multipliers: Array) -> Array:
     """Axial strains (n,) of the edges."""
-    force = problem.loads + np.einsum("k,kaj->aj", multipliers, problem.rows)
+    force = problem.loads + np.einsum("k,kaj->aj", multipliers, rows_of(problem))
     return -problem.compliance * (force[0] * np.cos(phi) + force[1] * np.sin(phi))
 
 
 def gaps(problem: Problem, phi: Array, multipliers: Array) -> Array:
     """By how much the constraints are missed."""
     stretch = 1.0 + strains(problem, phi, multipliers)
-    return problem.rows[:, 0] @ (stretch * np.cos(phi)) + problem.rows[:, 1] @ (stretch * np.sin(phi)) - problem.targets
+    rows = rows_of(problem)
+    return rows[:, 0] @ (stretch * np.cos(phi)) + rows[:, 1] @ (stretch * np.sin(phi)) - problem.targets
 
 
 def lagrangian(problem: Problem, phi: Array, multipliers: Array) -> float:
@@ -61,9 +85,10 @@ def lagrangian(problem: Problem, phi: Array, multipliers: Array) -> float:
 def test_a_descent_weighs_the_energy_and_how_far_the_constraints_are_missed(seed: int) -> None:
     problem, phi, multipliers = random_problem(seed)
     missed = gaps(problem, phi, multipliers)
-    found = np.empty(multipliers.size)
-    total = kernels.merit(problem, phi, multipliers, found)
-    assert found == pytest.approx(missed, rel=1e-11, abs=1e-11)
+    found = np.array(kernels.energy_and_gaps(problem, phi, multipliers)[1])
+    total = kernels.merit(problem, phi, multipliers)
+    assert found[: missed.size] == pytest.approx(missed, rel=1e-11, abs=1e-11)
+    assert not found[missed.size :].any()
     penalty = 0.5 * kernels.PENALTY * missed @ missed
     assert total == pytest.approx(lagrangian(problem, phi, multipliers) + penalty, rel=1e-11)
 
@@ -71,14 +96,15 @@ def test_a_descent_weighs_the_energy_and_how_far_the_constraints_are_missed(seed
 def swept(problem: Problem, phi: Array, multipliers: Array, shift: float = 0.0) -> tuple[Array, Array, Array, Array]:
     """Gradient (n,), diagonal of the Hessian (n,), constraint rows (k, n), gaps (k,): the sweep undone."""
     n, k = phi.size, multipliers.size
-    pivots, forward = np.empty(n), np.empty((k + 1, n))
-    residual = np.empty(k)
-    kernels.sweep_forward(problem, phi, multipliers, shift, pivots, forward, np.empty((k, k + 1)), residual)
+    kernels.eliminate(problem, phi, multipliers, shift)
+    forward = problem.room[[GRADIENT, FORWARD_X, FORWARD_Y, FORWARD_HEIGHT][: k + 1]]
+    pivots = 1.0 / problem.room[INVERSE]
+    missed = np.array(kernels.energy_and_gaps(problem, phi, multipliers)[1][:k])
     ratio = -problem.stiffness[1:n] / pivots[:-1]
     diagonal, rows = pivots.copy(), forward.copy()
     diagonal[1:] -= ratio * problem.stiffness[1:n]
     rows[:, 1:] += ratio * forward[:, :-1]
-    return rows[0], diagonal, rows[1:], residual
+    return rows[0], diagonal, rows[1:], missed
 
 
 def dense_hessian(problem: Problem, diagonal: Array) -> Array:
@@ -147,16 +173,15 @@ def test_newton_step_and_inertia_are_those_of_the_dense_system(seed: int, shift:
     corner = second_variation(problem, phi, multipliers)[2]
     whole = np.block([[dense_hessian(problem, diagonal), border.T], [border, -corner]])
     wanted = np.linalg.solve(whole, -np.concatenate([gradient, residual]))
-    pivots, forward, schur, gap = np.empty(n), np.empty((k + 1, n)), np.empty((k, k + 1)), np.empty(k)
-    step, change = np.empty(n), np.empty(k)
-    negative, steepest = kernels.sweep_forward(problem, phi, multipliers, shift, pivots, forward, schur, gap)
-    positive = kernels.sweep_backward(problem, pivots, forward, schur, gap, step, change)
+    unstable, turn, change = kernels.newton_step(problem, phi, multipliers, shift)
+    step = np.concatenate([problem.room[STEP], change[:k]])
     assert np.max(abs(wanted)) > 1e-3
-    np.testing.assert_allclose(np.concatenate([step, change]), wanted, rtol=1e-7, atol=1e-9 * np.max(abs(wanted)))
-    assert steepest == pytest.approx(np.max(abs(gradient) / problem.edges), rel=1e-9)
+    np.testing.assert_allclose(step, wanted, rtol=1e-7, atol=1e-9 * np.max(abs(wanted)))
+    assert turn == np.max(abs(step[:n]))
+    assert not any(change[k:])
     modes = np.linalg.eigvalsh(whole)
     assert np.min(abs(modes)) > 1e-9
-    assert negative + positive == np.count_nonzero(modes < 0.0)
+    assert unstable == np.count_nonzero(modes < 0.0) - k
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -166,7 +191,7 @@ def test_modes_and_lowest_eigenvalue_are_those_of_the_dense_second_variation(see
     diagonal, border, corner = second_variation(problem, phi, multipliers)
     for value in (0.0, modes[0] - 1.0, modes[0] + 1e-6 * abs(modes[0]), 0.5 * (modes[1] + modes[2]), 1e4):
         assert modes_below(problem, (diagonal, border, corner), value) == np.count_nonzero(modes < value)
-    assert lowest_eigenvalue(problem, phi, multipliers, 1e-9) == pytest.approx(modes[0], rel=1e-8)
+    assert lowest_eigenvalue(problem, phi, multipliers, from_zero(), 1e-9) == pytest.approx(modes[0], rel=1e-8)
 
 
 def test_random_problems_are_of_every_stability() -> None:
@@ -175,19 +200,21 @@ def test_random_problems_are_of_every_stability() -> None:
     assert sum(value > 0.0 for value in lowest) >= 5
 
 
-@pytest.mark.parametrize("k", [1, 2, 3])
-def test_small_systems_are_solved_with_pivoting(k: int) -> None:
-    rng = np.random.default_rng(k)
-    for _ in range(20):
-        matrix, vector = rng.normal(size=(k, k)), rng.normal(size=k)
-        if k > 1:
-            matrix[0, 0] = 0.0
-        wanted = np.linalg.solve(matrix, vector)
-        kernels.solve_small(matrix.copy(), vector)
-        np.testing.assert_allclose(vector, wanted, rtol=1e-9)
-        symmetric = matrix + matrix.T + np.eye(k)
-        positive = np.count_nonzero(np.linalg.eigvalsh(symmetric) > 0.0)
-        assert kernels.count_positive(symmetric + 0.0) == positive
+@pytest.mark.parametrize("held", [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0), (0.0, 0.0)])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_borders_are_solved_and_counted_as_dense_ones(seed: int, held: tuple[float, float]) -> None:
+    rng = np.random.default_rng(seed)
+    problem = random_problem(seed)[0]._replace(held=np.array(held))
+    matrix = rng.normal(size=(3, 3))
+    matrix += matrix.T
+    right = rng.normal(size=3)
+    schur = tuple(matrix[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]].tolist())
+    there = [place for place in range(3) if (*held, 1.0)[place]]
+    kept = matrix[np.ix_(there, there)]
+    negative, change = kernels.solve_border(problem, schur, tuple(right.tolist()))
+    np.testing.assert_allclose(np.array(change)[there], np.linalg.solve(kept, right[there]), rtol=1e-9)
+    assert not any(each for place, each in enumerate(change) if place not in there)
+    assert negative == np.count_nonzero(np.linalg.eigvalsh(kept) < 0.0)
 
 
 def arch_problem(length: float, tilt: float, weight: float = 0.0, n: int = 40) -> Problem:

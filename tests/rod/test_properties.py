@@ -117,8 +117,8 @@ def test_no_small_move_that_keeps_the_clamps_lowers_the_energy(rod: ClampedRod, 
             waves = sum(rng.normal() / wave * np.sin(wave * math.pi * shift) for wave in range(1, 7))
             phi = level.phi + 0.02 * waves
             for _ in range(8):
-                missed = problem.rows[:, 0] @ np.cos(phi) + problem.rows[:, 1] @ np.sin(phi) - problem.targets
-                slope = problem.rows[:, 1] * np.cos(phi) - problem.rows[:, 0] * np.sin(phi)
+                missed = np.array([problem.edges @ np.cos(phi), problem.edges @ np.sin(phi)]) - problem.targets
+                slope = problem.edges * np.array([-np.sin(phi), np.cos(phi)])
                 phi = phi - np.linalg.lstsq(slope, missed, rcond=None)[0]
             assert np.max(abs(missed)) < 1e-12
             assert np.max(abs(phi - level.phi)) > 1e-4

@@ -26,6 +26,8 @@ from curveline.rod.states.planar_states import SEARCH_EDGES
 from curveline.simulation.simulate import scene_rod, simulate
 from curveline.units import mm
 
+SETTLE = RELAX._replace(close=1e-7)
+"""To equilibrium up to rounding, which a search does not wait for."""
 REPEATS = 0.02
 """Seconds that a case is repeated for."""
 POINTS = 201
@@ -93,7 +95,7 @@ def _relaxed(case: Case, rod: ClampedRod, n: int) -> tuple[Array, Array, Array] 
     scaled = rod.scaled()
     edges = mesh(scaled.at, n)
     angles, forces = case.guess(edges.size), np.zeros(2)
-    settled = descend(make_problem(scaled._replace(compliance=0.0), edges), angles, forces, RELAX) > 0
+    settled = descend(make_problem(scaled._replace(compliance=0.0), edges), angles, forces, SETTLE) > 0
     if settled and scaled.compliance > 0.0:
         settled = newton(make_problem(scaled, edges), angles, forces, POLISH)[0] > 0
     return (edges, angles, forces) if settled else None

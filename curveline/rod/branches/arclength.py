@@ -18,9 +18,10 @@ import numpy as np
 from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.branches.control_path import ControlPath, counts_along, problem_at
-from curveline.rod.planar.modes import lowest_eigenvalue, modes_below, second_variation
-from curveline.rod.planar.newton import TINY, Effort, newton, solve_small
-from curveline.rod.problem import Array, Bearing, copy_into
+from curveline.rod.planar.modes import from_zero, lowest_eigenvalue, modes_below, second_variation
+from curveline.rod.planar.newton import TINY, Effort, newton
+from curveline.rod.problem import COSINE, SINE, Array, Bearing, coefficients, copy_into
+from curveline.rod.trigonometry import sines_and_cosines
 
 CORRECT = Effort(turn=0.3, close=1e-7, iterations=8)
 BEGIN = Effort(turn=0.2, close=1e-7, iterations=25)
@@ -81,18 +82,16 @@ def residual(problem, point):
     for a in range(2):
         out[n + a] = -problem.targets[a]
     before = problem.ends[0]
+    sines_and_cosines(point[:n], problem.room[SINE], problem.room[COSINE])
     for j in range(n):
-        cosine, sine = np.cos(point[j]), np.sin(point[j])
-        along, across = problem.loads[0, j], problem.loads[1, j]
-        for a in range(2):
-            along += point[n + a] * problem.rows[a, 0, j]
-            across += point[n + a] * problem.rows[a, 1, j]
+        cosine, sine = problem.room[COSINE, j], problem.room[SINE, j]
+        along, across = coefficients(problem, point[n : n + 2], j)
         stretch = 1.0 - problem.compliance[j] * (along * cosine + across * sine)
         after = point[j + 1] if j + 1 < n else problem.ends[1]
         turns = (point[j] - before) * problem.stiffness[j] - (after - point[j]) * problem.stiffness[j + 1]
         out[j] = turns + (across * cosine - along * sine) * stretch
-        for a in range(2):
-            out[n + a] += (problem.rows[a, 0, j] * cosine + problem.rows[a, 1, j] * sine) * stretch
+        out[n] += problem.edges[j] * cosine * stretch
+        out[n + 1] += problem.edges[j] * sine * stretch
         before = point[j]
     return out
 
@@ -110,6 +109,32 @@ def slope_along(path, bearing, counts, point):
         for i in range(out.size):
             out[i] += sign * there[i] / (2.0 * DIFFERENCE)
     return out
+
+
+@njit
+def solve_small(matrix, vector):
+    """Solve the k x k system in place by elimination with row pivoting; the solution replaces `vector (k,)`."""
+    k = vector.size
+    for i in range(k):
+        best = i
+        for r in range(i + 1, k):
+            if abs(matrix[r, i]) > abs(matrix[best, i]):
+                best = r
+        if best != i:
+            for c in range(k):
+                matrix[i, c], matrix[best, c] = matrix[best, c], matrix[i, c]
+            vector[i], vector[best] = vector[best], vector[i]
+        if abs(matrix[i, i]) < TINY:
+            matrix[i, i] = TINY
+        for r in range(i + 1, k):
+            factor = matrix[r, i] / matrix[i, i]
+            for c in range(i, k):
+                matrix[r, c] -= factor * matrix[i, c]
+            vector[r] -= factor * vector[i]
+    for i in range(k - 1, -1, -1):
+        for c in range(i + 1, k):
+            vector[i] -= matrix[i, c] * vector[c]
+        vector[i] /= matrix[i, i]
 
 
 @njit
@@ -302,7 +327,7 @@ def trace(path, bearing, phi, multipliers, reach):
         problem = problem_at(path, bearing, here.point[n + 2], counts)
         copy_into(table[count, : n + 3], here.point)
         table[count, n + 3] = here.unstable
-        table[count, n + 4] = lowest_eigenvalue(problem, here.point[:n], here.point[n : n + 2], 1e-6)
+        table[count, n + 4] = lowest_eigenvalue(problem, here.point[:n], here.point[n : n + 2], from_zero(), 1e-6)
         count += 1
         here, used, step = advance(path, bearing, counts, here, min(step, reach.step))
         found = used > 0.0 and reach.low <= table[count - 1, n + 2] <= reach.high

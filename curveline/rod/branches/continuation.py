@@ -31,7 +31,7 @@ from curveline.rod.branches.control_path import (
 )
 from curveline.rod.geometry.vertex_table import CURVATURE
 from curveline.rod.planar.lateral import lateral_eigenvalue_below, lateral_modes_below, lateral_variation
-from curveline.rod.planar.modes import lowest_eigenvalue
+from curveline.rod.planar.modes import from_zero, lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, descend, newton
 from curveline.rod.planar.richardson import vertex_table
 from curveline.rod.problem import Array, Bearing, Problem, cut, largest_change, mesh, refine_angles, sharpest_turn
@@ -202,7 +202,7 @@ def follow(path, bearing, phi, multipliers):
         fraction = min(1.0, reached + step)
         free = problem_at(path, bearing, fraction, counts)
         found, trial, force = try_step(free, phi, multipliers, LARGEST_MOVE)
-        lowest = lowest_eigenvalue(free, trial, force, GLANCE) if found else 0.0
+        lowest = lowest_eigenvalue(free, trial, force, from_zero(), GLANCE) if found else 0.0
         least = min(outside.eigenvalue, min(lowest, inside.eigenvalue) + DOUBT)
         aside = stiffness_outside(path, bearing, fraction, (free, trial, force), least) if found else 0.0
         leaves = found and aside <= 0.0
@@ -255,9 +255,9 @@ def stiffness_of(path, bearing, branch):
     found, state = _finer(path, bearing, dip)
     inside = -np.inf
     if found:
-        inside = lowest_eigenvalue(state[0], state[1], state[2], PRECISE)
+        inside = lowest_eigenvalue(state[0], state[1], state[2], from_zero(), PRECISE)
         here = problem_at(path, bearing, dip.fraction, counts_along(path, bearing, dip.phi.size))
-        inside += (inside - lowest_eigenvalue(here, dip.phi, dip.multipliers, PRECISE)) / 3.0
+        inside += (inside - lowest_eigenvalue(here, dip.phi, dip.multipliers, from_zero(), PRECISE)) / 3.0
     outside = branch.outside.eigenvalue
     if outside < np.inf:
         found, state = _finer(path, bearing, branch.outside)
@@ -300,8 +300,7 @@ def is_stable_outside(path, bearing, fraction, state):
     if is_held_in_plane(bearing):
         return True
     stiff = sideways(bearing, pose_at(path, fraction).length - bearing.clamp)
-    blocks, lift = lateral_variation(free, phi, multipliers, stiff)
-    return lateral_modes_below(free, blocks, lift, 0.0) == 0
+    return lateral_modes_below(free, lateral_variation(free, phi, multipliers, stiff), 0.0) == 0
 
 
 @shipped(ControlPath, float, Bearing, Vector, Vector, Vector)

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.models.model_error import UNKNOWN, Bound, Judged, judge, probe, space_bound, spatial_left_out
+from curveline.rod.models.model_error import (
+    UNKNOWN,
+    Bound,
+    Judged,
+    asked_of,
+    judge,
+    probe,
+    space_bound,
+    spatial_left_out,
+)
 from curveline.rod.planar.approach import soften
 from curveline.rod.spatial.lifting import relax_in_space
 from curveline.rod.spatial.relax import at_rest
@@ -51,7 +60,8 @@ def model_states(segment: ClampedRod, ask: SearchRequest) -> ModelledStates:
 
     Searched for in the plane; the extensible states start from those, and the spatial ones from the extensible.
     """
-    found = find_states(segment, ask.tolerance, ask.windings)
+    asked = asked_of(segment, ask.tolerance) if ask.model in (AUTO, PLANAR) else None
+    found = find_states(segment, ask.tolerance, ask.windings, asked)
     model, why = ask.model, [f"the {ask.model} model was asked for"]
     judged: list[Judged] = []
     if model in (AUTO, PLANAR):

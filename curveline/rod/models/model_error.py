@@ -23,6 +23,7 @@ from curveline.rod.spatial.energy import Shape, SpatialRod, positions
 from curveline.rod.spatial.lifting import lift, relax_in_space, spatial_rod
 from curveline.rod.spatial.relax import RelaxEnding, descend
 from curveline.rod.states.equilibrium import PLANAR, Equilibrium
+from curveline.rod.states.plain_states import Asked
 from curveline.units import to_deg, to_mm, told_apart
 
 SAFETY = 1.5
@@ -111,32 +112,53 @@ def probe(state: Equilibrium) -> Probe:
 
 def judge(state: Equilibrium) -> Judged:
     """A planar or extensible state with what its model leaves out."""
-    probed = probe(state)
-    sideways = lateral(probed)
+    sideways = lateral(state)
     bounds = {}
     if state.model == PLANAR:
-        bounds["stretch"] = stretch_bound(probed)
+        bounds["stretch"] = stretch_bound(state)
     bounds["twist"] = twist_bound(state, sideways)
     bounds["contact"] = contact_bound(state)
-    if state.rod.section.weight > 0.0 and state.rod.weight == 0.0:
-        bounds["gravity"] = gravity_bound(probed)
+    if _is_weighed(state.rod):
+        bounds["gravity"] = gravity_bound(state)
     return Judged(state, sideways, bounds)
 
 
-def lateral(probed: Probe) -> Lateral:
+def asked_of(rod: ClampedRod, tolerance: float) -> Asked:
+    """What `find_states` is to find out of the planar states of `rod`, to `tolerance` [m], for `judge` to tell."""
+    stretching = math.nan if rod.is_extensible else rod.stretching_compliance
+    return Asked(tolerance, stretching, rod.section.weight if _is_weighed(rod) else math.nan, sideways=True)
+
+
+def _is_weighed(rod: ClampedRod) -> bool:
+    """True for a rod that has a weight which its scene leaves out."""
+    return rod.section.weight > 0.0 and rod.weight == 0.0
+
+
+def lateral(state: Equilibrium) -> Lateral:
     """Whether the rod of a planar state stays in its plane, by Richardson extrapolation from two resolutions."""
-    state, rod = probed.state, probed.state.rod
-    bend, twist = rod.bearing.lateral / rod.stiffness, rod.bearing.twisting / rod.stiffness
-    forces = probed.multipliers, np.array([bend, twist, rod.natural_curvature * rod.free_length])
-    coarse, fine = lateral_pair(probed.rod, probed.edges, probed.angles, state.vertices_table, forces)
+    known = state.disturbed
+    coarse, fine = (known.coarse_lateral, known.fine_lateral) if known else (math.nan, math.nan)
+    if math.isnan(fine):
+        coarse, fine = _lateral_pair(probe(state))
     return Lateral(fine + (fine - coarse) / 3.0, HONESTY * abs(fine - coarse) + PRECISION * abs(fine))
 
 
-def stretch_bound(probed: Probe) -> Bound:
+def _lateral_pair(probed: Probe) -> tuple[float, float]:
+    state, rod = probed.state, probed.state.rod
+    bend, twist = rod.bearing.lateral / rod.stiffness, rod.bearing.twisting / rod.stiffness
+    forces = probed.multipliers, np.array([bend, twist, rod.natural_curvature * rod.free_length])
+    pair: tuple[float, float] = lateral_pair(probed.rod, probed.edges, probed.angles, state.vertices_table, forces)
+    return pair
+
+
+def stretch_bound(state: Equilibrium) -> Bound:
     """How far the rod's stretch would move the curve of a planar state, which is solved once more with it."""
-    rod = probed.state.rod
-    moved = probed.moved(probed.rod._replace(compliance=rod.stretching_compliance / rod.free_length**2))
-    force = max(math.hypot(*force) for force in probed.state.clamp_force.tolist())
+    rod = state.rod
+    moved = state.disturbed.stretched if state.disturbed else math.nan
+    if math.isnan(moved):
+        probed = probe(state)
+        moved = probed.moved(probed.rod._replace(compliance=rod.stretching_compliance / rod.free_length**2))
+    force = max(math.hypot(*force) for force in state.clamp_force.tolist())
     strain = force / rod.section.stretching_stiffness
     why = f"forces of up to {force:.2g} N strain the rod by {strain:.1g}"
     if math.isfinite(moved):
@@ -144,11 +166,14 @@ def stretch_bound(probed: Probe) -> Bound:
     return Bound(farthest(rod, strain), f"{why}; with stretch this state was not found again")
 
 
-def gravity_bound(probed: Probe) -> Bound:
+def gravity_bound(state: Equilibrium) -> Bound:
     """How far its weight would move the curve of a state of a weightless rod, which is solved once more with it."""
-    rod = probed.state.rod
+    rod = state.rod
     whole = rod.section.weight * rod.free_length
-    moved = probed.moved(probed.rod._replace(weight=whole * rod.free_length**2 / rod.stiffness))
+    moved = state.disturbed.weighed if state.disturbed else math.nan
+    if math.isnan(moved):
+        probed = probe(state)
+        moved = probed.moved(probed.rod._replace(weight=whole * rod.free_length**2 / rod.stiffness))
     if math.isfinite(moved):
         return Bound(SAFETY * moved, f"solved again with the free rod's weight of {whole:.2g} N")
     return Bound(farthest(rod), f"under the free rod's weight of {whole:.2g} N this state was not found again")
@@ -170,7 +195,7 @@ def contact_bound(state: Equilibrium) -> Bound:
     thickness = state.rod.section.thickness
     if state.crosses_itself:
         return Bound(farthest(state.rod), "the curve crosses itself, which a real rod cannot")
-    spread = float(np.ptp(state.angles))
+    spread = state.disturbed.spread if state.disturbed else float(np.ptp(state.angles))
     if state.space is None and spread < STRAIGHT:
         why = f"its directions differ by {to_deg(spread):.0f} deg at most, too little to come back to itself"
         return Bound(0.0, why)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.models.model_error import lateral, probe
+from curveline.rod.models.model_error import lateral
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import find_states
 
@@ -34,7 +34,7 @@ class Showable(NamedTuple):
 def showable_states(rod: ClampedRod, tolerance: float) -> Showable:
     """Every state of `rod` that a display can show, refined to `tolerance` [m], named as `simulate` does."""
     found = [state for state in find_states(rod, tolerance) if state.simple]
-    judged = [(state, lateral(probe(state))) for state in found]
+    judged = [(state, lateral(state)) for state in found]
     return Showable(
         tuple(state for state, sideways in judged if sideways.stays),
         tuple(state for state, sideways in judged if not sideways.stays),

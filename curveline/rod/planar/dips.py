@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.kernels.forms import Vector
-from curveline.kernels.kernel import njit, shipped
-from curveline.rod.planar.newton import Effort, newton, sweep_backward, sweep_forward
-from curveline.rod.planar.sweep import BARELY, CERTIFY, RIDGE, MetEquilibria, is_ridge, keep
-from curveline.rod.problem import Problem, largest_change, released
+from curveline.kernels.kernel import leaf, njit
+from curveline.rod.planar.newton import Effort, lean, newton
+from curveline.rod.planar.sweep import BARELY, CERTIFY, RIDGE, is_ridge, keep
+from curveline.rod.problem import largest_change, released
 
 HOLD = Effort(turn=0.3, close=1e-7, iterations=15)
 TRIES = 24
@@ -34,27 +33,7 @@ def hold_at(problem, height, phi, multipliers):
     return iterations > 0 and (unstable == 0 or (unstable == 1 and is_ridge(problem, phi, multipliers, RIDGE)))
 
 
-@njit
-def lean(problem, phi, multipliers):
-    """How a constrained equilibrium moves with its height: d phi (n,), d multipliers (3,) by the height."""
-    n, k = phi.size, multipliers.size
-    pivots, step = np.empty(n), np.empty(n)
-    forward = np.empty((k + 1, n))
-    schur = np.empty((k, k + 1))
-    residual, change = np.empty(k), np.empty(k)
-    sweep_forward(problem, phi, multipliers, 0.0, pivots, forward, schur, residual)
-    # Newton's step once more, for a gradient that vanishes and a height that lacks one.
-    for j in range(n):
-        forward[0, j] = 0.0
-    for a in range(k):
-        schur[a, k] = 0.0
-        residual[a] = 0.0
-    residual[k - 1] = -1.0
-    sweep_backward(problem, pivots, forward, schur, residual, step, change)
-    return step, change
-
-
-@njit
+@leaf
 def moved_on(phi, multipliers, lead, by):
     """Follow the `lean` for a change of height, in place."""
     for j in range(phi.size):
@@ -63,7 +42,7 @@ def moved_on(phi, multipliers, lead, by):
         multipliers[a] += by * lead[1][a]
 
 
-@shipped(Problem, Vector, Vector, Vector, float)
+@njit
 def bottom(problem, heights, phi, multipliers, sign):
     """Go to the bottom of a dip between the first and the last of three `heights`, from the middle one.
 
@@ -103,7 +82,7 @@ def bottom(problem, heights, phi, multipliers, sign):
     return here, 0.0
 
 
-@shipped(Problem, tuple[float, float], Vector, Vector, float)
+@njit
 def bottom_near(problem, dip, phi, multipliers, sign):
     """The bottom on another resolution near that of a `dip`, (height, second derivative): the height and the slope.
 
@@ -122,7 +101,7 @@ def bottom_near(problem, dip, phi, multipliers, sign):
     return here, np.nan
 
 
-@shipped(Problem, tuple[float, float], Vector, Vector, float, MetEquilibria)
+@njit
 def let_go(problem, dip, phi, multipliers, sign, found):
     """Keep the stable one of the pair of states beside the bottom of a `dip` that crosses zero: release the rod there.
 

@@ -23,10 +23,20 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.kernels.forms import Matrix, Vector
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.geometry.vertex_table import ANGLE
-from curveline.rod.planar.newton import thrust_on
-from curveline.rod.problem import ScaledRod, make_problem
+from curveline.rod.planar.modes import (
+    FIRST_WIDTH,
+    Bracket,
+    around,
+    from_zero,
+    is_narrow,
+    middle_of,
+    narrowed,
+    next_value,
+)
+from curveline.rod.problem import COSINE, SINE, ScaledRod, coefficients, make_problem
+from curveline.rod.trigonometry import sines_and_cosines
 
 BLOCKS = 7
 """Per edge: Hessian aa, ab, bb, then its coupling with the edge before: a a', a b', b a', b b' (the edge before: ')."""
@@ -45,14 +55,12 @@ def lateral_variation(problem, phi, multipliers, lateral):
     blocks = np.zeros((n, BLOCKS))
     lift = np.empty(n)
     bend, twist, natural = lateral[0], lateral[1], lateral[2]
+    sines_and_cosines(phi, problem.room[SINE], problem.room[COSINE])
     for j in range(n):
-        thrust = thrust_on(problem, phi, multipliers, j)
+        cosine, sine = problem.room[COSINE, j], problem.room[SINE, j]
+        along, across = coefficients(problem, multipliers, j)
+        thrust = along * cosine + across * sine
         stretched = 1.0 - problem.compliance[j] * thrust
-        cosine, sine = np.cos(phi[j]), np.sin(phi[j])
-        along, across = problem.loads[0, j], problem.loads[1, j]
-        for a in range(multipliers.size):
-            along += multipliers[a] * problem.rows[a, 0, j]
-            across += multipliers[a] * problem.rows[a, 1, j]
         blocks[j, 0] -= thrust * stretched
         blocks[j, 1] += 0.5 * (across * cosine - along * sine) * stretched
         lift[j] = problem.edges[j] * stretched
@@ -80,10 +88,15 @@ def lateral_variation(problem, phi, multipliers, lateral):
     return blocks, lift
 
 
-@njit
-def lateral_modes_below(problem, blocks, lift, value):
-    """Number of eigenvalues of a `lateral_variation` under its constraint that are smaller than `value`."""
+@leaf
+def lateral_characteristic(problem, variation, value):
+    """Number of eigenvalues of a `lateral_variation` under its constraint that are smaller than `value`.
+
+    And its characteristic polynomial, as `modes.characteristic`.
+    """
+    blocks, lift = variation
     below = 0
+    product = 1.0
     schur = 0.0
     # Inverse of the pivot before, and the constraint's row after elimination.
     iaa = iab = ibb = 0.0
@@ -104,6 +117,7 @@ def lateral_modes_below(problem, blocks, lift, value):
         determinant = aa * bb - ab * ab
         if abs(determinant) < 1e-290:
             determinant = 1e-290
+        product *= determinant * problem.edges[j] * problem.edges[j]
         if determinant < 0.0:
             below += 1
         elif aa < 0.0:
@@ -111,52 +125,36 @@ def lateral_modes_below(problem, blocks, lift, value):
         iaa, iab, ibb = bb / determinant, -ab / determinant, aa / determinant
         schur += fa * (iaa * fa + iab * fb) + fb * (iab * fa + ibb * fb)
         ra, rb = fa, fb
-    return below + (1 if schur > 0.0 else 0) - 1
+    return below + (1 if schur > 0.0 else 0) - 1, -product * schur
 
 
-@njit
-def lateral_eigenvalue(problem, phi, multipliers, lateral, guess):
-    """Smallest eigenvalue of the out-of-plane second variation, in EI / L^2, to a relative `PRECISION`.
-
-    Measured by the L2 norm of both turns, as `relax.lowest_mode`; by bisection on the inertia (Sylvester), which is
-    soon done if it lies near the `guess`.
-    """
-    blocks, lift = lateral_variation(problem, phi, multipliers, lateral)
-    low, high, width = max(0.9 * guess, 0.0), max(1.1 * guess, 10.0), 20.0
-    if lateral_modes_below(problem, blocks, lift, low) > 0:
-        return _eigenvalue_below(problem, (blocks, lift), 0.0, low)
-    while lateral_modes_below(problem, blocks, lift, high) == 0 and high < 1e15:
-        low = high
-        high += width
-        width *= 2.0
-    return _eigenvalue_below(problem, (blocks, lift), low, high)
+@leaf
+def lateral_modes_below(problem, variation, value):
+    """Number of eigenvalues of a `lateral_variation` under its constraint that are smaller than `value`."""
+    return lateral_characteristic(problem, variation, value)[0]
 
 
 @njit
 def lateral_eigenvalue_below(problem, phi, multipliers, lateral, most):
-    """As `lateral_eigenvalue`, to `PRECISION`, or `most` if that is less: then it costs one sweep."""
-    blocks, lift = lateral_variation(problem, phi, multipliers, lateral)
-    if lateral_modes_below(problem, blocks, lift, most) == 0:
+    """Smallest eigenvalue of the out-of-plane second variation, or `most` if that is less: then it costs one sweep.
+
+    In EI / L^2, to a relative `PRECISION`, measured by the L2 norm of both turns, as `relax.lowest_mode`.
+    """
+    variation = lateral_variation(problem, phi, multipliers, lateral)
+    if lateral_modes_below(problem, variation, most) == 0:
         return most
-    return _eigenvalue_below(problem, (blocks, lift), 0.0, most)
+    low = min(0.0, most - FIRST_WIDTH)
+    return lowest_lateral(problem, variation, Bracket(low, np.nan, most, np.nan, 0.0, 0.0, FIRST_WIDTH))
 
 
-@njit
-def _eigenvalue_below(problem, variation, low, high):
-    """The smallest eigenvalue, which lies below `high` and, unless negative, above `low`."""
-    blocks, lift = variation
-    width = 10.0
-    while lateral_modes_below(problem, blocks, lift, min(low, high)) > 0:
-        high = min(low, high)
-        low = high - width
-        width *= 2.0
-    while high - low > PRECISION * max(abs(high), abs(low), 1e-3):
-        middle = 0.5 * (low + high)
-        if lateral_modes_below(problem, blocks, lift, middle) > 0:
-            high = middle
-        else:
-            low = middle
-    return 0.5 * (low + high)
+@leaf
+def lowest_lateral(problem, variation, bracket):
+    """Smallest eigenvalue of a `lateral_variation`, to a relative `PRECISION`, first sought in the `bracket`."""
+    while not is_narrow(bracket, PRECISION):
+        value = next_value(bracket, PRECISION)
+        below, at_value = lateral_characteristic(problem, variation, value)
+        bracket = narrowed(bracket, value, below, at_value)
+    return middle_of(bracket)
 
 
 @shipped(ScaledRod, Vector, Vector, Matrix, tuple[Vector, Vector])
@@ -172,6 +170,9 @@ def lateral_pair(rod, edges, angles, table, forces):
     for j in range(m // 2):
         pairs[j] = edges[2 * j] + edges[2 * j + 1]
         halfway[j] = table[2 * j + 1, ANGLE]
-    coarse = lateral_eigenvalue(make_problem(rod, pairs), halfway, multipliers, lateral, 0.0)
-    fine = lateral_eigenvalue(make_problem(rod, edges), angles, multipliers, lateral, coarse)
-    return coarse, fine
+    problem = make_problem(rod, pairs)
+    variation = lateral_variation(problem, halfway, multipliers, lateral)
+    coarse = lowest_lateral(problem, variation, from_zero())
+    problem = make_problem(rod, edges)
+    variation = lateral_variation(problem, angles, multipliers, lateral)
+    return coarse, lowest_lateral(problem, variation, around(coarse))

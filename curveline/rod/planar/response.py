@@ -7,10 +7,11 @@ import numpy as np
 from curveline.kernels.forms import Matrix, Vector
 from curveline.kernels.kernel import shipped
 from curveline.rod.geometry.vertex_table import ANGLE, CURVATURE, X, Y
-from curveline.rod.planar.newton import newton
-from curveline.rod.planar.richardson import POLISH, vertex_table
+from curveline.rod.planar.newton import Effort, newton
+from curveline.rod.planar.richardson import vertex_table
 from curveline.rod.problem import ScaledRod, largest_change, make_problem
 
+SOLVE = Effort(turn=0.3, close=1e-4, iterations=25)
 BRANCH = 0.5
 """An edge that turns by more than this [rad] from one model to the other belongs to another state."""
 
@@ -37,12 +38,12 @@ def response(rod, other, edges, phi, multipliers):
     difference.
     """
     here = make_problem(rod, edges)
-    spent, unstable = newton(here, phi, multipliers, POLISH)
+    spent, unstable = newton(here, phi, multipliers, SOLVE)
     if spent < 0 or unstable != 0:
         return np.inf
     there = make_problem(other, edges)
     angles, force = phi.copy(), multipliers.copy()
-    spent, unstable = newton(there, angles, force, POLISH)
+    spent, unstable = newton(there, angles, force, SOLVE)
     if spent < 0 or unstable != 0 or largest_change(angles, phi) > BRANCH:
         return np.inf
     one, two = vertex_table(here, phi, multipliers), vertex_table(there, angles, force)

@@ -10,12 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.kernels.forms import Matrix, Vector
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.geometry.hermite import weights
 from curveline.rod.geometry.vertex_table import ANGLE, COLUMNS, CURVATURE, STRAIN, STRAIN_SLOPE, X, Y
-from curveline.rod.planar.modes import lowest_eigenvalue
+from curveline.rod.planar.modes import around, from_zero, lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, newton, thrust_on
-from curveline.rod.problem import Problem, ScaledRod, halved, largest_change, make_problem, refine_angles
+from curveline.rod.problem import COSINE, SINE, Problem, halved, largest_change, make_problem, refine_angles
+from curveline.rod.trigonometry import sines_and_cosines
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
 
@@ -36,14 +37,15 @@ def vertex_table(problem, phi, multipliers):
     """Position x, y, tangent angle, curvature, axial strain and its slope at every vertex: (n+1, 6)."""
     n = phi.size
     table = np.zeros((n + 1, COLUMNS))
+    sines_and_cosines(phi, problem.room[SINE], problem.room[COSINE])
     before = 0.0
     for j in range(n):
         strain = 0.0
         if problem.compliance[j] > 0.0:
             strain = -problem.compliance[j] * thrust_on(problem, phi, multipliers, j)
         length = problem.edges[j] * (1.0 + strain)
-        table[j + 1, X] = table[j, X] + length * np.cos(phi[j])
-        table[j + 1, Y] = table[j, Y] + length * np.sin(phi[j])
+        table[j + 1, X] = table[j, X] + length * problem.room[COSINE, j]
+        table[j + 1, Y] = table[j, Y] + length * problem.room[SINE, j]
         if j > 0:
             turn = phi[j] - phi[j - 1]
             share = problem.edges[j - 1] / (problem.edges[j - 1] + problem.edges[j])
@@ -90,7 +92,7 @@ def level_scalars(problem, phi, multipliers, table):
     return out
 
 
-@njit
+@leaf
 def largest_gap(fine, coarse):
     """Largest distance between the vertices of `coarse (m+1, 6)` and the same ones of `fine (2m+1, 6)`."""
     worst = 0.0
@@ -99,14 +101,14 @@ def largest_gap(fine, coarse):
     return worst
 
 
-@njit
+@leaf
 def extrapolate(coarse, fine, out):
     """Richardson: the limit for vanishing edges of values with an error in the square of the edge length."""
     for i in range(coarse.size):
         out[i] = coarse[i] + (fine[i] - coarse[i]) * (4.0 / 3.0)
 
 
-@njit
+@leaf
 def _is_undecided(eigenvalue, change, n):
     """True if finer edges than n may show that an equilibrium is stable, or that it is not.
 
@@ -115,7 +117,7 @@ def _is_undecided(eigenvalue, change, n):
     return abs(eigenvalue) < DOUBT * abs(change) and n < MOST_DOUBTED
 
 
-@shipped(ScaledRod, Vector, Vector, Vector, float, int)
+@njit
 def climb_levels(rod, edges, phi, multipliers, tolerance, most_edges):
     """Refine the equilibrium `phi (n,)`, `multipliers (2,)` on `edges (n,)` until its error is below `tolerance`.
 
@@ -141,7 +143,7 @@ def climb_levels(rod, edges, phi, multipliers, tolerance, most_edges):
     pulled = np.zeros(multipliers.size)
     while 2 * edges.size <= most_edges or rungs < 3:
         lowest_before = lowest
-        lowest = lowest_eigenvalue(free, phi, multipliers, 1e-6)
+        lowest = lowest_eigenvalue(free, phi, multipliers, from_zero() if rungs == 1 else around(lowest), 1e-6)
         phi = refine_angles(free, phi, 2)
         start = phi.copy()
         # What halving the edges changes is a quarter of what it changed before: a guess that spares an iteration.

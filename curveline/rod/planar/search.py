@@ -1,4 +1,4 @@
-"""Kernels that search a segment for its equilibria on few edges: from splines, by Newton, and by sweeps."""
+"""Kernels that search a segment for its equilibria on few edges: from arches, by Newton, and by sweeps."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import numpy as np
 
 from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import njit, shipped
-from curveline.rod.planar import spline
-from curveline.rod.planar.modes import lowest_eigenvalue, modes_below, second_variation
+from curveline.rod.planar.arch import arch
+from curveline.rod.planar.modes import from_zero, lowest_eigenvalue, modes_below, second_variation
 from curveline.rod.planar.newton import Effort, descend, newton
 from curveline.rod.planar.sweep import (
     BARELY,
+    CAPACITY,
     CERTIFY,
-    FOLLOW,
+    LOOK,
     RIDGE,
     MetEquilibria,
     follow_heights,
@@ -37,21 +38,24 @@ from curveline.rod.problem import (
 )
 
 SEEK_PARTS = 4
-"""Parts of an edge where a spline leads to no equilibrium of the coarse rod: that has its folds earlier."""
+"""Parts of an edge where an arch leads to no equilibrium of the coarse rod: that has its folds earlier."""
 
 DOUBTFUL = 2.0
 """Eigenvalue below which a state lies near a fold, or near a cusp, where others hide in dips that coarse edges lack."""
 ASTRAY = 0.6
-"""Turn of an edge [rad] from a spline to an equilibrium, from which on that is not the one it stands for."""
+"""Turn of an edge [rad] from an arch to an equilibrium, from which on that is not the one it stands for."""
 
-RELAX = Effort(turn=0.5, close=1e-7, iterations=150)
+RELAX = Effort(turn=0.5, close=1e-4, iterations=150)
 
 
 @shipped(Problem, Vector, MetEquilibria)
 def relax_from(free, phi, found):
     """Go downhill from the guess `phi (n,)` and keep the state it leads to; False if that is none or known."""
     force = np.zeros(2)
-    return descend(free, phi, force, RELAX) > 0 and keep(free, found, phi, force, 0)
+    known = found.filled[0]
+    if descend(free, phi, force, RELAX) > 0:
+        keep(free, found, phi, force, 0)
+    return found.filled[0] > known
 
 
 @njit
@@ -97,21 +101,51 @@ def sweep_ridge(problem, phi, found, near):
     """
     problem.targets[2] = mean_height(problem, phi)
     angles, held = phi.copy(), np.zeros(3)
-    iterations, _ = newton(problem, angles, held, FOLLOW)
+    iterations, _ = newton(problem, angles, held, LOOK)
     if iterations > 0 and is_ridge(problem, angles, held, RIDGE):
         for direction in (1.0, -1.0):
-            follow_heights(problem, (angles, held, np.nan), direction, (found, near, no_ridge(phi.size)), RIDGE)
+            follow_heights(
+                problem, (angles, held, np.nan), direction, (found, near, no_ridge(phi.size), np.zeros(CAPACITY)), RIDGE
+            )
+
+
+@njit
+def sweep_all(problem, found, near):
+    """Sweep from every stable state in `found`, also from those that are met on the way, towards all others.
+
+    A sweep that jumps does not pass the same states upwards and downwards. Of two states that one has passed without a
+    jump, a sweep from one is that from the other: it need not be made again, but for what lies on the far side.
+    """
+    done, wanted = np.zeros((CAPACITY, 2)), np.zeros((CAPACITY, 2))
+    held = np.zeros(3)
+    place = 0
+    while place < 2 * found.filled[0]:
+        i, way = place // 2, place % 2
+        place += 1
+        direction = 1.0 - 2.0 * way
+        is_due = wanted[i, way] > 0.0 or _has_other(problem, found, i, direction)
+        if found.unstable[i] != 0.0 or done[i, way] > 0.0 or not is_due:
+            continue
+        done[i, way] = 1.0
+        held[0], held[1], held[2] = found.multipliers[i, 0], found.multipliers[i, 1], 0.0
+        passed = sweep_heights(problem, (found.shapes[i], held), direction, found, near)
+        for other in range(int(found.filled[0])):
+            if passed[other] > 0.0 and other != i:
+                done[other, 0], done[other, 1] = 1.0, 1.0
+                wanted[i, 1 - way] = 1.0
+        # What is due now may stand before this place.
+        place = 0
 
 
 @shipped(ScaledRod, int)
 def search_edges(rod, n):
     """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges.
 
-    The rod is relaxed from both splines; every stable state, also those found on the way, is swept towards all others,
+    The rod is relaxed from both arches; every stable state, also those found on the way, is swept towards all others,
     since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. A
-    spline may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
+    arch may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
     nothing new it is swept as well, from its own height; where Newton finds nothing either, it tries once more on finer
-    edges, since a state may exist on those alone. Where Newton goes astray, the ridge that the spline lies on is swept.
+    edges, since a state may exist on those alone. Where Newton goes astray, the ridge that the arch lies on is swept.
     Returns two pairs of edges and `Found`, the places that are worth a closer look, and whether finer edges may
     show more: where an equilibrium is `doubtful`, or a ridge was lost.
     """
@@ -123,7 +157,7 @@ def search_edges(rod, n):
     sought = nothing_found(seek_edges.size)
     phi = np.empty(edges.size)
     for side in (1.0, -1.0):
-        spline.guess(rod.chord, rod.ends, side, phi)
+        arch(free, side, phi)
         is_new = relax_from(free, phi.copy(), found)
         sought_phi = phi.copy()
         is_there = seek_from(free, sought_phi, found)
@@ -134,21 +168,10 @@ def search_edges(rod, n):
                 finer = make_problem(rod, seek_edges)
                 seek_from(finer, refine_angles(problem, phi, SEEK_PARTS), sought)
             held = np.zeros(3)
-            if settle_at(problem, mean_height(problem, phi), phi, held, phi.copy()):
+            if settle_at(problem, mean_height(problem, phi), phi, held):
                 for direction in (1.0, -1.0):
                     sweep_heights(problem, (phi, held), direction, found, near)
-    swept = 0
-    while swept < found.filled[0]:
-        if found.unstable[swept] == 0.0:
-            held = np.zeros(3)
-            held[0], held[1] = found.multipliers[swept, 0], found.multipliers[swept, 1]
-            ways = np.zeros(2)
-            for i in range(2):
-                ways[i] = _has_other(problem, found, swept, 1.0 - 2.0 * i)
-            for i in range(2):
-                if ways[i] > 0.0:
-                    sweep_heights(problem, (found.shapes[swept], held), 1.0 - 2.0 * i, found, near)
-        swept += 1
+    sweep_all(problem, found, near)
     return (
         (edges, found),
         (seek_edges, sought),
@@ -166,11 +189,11 @@ def may_be_stable(rod, edges, found):
         may_be[i] = found.unstable[i] == 0.0
         if found.unstable[i] == 1.0:
             free = make_problem(rod, edges)
-            may_be[i] = lowest_eigenvalue(free, found.shapes[i], found.multipliers[i], 0.1) > BARELY
+            may_be[i] = lowest_eigenvalue(free, found.shapes[i], found.multipliers[i], from_zero(), 0.1) > BARELY
     return may_be
 
 
-@shipped(Problem, MetEquilibria, float, float)
+@njit
 def doubtful(problem, found, least, most):
     """True if finer edges may show that an equilibrium is stable, is not, or is none, or others beside it.
 

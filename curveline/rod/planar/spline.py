@@ -1,4 +1,9 @@
-"""Initial guesses: the circular C2 spline whose middle point is placed by a two-variable optimisation.
+"""The paper's initial guess: the circular C2 spline whose middle point is placed by a two-variable optimisation.
+
+    phi = np.empty(n); spline.guess(chord, ends, side, phi); newton.descend(problem, phi, multipliers, effort)
+
+leads to the state on that side. The search for all states begins with an `arch` instead, fifty times as fast; the
+benchmarks begin with this one, as the paper does.
 
 Paper, section IV-B. The spline interpolates five control points (Yuksel 2020): two at each end that fall together and
 fix the clamp's tangent, and one in the middle, p. In that limit each half of the curve runs from a clamp to p and

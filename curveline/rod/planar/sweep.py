@@ -13,16 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.kernels.forms import Matrix, Vector
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.planar.modes import modes_below, second_variation
-from curveline.rod.planar.newton import Effort, descend, newton
-from curveline.rod.problem import Array, Problem, copy_into, largest_change, mean_height, released, sharpest_turn
+from curveline.rod.planar.newton import Effort, descend, lean, newton
+from curveline.rod.problem import Problem, copy_into, largest_change, mean_height, released, sharpest_turn
 
 CAPACITY = 24
 NEAR_PLACES = 16
 
-NUDGE = 0.03
-"""S-shaped disturbance [rad] that takes a constrained rod off an unstable symmetric shape."""
+NUDGE = 0.3
+"""Disturbance [rad] into an S that takes a constrained rod off an unstable symmetric shape."""
 STRIDE = 0.025
 """Step of the mean height in a sweep, in units of the length."""
 STRIDE_SHARE = 0.15
@@ -37,6 +37,8 @@ FAR = 300.0
 """Slope of the energy at which a sweep ends; in the scenes searched by brute force no state lay beyond."""
 BEYOND = 1.001
 """A mean height this often the largest that any curve has is not tried: to fail there costs as much as a sweep."""
+STRETCHED = 1.5
+"""The same of a rod that may stretch."""
 NEAR = 12.0
 """Extreme of the energy's slope below which a pair of states may hide between samples or from the coarse rod."""
 SHARPEST = 1.0
@@ -46,9 +48,17 @@ SAME = 1e-3
 
 MOST_STEPS = 60
 
-FOLLOW = Effort(turn=0.5, close=1e-3, iterations=12)
+SMOOTH = 0.1
+"""Second difference of an edge [rad] above which the last steps of a sweep lead on along a straight line only."""
+JUMP = 0.3
+"""Turn of an edge [rad] from there to where it goes, above which it may have jumped."""
+FIRST = 0.4
+"""Turn of an edge [rad] in a sweep's first step, above which its tangent leads astray."""
+
+FOLLOW = Effort(turn=0.5, close=2e-2, iterations=12)
+LOOK = Effort(turn=0.5, close=1e-3, iterations=12)
 SETTLE = Effort(turn=0.5, close=1e-3, iterations=15)
-CERTIFY = Effort(turn=0.3, close=1e-7, iterations=40)
+CERTIFY = Effort(turn=0.3, close=1e-4, iterations=40)
 
 
 class MetEquilibria(NamedTuple):
@@ -67,11 +77,11 @@ class Near(NamedTuple):
     ridges that could not be followed to where they end.
     """
 
-    heights: Array
-    shapes: Array
-    forces: Array
-    filled: Array
-    lost: Array
+    heights: Matrix
+    shapes: Matrix
+    forces: Matrix
+    filled: Vector
+    lost: Vector
 
 
 @njit
@@ -91,53 +101,76 @@ def no_ridge(n):
 @shipped(int)
 def nothing_found(n):
     """An empty `MetEquilibria` for rods of n edges."""
-    return MetEquilibria(np.zeros((CAPACITY, n)), np.zeros((CAPACITY, 2)), np.zeros(CAPACITY), np.zeros(1))
+    return room_for(n, CAPACITY)
+
+
+@njit
+def room_for(n, count):
+    """Room for so many equilibria on n edges."""
+    return MetEquilibria(np.zeros((count, n)), np.zeros((count, 2)), np.zeros(count), np.zeros(1))
 
 
 @shipped(Problem, MetEquilibria, Vector, Vector, int)
+@leaf
 def keep(problem, found, phi, multipliers, unstable):
-    """Add an equilibrium to `found` unless it is an artefact, already there, or there is no room."""
+    """Add an equilibrium to `found` unless it is an artefact, already there, or there is no room.
+
+    Returns its place there, -1 if it has none.
+    """
     if unstable < 0 or sharpest_turn(problem, phi) > SHARPEST:
-        return False
+        return -1
     count = int(found.filled[0])
     for i in range(count):
         if largest_change(found.shapes[i], phi) < SAME:
-            return False
+            return i
     if count == found.shapes.shape[0]:
-        return False
+        return -1
     copy_into(found.shapes[count], phi)
     copy_into(found.multipliers[count], multipliers)
     found.unstable[count] = unstable
     found.filled[0] += 1
-    return True
+    return count
+
+
+@leaf
+def hold(problem, phi, multipliers):
+    """Newton with the mean height held, as `newton`: roughly, but for what seems to be unstable. Overwrites both."""
+    iterations, unstable = newton(problem, phi, multipliers, FOLLOW)
+    if iterations > 0 and unstable != 0:
+        iterations, unstable = newton(problem, phi, multipliers, LOOK)
+    return iterations, unstable
 
 
 @njit
-def slip_from(problem, phi, multipliers, backup):
-    """Go downhill to a constrained minimum from `backup (n,)`, past a saddle; False if there is none.
+def slip_from(problem, begin, phi, multipliers):
+    """Go downhill to a constrained minimum from `begin (n,)`, a saddle or near one; False if there is none.
 
     `phi (n,)` and `multipliers (3,)` are overwritten.
     """
-    copy_into(phi, backup)
-    # Off the symmetric path by a small S, or the descent could sit on it.
     n = phi.size
+    at = 0.0
     for j in range(n):
-        phi[j] += NUDGE * np.sin(2.0 * np.pi * (j + 0.5) / n)
+        # A symmetric arch has odd angles about its middle: what takes it off is even, and moves no end at first order.
+        middle = np.pi * (at + 0.5 * problem.edges[j])
+        at += problem.edges[j]
+        phi[j] = begin[j] + NUDGE * (np.sin(3.0 * middle) - np.sin(middle) / 3.0)
     return descend(problem, phi, multipliers, SETTLE) > 0 and sharpest_turn(problem, phi) < SHARPEST
 
 
 @njit
-def settle_at(problem, height, phi, multipliers, backup):
-    """Solve with the mean height held at `height`: Newton, or downhill from `backup (n,)` where that is unstable.
+def settle_at(problem, height, phi, multipliers):
+    """Solve with the mean height held at `height`: Newton, or downhill from where that is unstable.
 
     `phi (n,)` and `multipliers (3,)` are overwritten; returns False if there is no such constrained minimum.
     """
     problem.targets[2] = height
-    kept = multipliers.copy()
-    iterations, unstable = newton(problem, phi, multipliers, FOLLOW)
+    begin, kept = phi.copy(), multipliers.copy()
+    iterations, unstable = hold(problem, phi, multipliers)
     if iterations < 0 or unstable != 0:
+        if iterations > 0:
+            copy_into(begin, phi)
         copy_into(multipliers, kept)
-        return slip_from(problem, phi, multipliers, backup)
+        return slip_from(problem, begin, phi, multipliers)
     return sharpest_turn(problem, phi) < SHARPEST
 
 
@@ -151,7 +184,7 @@ def is_ridge(problem, phi, multipliers, least):
     return modes_below(problem, variation, least) == 0 and sharpest_turn(problem, phi) < SHARPEST
 
 
-@njit
+@leaf
 def nearly_zero(before, here, after):
     """True if the slope of the energy came near zero and turned round: the parabola's vertex is below `NEAR`."""
     if before * here <= 0.0 or here * after <= 0.0 or abs(here) > abs(before) or abs(here) > abs(after):
@@ -160,14 +193,30 @@ def nearly_zero(before, here, after):
     return abs(here) - 0.125 * (after - before) ** 2 / abs(bend) < NEAR
 
 
-@njit
-def predict(now, before, out):
-    """Linear extrapolation of two equally spaced values, componentwise, into `out`."""
+@leaf
+def bend_of(now, before, earlier):
+    """Largest second difference of three equally spaced values (n,)."""
+    largest = 0.0
     for j in range(now.size):
-        out[j] = 2.0 * now[j] - before[j]
+        largest = max(largest, abs(now[j] - 2.0 * before[j] + earlier[j]))
+    return largest
 
 
-@njit
+@leaf
+def predict(now, before, earlier, bend, out):
+    """Extrapolate three equally spaced values, componentwise, into `out`: linear for a `bend` of 0, quadratic for 1."""
+    for j in range(now.size):
+        out[j] = 2.0 * now[j] - before[j] + bend * (now[j] - 2.0 * before[j] + earlier[j])
+
+
+@leaf
+def between(before, now, share, out):
+    """Linear interpolation of two values, componentwise, into `out`."""
+    for j in range(now.size):
+        out[j] = before[j] + share * (now[j] - before[j])
+
+
+@leaf
 def highest_mean(chord):
     """Largest mean height over its chord of any curve of length 1, clamped or not, whose ends are `chord` apart.
 
@@ -189,13 +238,13 @@ def highest_mean(chord):
     return 0.25 * ((1.0 + rest) / (1.0 - rest) - 4.0 * u * rest / (1.0 - rest) ** 2)
 
 
-@njit
-def note(near, middle, stride, phi, multipliers):
-    """Remember a place, if there is room: the `middle` one of three heights, angles (n,) and multipliers (3,) in it."""
+@leaf
+def note(near, heights, phi, multipliers):
+    """Remember a place, if there is room: three heights, angles (n,) and multipliers (3,) at the middle one."""
     place = int(near.filled[0])
     if place < near.heights.shape[0]:
         for i in range(3):
-            near.heights[place, i] = middle + (i - 1) * stride
+            near.heights[place, i] = heights[i]
         copy_into(near.shapes[place], phi)
         copy_into(near.forces[place], multipliers)
         near.filled[0] += 1
@@ -203,11 +252,12 @@ def note(near, middle, stride, phi, multipliers):
 
 @njit
 def seek(problem, free, phi, multipliers, found):
-    """Let go of the height at `phi (n,)`, `multipliers (3,)` and keep the equilibrium that Newton reaches."""
-    angles, force = phi.copy(), multipliers[:2].copy()
-    iterations, unstable = newton(free, angles, force, CERTIFY)
-    if iterations > 0:
-        keep(problem, found, angles, force, unstable)
+    """Let go of the height at `phi (n,)`, `multipliers (3,)`, both overwritten, and keep what Newton reaches.
+
+    Returns its place in `found`, -1 if it has none.
+    """
+    iterations, unstable = newton(free, phi, multipliers[:2], CERTIFY)
+    return keep(problem, found, phi, multipliers[:2], unstable) if iterations > 0 else -1
 
 
 @njit
@@ -216,14 +266,51 @@ def sweep_heights(problem, start, direction, found, near):
 
     `direction` is 1 or -1. Equilibria that are met go to `found`, places worth a closer look to `near`. Where the
     minimum becomes a saddle, the rod goes downhill to another one; but on finer edges the saddle may be a minimum, so
-    that it is followed, too, as long as it is a ridge.
+    that it is followed, too, as long as it is a ridge. Returns (c,) 1 for those of `found` that it met before any jump.
     """
+    passed = np.zeros(found.unstable.size)
     ridge = no_ridge(problem.edges.size)
     shape, held = start
-    follow_heights(problem, (shape, held, np.nan), direction, (found, near, ridge), 0.0)
+    follow_heights(problem, (shape, held, np.nan), direction, (found, near, ridge, passed), 0.0)
     if ridge.filled[0] > 0.0:
         start = ridge.shapes[0], ridge.forces[0], ridge.heights[0, 1]
-        follow_heights(problem, start, direction, (found, near, ridge), RIDGE)
+        follow_heights(problem, start, direction, (found, near, ridge, np.zeros(passed.size)), RIDGE)
+    return passed
+
+
+@leaf
+def course_of(problem, phi):
+    """The highest mean height of a sweep, and the angle whose sine is that of `phi (n,)` over it, and its step.
+
+    Near the highest mean height the rod changes as fast as such an angle does.
+    """
+    highest = highest_mean(np.hypot(problem.targets[0], problem.targets[1]))
+    highest *= BEYOND if problem.compliance[0] == 0.0 else STRETCHED
+    step = min(STRIDE / highest, STRIDE_SHARE)
+    if phi.size > FEW:
+        step *= 0.5
+    sine = min(max(mean_height(problem, phi) / highest, -1.0), 1.0)
+    return highest, np.arctan2(sine, np.sqrt(1.0 - sine * sine)), step
+
+
+@leaf
+def heights_at(highest, course, stride):
+    """The mean heights of the last three steps of a sweep."""
+    return (
+        highest * np.sin(course - 2.0 * stride),
+        highest * np.sin(course - stride),
+        highest * np.sin(course),
+    )
+
+
+@njit
+def led_by(problem, phi, multipliers, stride):
+    """How far a sweep's first step leads, d phi (n,), d multipliers (3,); nowhere if that is too far for a tangent."""
+    lead, pull = lean(problem, phi, multipliers)
+    share = stride
+    if not abs(stride) * largest_change(lead, np.zeros(lead.size)) < FIRST:
+        share = 0.0
+    return share * lead, (share * pull[0], share * pull[1], share * pull[2])
 
 
 @njit
@@ -232,34 +319,40 @@ def follow_heights(problem, start, direction, out, least):
 
     Where that is 0, the way is one of minima: where they end, the rod goes downhill to another one. With `RIDGE` the
     way ends there. `start` holds the slope of the energy one step before, too, if that is known; `out` holds `found`,
-    `near` and a `Near` for the first ridge beside the way.
+    `near`, a `Near` for the first ridge beside the way, and (c,) what is to be 1 for what was met before any jump.
     """
-    found, near, ridge = out
+    found, near, ridge, passed = out
     shape, held, slope_before = start
-    phi = shape.copy()
-    multipliers = held.copy()
     free = released(problem)
-    height = mean_height(problem, phi)
-    before = phi.copy()
-    before_forces = multipliers.copy()
-    guess = phi.copy()
-    forces = multipliers.copy()
+    phi, before, earlier, guess = shape.copy(), shape.copy(), shape.copy(), shape.copy()
+    multipliers, before_forces, earlier_forces, forces = held.copy(), held.copy(), held.copy(), held.copy()
     slopes = np.array([slope_before, held[2]])
-    highest = BEYOND * highest_mean(np.hypot(problem.targets[0], problem.targets[1]))
-    stride = direction * min(STRIDE, highest * STRIDE_SHARE)
-    if phi.size > FEW:
-        stride *= 0.5
-    for _ in range(MOST_STEPS):
-        height += stride
-        if abs(height) > highest and problem.compliance[0] == 0.0:
+    highest, course, stride = course_of(problem, phi)
+    stride *= direction
+    lead, pull = led_by(problem, phi, multipliers, stride * highest * np.cos(course))
+    for j in range(phi.size):
+        before[j] -= lead[j]
+        earlier[j] -= 2.0 * lead[j]
+    for a in range(3):
+        before_forces[a] -= pull[a]
+        earlier_forces[a] -= 2.0 * pull[a]
+    is_smooth = True
+    for step in range(MOST_STEPS):
+        course += stride
+        if abs(course) > 0.5 * np.pi:
             return
-        predict(phi, before, guess)
-        predict(multipliers, before_forces, forces)
+        bend = 1.0 if bend_of(phi, before, earlier) < SMOOTH else 0.0
+        predict(phi, before, earlier, bend, guess)
+        predict(multipliers, before_forces, earlier_forces, bend, forces)
+        copy_into(earlier, before)
+        copy_into(earlier_forces, before_forces)
         copy_into(before, phi)
         copy_into(before_forces, multipliers)
-        problem.targets[2] = height
-        kept = forces.copy()
-        iterations, unstable = newton(problem, guess, forces, FOLLOW)
+        copy_into(phi, guess)
+        copy_into(multipliers, forces)
+        problem.targets[2] = highest * np.sin(course)
+        iterations, unstable = hold(problem, guess, forces)
+        is_smooth = is_smooth and iterations > 0 and unstable == 0 and largest_change(guess, phi) < JUMP
         if least < 0.0:
             if iterations < 0:
                 near.lost[0] += 1.0
@@ -267,13 +360,13 @@ def follow_heights(problem, start, direction, out, least):
                 return
         elif iterations < 0 or unstable != 0:
             if iterations > 0 and unstable == 1 and ridge.filled[0] == 0.0 and is_ridge(problem, guess, forces, RIDGE):
-                note(ridge, slopes[1], 0.0, guess, forces)
+                note(ridge, (0.0, slopes[1], 0.0), guess, forces)
                 if forces[2] * slopes[1] <= 0.0:
                     seek(problem, free, guess, forces, found)
                 elif nearly_zero(slopes[0], slopes[1], forces[2]):
-                    note(near, height - stride, stride, before, before_forces)
-            copy_into(forces, kept)
-            if not slip_from(problem, guess, forces, before):
+                    note(near, heights_at(highest, course, stride), before, before_forces)
+            copy_into(forces, multipliers)
+            if not slip_from(problem, guess if iterations > 0 else before, guess, forces):
                 return
         elif sharpest_turn(problem, guess) > SHARPEST:
             return
@@ -281,13 +374,23 @@ def follow_heights(problem, start, direction, out, least):
         copy_into(multipliers, forces)
         slope = multipliers[2]
         if slopes[1] != 0.0 and slope * slopes[1] <= 0.0:
-            if abs(slope) > abs(slopes[1]):
-                copy_into(guess, before)
-                copy_into(forces, before_forces)
-            seek(problem, free, guess, forces, found)
+            share = slopes[1] / (slopes[1] - slope)
+            if not is_smooth:
+                share = np.round(share)
+            between(before, phi, share, guess)
+            between(before_forces, multipliers, share, forces)
+            place = seek(problem, free, guess, forces, found)
+            if is_smooth and place >= 0:
+                passed[place] = 1.0
         elif nearly_zero(slopes[0], slopes[1], slope):
-            note(near, height - stride, stride, before, before_forces)
+            note(near, heights_at(highest, course, stride), before, before_forces)
         if abs(slope) > FAR:
             return
+        if step == 0:
+            # The slope at the start is worth a step before it.
+            for j in range(phi.size):
+                earlier[j] = phi[j] - 2.0 * lead[j]
+            for a in range(3):
+                earlier_forces[a] = multipliers[a] - 2.0 * pull[a]
         slopes[0] = slopes[1]
         slopes[1] = slope

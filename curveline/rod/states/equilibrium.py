@@ -5,40 +5,56 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from curveline.kernels.forms import Matrix, Vector
-from curveline.kernels.kernel import njit, shipped
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
-from curveline.rod.geometry.hermite import integral
 from curveline.rod.geometry.space_curve import SpaceCurve
-from curveline.rod.geometry.vertex_table import ANGLE, CURVATURE, STRAIN_SLOPE, X, Y
-from curveline.rod.planar.richardson import (
-    ACROSS,
-    EIGENVALUE,
-    FIRST_CURVATURE,
-    LAST_CURVATURE,
-    LOAD_POTENTIAL,
-    STRAIN_ENERGY,
-    UP,
-    climb_levels,
-    interpolate,
-)
+from curveline.rod.geometry.vertex_table import ANGLE
+from curveline.rod.planar.richardson import EIGENVALUE, interpolate
 from curveline.rod.problem import Array
+from curveline.rod.states.refined import (
+    CLEARANCE,
+    CROSSES,
+    ENERGY,
+    ERROR,
+    FINEST,
+    HEIGHT,
+    ITERATIONS,
+    LEFT_MOMENT,
+    LEFT_X,
+    MOST_EDGES,
+    NEUTRAL,
+    RIGHT_MOMENT,
+    RIGHT_Y,
+    SHARPEST,
+    TAIL,
+    UNSTABLE,
+    WRAPS,
+    placement_of,
+    refined,
+)
 
-MOST_EDGES = 50_000
 PLANAR = "planar"
 EXTENSIBLE = "extensible"
 SPATIAL = "spatial"
 """Names of the models, each contained in the next."""
 
-NEUTRAL = 1e-6
-"""Lowest eigenvalue in EI/L^2 that rounding cannot tell from none: that of a loop which slides along a taut rod."""
-TAIL = 0.2
-"""Length of the straight tails behind the clamps, as a fraction of the chord, that a curve must not cross."""
+
+class Disturbed(NamedTuple):
+    """How a planar state answers to what its model leaves out, NaN for what nobody asked.
+
+    The lowest eigenvalue of its second variation out of the plane [EI/L^2], on every other vertex of its curve and on
+    all; how far the curve moves [m] where the rod may stretch, and under its weight, inf where the state is lost then;
+    how much the curve's directions differ [rad].
+    """
+
+    coarse_lateral: float
+    fine_lateral: float
+    stretched: float
+    weighed: float
+    spread: float
 
 
 class Outcome(Enum):
@@ -61,7 +77,7 @@ class Equilibrium:
     at the ends of the unstretched `edges (m,)` [m] of the free rod; `vertices` counts those of the finest rod it was
     extrapolated from. Forces and moments are those of the clamps on the rod, where the free rod begins and ends. In the
     spatial model all this is seen from the front; `space` holds the curve itself, and the state `leaves_plane` if its
-    planar one is unstable against that.
+    planar one is unstable against that. It is `disturbed` by what its model leaves out as far as that was asked.
     """
 
     name: str  # such as peak or valley
@@ -87,12 +103,15 @@ class Equilibrium:
     model: str = PLANAR  # the one that was used
     leaves_plane: bool = False
     space: SpaceCurve | None = field(default=None, repr=False)
+    disturbed: Disturbed | None = field(default=None, repr=False)
 
     def but(self, **changes: Any) -> Equilibrium:
-        """The state with other values of some fields.
+        """The state with other values of some fields; one of another rod is no longer known to be disturbed.
 
-        As `dataclasses.replace`, in a tenth of its time: no field depends on another one.
+        As `dataclasses.replace`, in a tenth of its time.
         """
+        if "rod" in changes:
+            changes.setdefault("disturbed", None)
         other = object.__new__(Equilibrium)
         other.__dict__.update(self.__dict__, **changes)
         return other
@@ -150,41 +169,46 @@ def refine(rod: ClampedRod, edges: Array, phi: Array, multipliers: Array, tolera
 
     Never raises for numerical reasons: see `Outcome`.
     """
-    length = rod.free_length
-    table, levelled, places, estimate, unstable, iterations, finest = climb_levels(
-        rod.scaled(), edges, phi, multipliers, tolerance / length, MOST_EDGES
-    )
-    scalars: list[float] = levelled.tolist()
-    # A copy: a state that is lost has the edges it came with.
-    places = places * length
-    frame = (length, tail_of(rod), rod.natural_curvature)
-    crosses, wraps, apart, area, sharpest = _in_metres(table, places, frame, rod.free_start, rod.chord)
+    placement = placement_of(rod.pose, rod.bearing, rod.dead_loads()[1], rod.winding)
+    table, places, facts = refined(rod.scaled(), (edges, phi, multipliers), placement, tolerance, MOST_EDGES)
+    return equilibrium_of(rod, table, places, facts, tolerance)
+
+
+def equilibrium_of(rod: ClampedRod, table: Array, places: Array, facts: Array, tolerance: float) -> Equilibrium:
+    """The state that was refined to `tolerance` [m]: see `refined.refined` for the other three."""
+    numbers: list[float] = facts.tolist()
+    eigenvalue, unstable, error = numbers[EIGENVALUE], int(numbers[UNSTABLE]), numbers[ERROR]
     # Near a pitchfork the edges have lost a stability that their limit has, or have one that it has not.
-    stable = unstable in (0, 1) and scalars[EIGENVALUE] > NEUTRAL
-    force, moment = _clamp_wrench(rod, scalars)
-    return Equilibrium(
+    stable = unstable in (0, 1) and eigenvalue > NEUTRAL
+    state: Equilibrium = object.__new__(Equilibrium)
+    # As by its constructor, in a tenth of its time.
+    state.__dict__.update(
         name="",
-        outcome=_outcome(unstable, stable=stable, reached=estimate * length <= tolerance),
+        outcome=_outcome(unstable, stable=stable, reached=error <= tolerance),
         stable=stable,
         wanted=False,
-        energy=_energy(rod, scalars),
-        error=float(estimate * length),
-        vertices=finest + 1,
-        iterations=iterations,
-        lowest_eigenvalue=scalars[EIGENVALUE],
+        energy=numbers[ENERGY],
+        error=error,
+        vertices=int(numbers[FINEST]) + 1,
+        iterations=int(numbers[ITERATIONS]),
+        lowest_eigenvalue=eigenvalue,
         winding=rod.winding,
-        crosses_itself=crosses,
-        wraps_clamp=wraps,
-        clearance=apart,
-        mean_height=area / max(math.hypot(*rod.chord), 1e-300) / length,
-        clamp_force=force,
-        clamp_moment=moment,
-        max_curvature=sharpest,
+        crosses_itself=numbers[CROSSES] > 0.0,
+        wraps_clamp=numbers[WRAPS] > 0.0,
+        clearance=numbers[CLEARANCE],
+        mean_height=numbers[HEIGHT],
+        clamp_force=facts[LEFT_X : RIGHT_Y + 1].reshape(2, 2),
+        clamp_moment=facts[LEFT_MOMENT : RIGHT_MOMENT + 1],
+        max_curvature=numbers[SHARPEST],
         vertices_table=table,
         edges=places,
         rod=rod,
         model=EXTENSIBLE if rod.is_extensible else PLANAR,
+        leaves_plane=False,
+        space=None,
+        disturbed=None,
     )
+    return state
 
 
 def tail_of(rod: ClampedRod) -> float:
@@ -199,61 +223,3 @@ def _outcome(unstable: int, *, stable: bool, reached: bool) -> Outcome:
     if not stable:
         return Outcome.UNSTABLE
     return Outcome.CONVERGED if reached else Outcome.COARSE
-
-
-def _clamp_wrench(rod: ClampedRod, scalars: list[float]) -> tuple[Array, Array]:
-    """Forces (2, 2) [N] and moments (2,) [N m] of the clamps on the rod; the multipliers are the end's, reversed."""
-    length, natural = rod.free_length, rod.natural_curvature
-    unit = rod.stiffness / length**2
-    across, up = -scalars[ACROSS] * unit, -scalars[UP] * unit
-    push, lift = math.fsum(load.x for load in rod.loads), math.fsum(load.y for load in rod.loads)
-    first, last = (scalars[place] / length - natural for place in (FIRST_CURVATURE, LAST_CURVATURE))
-    moments = [-rod.stiffness * first, rod.stiffness * last]
-    return np.array([[-push - across, rod.weight * length - lift - up], [across, up]]), np.array(moments)
-
-
-def _energy(rod: ClampedRod, scalars: list[float]) -> float:
-    """Bending energy about the natural curvature plus the potential of weight and loads [J]."""
-    length = rod.free_length
-    natural = rod.natural_curvature
-    energy = (scalars[STRAIN_ENERGY] + scalars[LOAD_POTENTIAL]) * rod.stiffness / length
-    energy += rod.stiffness * natural * (0.5 * natural * length - rod.turn)
-    return energy
-
-
-@njit
-def _area_under(table, edges, chord):
-    """Integral over the arc length of the distance from the line along `chord`, times the chord's length [m^3].
-
-    `table (m+1, 6)` holds the vertices between which the `edges (m,)` lie.
-    """
-    rows = np.empty((table.shape[0], 3))
-    for j in range(table.shape[0]):
-        x, y, angle, curvature, strain, gain = table[j]
-        cosine, sine = np.cos(angle), np.sin(angle)
-        along, across = chord[0] * cosine + chord[1] * sine, chord[0] * sine - chord[1] * cosine
-        rows[j, 0] = chord[0] * y - chord[1] * x
-        rows[j, 1] = (1.0 + strain) * across
-        rows[j, 2] = gain * across + (1.0 + strain) * curvature * along
-    return integral(rows, edges)
-
-
-@shipped(Matrix, Vector, tuple[float, float, float], tuple[float, float], tuple[float, float])
-def _in_metres(table, edges, frame, start, chord):
-    """Bring a `table (m+1, 6)` in units of the free length into SI, and look at the curve as a whole.
-
-    `frame` holds the free length and that of a tail [m], and the natural curvature [1/m]; `start` is where the free rod
-    begins, `edges (m,)` lie between its vertices [m]. Returns whether it crosses itself and whether its tails, its
-    clearance [m], the area under it, and its largest curvature [1/m] away from the natural one.
-    """
-    length, tail, natural = frame
-    inverse = 1.0 / length
-    sharpest = 0.0
-    for j in range(table.shape[0]):
-        table[j, X] = table[j, X] * length + start[0]
-        table[j, Y] = table[j, Y] * length + start[1]
-        table[j, CURVATURE] *= inverse
-        table[j, STRAIN_SLOPE] *= inverse
-        sharpest = max(sharpest, abs(table[j, CURVATURE] - natural))
-    area = _area_under(table, edges, chord)
-    return crosses_itself(table), crosses_tails(table, tail), clearance(table), area, sharpest

@@ -19,6 +19,7 @@ from itertools import pairwise
 import numpy as np
 
 from curveline.rod.states.equilibrium import Equilibrium, Outcome
+from curveline.rod.states.refined import CLEARLY, LEVEL, SAME_CURVE
 
 PEAK = "peak"
 VALLEY = "valley"
@@ -35,14 +36,6 @@ LOST = "lost"
 """Names of states that cannot be shown: tangled in three ways, not stable in their plane, and gone in space."""
 GONE = (Outcome.LOST, Outcome.UNREACHED, Outcome.UNSTABLE, Outcome.UNWOUND)
 
-SAME_CURVE = 1e-5
-"""Curves that are nearer to each other than this part of the length, beside their errors, are one: the next ones that a
-search tells apart, at its coarsest, are a hundred times as far away."""
-CLEARLY = 0.01
-"""Difference of mean heights over the length that no error in these explains: they are sums over 48 edges or more."""
-LEVEL = 1e-6
-"""Mean height over the length, beside its error, that does not tell one side of a rod from the other: what a change of
-a billionth in any number of a scene makes of it, a hundred times over, and more near a fold."""
 ASIDE = 2.0
 """Mean distance from the display's plane over that from the chord, from which on a curve lies outside the plane."""
 ALIKE = 5e-3

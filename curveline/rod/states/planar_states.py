@@ -1,8 +1,8 @@
-"""Every stable state of a segment: relaxed from two spline guesses, then sought by sweeps over the mean height.
+"""Every stable state of a segment: relaxed from two arches, then sought by sweeps over the mean height.
 
 Energy descent from any set of guesses misses states whose basin is tiny near a fold; the sweeps do not rely on basins.
 What a coarse rod cannot tell, because it has its folds and pitchforks elsewhere by the square of its edges, is asked of
-finer ones: see `hidden_pairs`, and `_search_harder`.
+finer ones: see `planar.pairs`, and `_search_harder`.
 """
 
 from __future__ import annotations
@@ -16,21 +16,19 @@ import numpy as np
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.approach import THIN, approach, easier, graded_mesh, laid_out, layer, loop_edges
 from curveline.rod.planar.newton import newton
-from curveline.rod.planar.search import may_be_stable, relax_from, search_edges
+from curveline.rod.planar.pairs import pairs_near
+from curveline.rod.planar.search import divided, may_be_stable, relax_from, search_edges
 from curveline.rod.planar.sweep import CERTIFY, MetEquilibria, keep, nothing_found
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh
-from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
-from curveline.rod.states.hidden_pairs import pairs_near
+from curveline.rod.states.equilibrium import Disturbed, Equilibrium, Outcome, equilibrium_of, refine
 from curveline.rod.states.identity import named, same_curve
+from curveline.rod.states.plain_states import COARSE_LATERAL, EDGES, LONG, STEEP, VERTICES, Asked, plain_states
+from curveline.rod.states.refined import SPREAD
 
-SEARCH_EDGES = (24, 96, 384)
+SEARCH_EDGES = (EDGES, 96, 384)
 """Edges to search with; the finer ones only where the coarser show no stable state, or may hide one."""
 TURNED_EDGES = 48
 
-STEEP = 1.45
-"""Clamp angle [rad] from which on more guesses than the two splines are tried; the built-in displays stay below."""
-LONG = 2.0
-"""Length over chord from which on they are tried, too."""
 
 FALL_EDGES = 12_000
 """Most edges with which a rod leaves a saddle: coarser ones may hold it for stable."""
@@ -57,7 +55,7 @@ def search_turned(rod: ScaledRod, n: int) -> MetOnEdges:
 
 
 def search_wide(rod: ScaledRod, n: int) -> MetOnEdges:
-    """Stable states reached downhill from waves of two lengths: for long rods and steep clamps, where splines fold."""
+    """Stable states reached downhill from waves of two lengths: for long rods and steep clamps, where arches fold."""
     edges = mesh(rod.at, n)
     found = nothing_found(edges.size)
     free = make_problem(rod, edges)
@@ -90,22 +88,42 @@ def search_from_easier(rod: ScaledRod, winding: int) -> MetOnEdges:
     return [(edges, found)]
 
 
-def find_states(rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (0,)) -> list[Equilibrium]:
+def find_states(
+    rod: ClampedRod, tolerance: float, windings: tuple[int, ...] = (0,), asked: Asked | None = None
+) -> list[Equilibrium]:
     """Every stable state of `rod`, each refined to `tolerance` [m], named, the highest over the chord first.
 
     Complete for the states a planar display can show; of those with further turns of the tangent, `windings`, it lists
-    the ones it meets. Where the list is empty, `no_state_reason.why_none` says what to change.
+    the ones it meets. Where the list is empty, `no_state_reason.why_none` says what to change. What is `asked` besides
+    is found at no further call for the states of rods without difficulties; `model_error` asks it of the others.
     """
     states: list[Equilibrium] = []
     if rod.free_length <= math.hypot(*rod.free_chord):
         return states
     for winding in windings:
         turned = rod if rod.winding == winding else replace(rod, winding=winding)
+        if winding == 0 and (plain := _plain(turned, asked or Asked(tolerance, math.nan, math.nan, sideways=False))):
+            states += plain
+            continue
         scaled = turned.scaled()
         met, finer = _raw(scaled, winding)
         while not _refined(turned, met, tolerance, states) and finer:
             met, finer = _search(scaled, finer[0])[0], finer[1:]
     return named(states)
+
+
+def _plain(rod: ClampedRod, asked: Asked) -> list[Equilibrium]:
+    """All states of a rod that has no difficulties, none of one that has."""
+    facts, vertices, behind = plain_states(rod.pose, rod.bearing, *rod.dead_loads(), asked)
+    states = []
+    end = 0
+    for each in facts:
+        begin, end = end, end + int(each[VERTICES])
+        # Copies, so that a state that is kept does not keep the others.
+        state = equilibrium_of(rod, vertices[begin:end].copy(), behind[begin : end - 1].copy(), each, asked.tolerance)
+        coarse, fine, stretched, weighed = each[COARSE_LATERAL:VERTICES].tolist()
+        states.append(state.but(disturbed=Disturbed(coarse, fine, stretched, weighed, float(each[SPREAD]))))
+    return states
 
 
 def _refined(rod: ClampedRod, met: MetOnEdges, tolerance: float, states: list[Equilibrium]) -> bool:
@@ -190,8 +208,20 @@ def _search(scaled: ScaledRod, n: int) -> tuple[MetOnEdges, bool]:
     coarse, sought, near, unclear = search_edges(scaled, n)
     if near.filled[0] == 0.0:
         return [coarse, sought], not unclear
-    finer, is_followed = pairs_near(scaled, coarse[0], near)
-    return [coarse, sought, *finer.values()], is_followed and not unclear
+    is_followed, known, angles = pairs_near(scaled, coarse[0], near)
+    return [coarse, sought, *_beside_dips(coarse[0], known, angles)], is_followed and not unclear
+
+
+def _beside_dips(edges: Array, known: Array, angles: Array) -> MetOnEdges:
+    """What `pairs_near` found beside dips on `edges (n,)`, each state on its own, which are parts of these."""
+    met: MetOnEdges = []
+    end = 0
+    for count, unstable, *force in known.tolist():
+        n = int(count)
+        begin, end = end, end + n
+        shapes, one = angles[begin:end].reshape(1, n).copy(), np.ones(1)
+        met.append((divided(edges, n // edges.size), MetEquilibria(shapes, np.array([force]), unstable * one, one)))
+    return met
 
 
 def _is_stable(met: MetOnEdges) -> bool:
