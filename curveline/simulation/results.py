@@ -24,6 +24,7 @@ from curveline.rod.geometry.space_curve import SpaceCurve
 from curveline.rod.states.equilibrium import Equilibrium, Outcome
 from curveline.scene import Scene
 from curveline.simulation.explanation import deepest, explain
+from curveline.simulation.npz import write_npz
 from curveline.simulation.simulate import AUTO, DEFAULT_TOLERANCE, STATE_HEAD, SegmentStates
 from curveline.system.arguments import expect
 from curveline.units import millimetres, to_mj, to_mm, to_nmm
@@ -166,7 +167,7 @@ def to_npz(reports: Sequence[ShapeReport]) -> bytes:
         columns[name] = np.array([row.record[name] for row in rows], dtype=np.float64).reshape(len(rows), *size)
     columns["document"] = [json.dumps(_without_curves(document(report)), allow_nan=False) for report in reports]
     stream = io.BytesIO()
-    np.savez_compressed(stream, **columns)
+    write_npz(stream, columns)
     return stream.getvalue()
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from curveline.simulation.batch import Maker, Task, line_of
+from curveline.simulation.npz import write_npz
 from curveline.simulation.results import Settings, ShapeReport, curve_mm, depth_mm, document
 from curveline.simulation.sweep import Sweep
 from curveline.system.files import NewFile
@@ -181,7 +182,7 @@ class NpzFile(SweepFile):
         columns["swept_keys"] = np.array(self._keys)
         columns["settings"] = np.array(json.dumps(self._asked_for()))
         with self._file.stream() as stream:
-            np.savez_compressed(stream, **columns)
+            write_npz(stream, columns)
 
     def _asked_for(self) -> Mapping[str, Any]:
         given = self._settings
