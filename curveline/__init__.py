@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from curveline.api import plan as plan
     from curveline.api import runs as runs
     from curveline.api import simulate as simulate
+    from curveline.api import simulate_poses as simulate_poses
     from curveline.api import status as status
     from curveline.api import stop as stop
     from curveline.api import sweep as sweep
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "simulate": "api",
+    "simulate_poses": "api",
     "simulate_many": "simulation.shape_batch",
     "explain": "simulation.explanation",
     **dict.fromkeys(("sweep", "plan", "monte_carlo", "load", "load_map", "fall"), "api"),

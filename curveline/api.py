@@ -16,6 +16,8 @@ from curveline.listening import SILENT, Listener
 from curveline.system.arguments import expect
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from curveline.displays.check import DisplayCheck
     from curveline.driving.halting import Halting
     from curveline.driving.logbook import RunLog
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from curveline.plan_file import Plan
     from curveline.replay.trials import Trials, TrialsRequest
     from curveline.scene import Display, Scene
+    from curveline.simulation.pose_batch import PoseStates
     from curveline.simulation.results import Settings, ShapeReport
     from curveline.simulation.sweep_report import SweepReport
     from curveline.system.files import AnyPath
@@ -69,6 +72,25 @@ def simulate(
 
     listener.computing()
     return report_on(_scene(shape, listener), Settings(tolerance, windings=windings, model=model))
+
+
+def simulate_poses(
+    shape: str | os.PathLike[str] | Scene,
+    poses: npt.ArrayLike,
+    tolerance: float = 1e-4,
+    jobs: int | None = None,
+    listener: Listener = SILENT,
+) -> PoseStates:
+    """Every stable planar state of a shape of one segment with its nodes elsewhere, at each of many `poses (m, 5)`.
+
+    A row of `poses` says where the right pivot is, seen from the left one [m], the angles of both clamps [rad] and the
+    length of rod [m]. What comes is arrays with a value per state, such as `pose`, `name`, `energy` [J]; `states(pose)`
+    are the states themselves, `modelled(pose)` those with bounds on what the model leaves out. `jobs` threads share the
+    work, one per core for None. Raises InvalidInput for a shape that is not planar or has more segments.
+    """
+    from curveline.simulation.pose_batch import states_at_poses
+
+    return states_at_poses(_scene(shape, listener), poses, tolerance, jobs, listener)
 
 
 def sweep(

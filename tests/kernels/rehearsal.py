@@ -67,6 +67,7 @@ def rehearse() -> None:
     """What calls every shipped kernel."""
     for shape in ("level-up-peak", "roofline", "space/leaning", "space/pushed", "space/twisted"):
         curveline.simulate(SHAPES / f"{shape}.toml")
+    curveline.simulate_poses("level-up-peak", [(0.5, 0.0, 0.5, -0.5, 0.6)])
     scene = read_shape(SHAPES / "level-asymmetric-peak.toml")
     for angle in (-51.0, -48.0):  # near a fold
         nodes = (replace(scene.nodes[0], angle=math.radians(angle)), *scene.nodes[1:])
