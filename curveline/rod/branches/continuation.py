@@ -34,7 +34,7 @@ from curveline.rod.planar.lateral import lateral_eigenvalue_below, lateral_modes
 from curveline.rod.planar.modes import from_zero, lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, descend, newton
 from curveline.rod.planar.richardson import vertex_table
-from curveline.rod.problem import Array, Bearing, Problem, cut, largest_change, mesh, refine_angles, sharpest_turn
+from curveline.rod.problem import Array, Bearing, cut, largest_change, mesh, refine_angles, sharpest_turn
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import SEARCH_EDGES
 
@@ -138,16 +138,21 @@ def node_loads(path, fraction, bearing, free, phi, multipliers):
     return sharpest, out
 
 
-@shipped(Problem, Vector, Vector, float)
+@njit
 def try_step(free, phi, multipliers, most):
     """The stable state of `free` that Newton reaches from another one; False where there is none.
 
     One that fails, is unstable or turns an edge by more than `most` is none. Returns it with its angles, multipliers.
     """
-    trial = phi.copy()
-    force = multipliers.copy()
-    iterations, unstable = newton(free, trial, force, TRACK)
-    found = iterations > 0 and unstable == 0 and largest_change(trial, phi) < most
+    return step_with(free, (phi, multipliers), most, TRACK)
+
+
+@njit
+def step_with(free, state, most, effort):
+    """As `try_step` from a `state`, angles and multipliers, with an effort of Newton's."""
+    trial, force = state[0].copy(), state[1].copy()
+    iterations, unstable = newton(free, trial, force, effort)
+    found = iterations > 0 and unstable == 0 and largest_change(trial, state[0]) < most
     return found, trial, force
 
 
@@ -278,6 +283,7 @@ def travel(path, bearing, phi, multipliers):
     reached = 0.0
     step = 1.0
     leaves = False
+    flows = False
     while reached < 1.0 and step >= TRAVEL_STEP and counts.sum() == phi.size:
         fraction = min(1.0, reached + step)
         free = problem_at(path, bearing, fraction, counts)
@@ -287,13 +293,16 @@ def travel(path, bearing, phi, multipliers):
             phi = trial
             multipliers = force
             reached = fraction
-            step *= 1.5
+            # What was too long from farther away is tried once more from here, and nothing longer.
+            step *= 1.5 if flows else 1.0
+            flows = True
         else:
             step *= 0.5
+            flows = False
     return reached, phi, multipliers, leaves
 
 
-@shipped(ControlPath, Bearing, float, tuple[Problem, Vector, Vector])
+@njit
 def is_stable_outside(path, bearing, fraction, state):
     """True if a `state`, problem, angles and multipliers, is stable out of its plane, too."""
     free, phi, multipliers = state
@@ -322,7 +331,7 @@ def land(path, fraction, bearing, phi, multipliers, nudge):
     return iterations > 0 and sharpest_turn(free, angles) < 1.0, angles, force
 
 
-@shipped(int)
+@njit
 def perturbation(n):
     """A small nudge (n,) [rad] to land with, neither symmetric nor antisymmetric: an S of n edges."""
     out = np.empty(n)

@@ -49,7 +49,7 @@ def between(begin, end, fraction):
     )
 
 
-@shipped(ControlPath, float)
+@njit
 def pose_at(path, fraction):
     """The pose at a fraction of the path."""
     return between(path.begin, path.end, fraction)

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.rod.branches.continuation import FOLLOW_EDGES, is_stable_outside
-from curveline.rod.branches.control_path import straight_path
-from curveline.rod.branches.tracking import TrackedState, problem_on, reached
+from curveline.rod.branches.continuation import FOLLOW_EDGES
+from curveline.rod.branches.standing import stays_in_plane
+from curveline.rod.branches.tracking import TrackedState, reached
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import matrix_of
 from curveline.rod.problem import Array, Pose
@@ -76,10 +76,7 @@ def back_in_plane(segment: ClampedRod, aside: Shape) -> TrackedState | None:
 
 def stays(segment: ClampedRod, held: TrackedState) -> bool:
     """True if the rod of a flat segment stays in its plane in a state of it."""
-    pose, free = segment.pose, problem_on(segment, held.angles.size)
-    return bool(
-        is_stable_outside(straight_path(pose, pose), segment.bearing, 0.0, (free, held.angles, held.multipliers))
-    )
+    return bool(stays_in_plane(segment.pose, segment.bearing, held.angles, held.multipliers))
 
 
 def seen(segment: ClampedRod, aside: Shape, points: int) -> Array:

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.kernels.forms import Matrix, Vector
-from curveline.kernels.kernel import shipped
-from curveline.rod.branches.continuation import FOLLOW_EDGES, land, perturbation, travel
-from curveline.rod.branches.control_path import ControlPath, pose_at, straight_path
+from curveline.rod.branches.continuation import FOLLOW_EDGES
+from curveline.rod.branches.control_path import straight_path
 from curveline.rod.branches.out_of_plane import back_in_plane, go_aside, pushed_off, stays
-from curveline.rod.branches.tracking import TrackedState, on_edges, reached
+from curveline.rod.branches.standing import landed
+from curveline.rod.branches.strides import looks_kept, pass_through
+from curveline.rod.branches.tracking import TrackedState, on_edges
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.spatial.energy import Shape
@@ -184,9 +184,8 @@ def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> TrackedState | Non
 
 def _landed(pose: Pose, bearing: Bearing, held: TrackedState) -> TrackedState | None:
     """Where the rod falls in its plane from a state that is gone at `pose`; None if nowhere."""
-    way = straight_path(pose, pose)
-    landed, angles, multipliers = land(way, 0.0, bearing, held.angles, held.multipliers, perturbation(held.angles.size))
-    return TrackedState(angles, multipliers) if landed else None
+    is_down, angles, multipliers = landed(pose, bearing, held.angles, held.multipliers)
+    return TrackedState(angles, multipliers) if is_down else None
 
 
 def _passed(poses: Array, segment: ClampedRod, held: TrackedState) -> tuple[int, TrackedState, bool]:
@@ -203,7 +202,7 @@ def _passed(poses: Array, segment: ClampedRod, held: TrackedState) -> tuple[int,
         if fine is None:
             continue
         # Whether finer edges help is soon told, and mostly they do not: the rod falls.
-        kept = _kept_for(segment, fine, straight_path(begin, end))
+        kept = looks_kept(straight_path(begin, end), segment.bearing, fine.angles, fine.multipliers, LOOKS)
         if kept == 0:
             break
         if kept == LOOKS:
@@ -212,36 +211,7 @@ def _passed(poses: Array, segment: ClampedRod, held: TrackedState) -> tuple[int,
     return done, held, leaves
 
 
-def _kept_for(segment: ClampedRod, held: TrackedState, way: ControlPath) -> int:
-    """At how many of the `LOOKS` at a way, one after the other, a state is still there."""
-    for look in range(LOOKS):
-        here = reached(segment.moved_to(pose_at(way, (look + 1) / LOOKS)), held)
-        if here is None:
-            return look
-        held = here
-    return LOOKS
-
-
 def _passed_on(poses: Array, bearing: Bearing, held: TrackedState) -> tuple[int, TrackedState, bool]:
     """As `_passed`, on the edges that the state is on; the state is that at the last pose it came to."""
     done, angles, multipliers, leaves = pass_through(poses, bearing, held.angles, held.multipliers)
     return done, TrackedState(angles, multipliers), leaves
-
-
-@shipped(Matrix, Bearing, Vector, Vector)
-def pass_through(poses, bearing, phi, multipliers):
-    """Follow the stable state `phi (n,)`, `multipliers (2,)` through `poses (m, 5)` from the first on.
-
-    Returns how many of the ways between them it passed to the end, all or those before it was lost, the state at the
-    end of these, and whether it was lost because the rod left its plane.
-    """
-    for k in range(1, poses.shape[0]):
-        begin, end = poses[k - 1], poses[k]
-        way = straight_path(
-            Pose(begin[0], begin[1], begin[2], begin[3], begin[4]), Pose(end[0], end[1], end[2], end[3], end[4])
-        )
-        share, angles, forces, leaves = travel(way, bearing, phi, multipliers)
-        if share < 1.0:
-            return k - 1, phi, multipliers, leaves
-        phi, multipliers = angles, forces
-    return poses.shape[0] - 1, phi, multipliers, False

@@ -13,9 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-from curveline.rod.branches.continuation import FOLLOW_EDGES, LARGEST_MOVE, coarse_start, try_step
+from curveline.rod.branches.continuation import FOLLOW_EDGES, coarse_start
+from curveline.rod.branches.standing import state_near
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.problem import Array, Problem, make_problem, mesh, refine_angles
+from curveline.rod.problem import Array, mesh
 from curveline.rod.states.equilibrium import Equilibrium, Outcome, refine
 from curveline.rod.states.identity import same_curve
 
@@ -54,25 +55,15 @@ def on_edges(rod: ClampedRod, held: TrackedState, n: int) -> TrackedState | None
     """The same state on `n` edges, as many times more or fewer; None if the rod has no such stable state on these."""
     if held.angles.size == n:
         return held
-    if held.angles.size < n:
-        angles = refine_angles(problem_on(rod, held.angles.size), held.angles, n // held.angles.size)
-    else:
-        angles = held.angles.reshape(n, -1).mean(axis=1)
-    return reached(rod, TrackedState(angles, held.multipliers))
+    if held.angles.size > n:
+        return reached(rod, TrackedState(held.angles.reshape(n, -1).mean(axis=1), held.multipliers))
+    return reached(rod, held, n // held.angles.size)
 
 
-def reached(rod: ClampedRod, held: TrackedState) -> TrackedState | None:
-    """The stable state of a rod next to the one that is `held`; None if there is none on its edges."""
-    free = problem_on(rod, held.angles.size)
-    found, angles, multipliers = try_step(free, held.angles, held.multipliers, LARGEST_MOVE)
+def reached(rod: ClampedRod, held: TrackedState, parts: int = 1) -> TrackedState | None:
+    """The stable state of a rod next to the one that is `held`, on edges cut into `parts`; None if these have none."""
+    found, angles, multipliers = state_near(rod.pose, rod.bearing, held.angles, held.multipliers, parts)
     return TrackedState(angles, multipliers) if found else None
-
-
-def problem_on(rod: ClampedRod, n: int) -> Problem:
-    """A rod without loads cut into `n` equal edges."""
-    scaled = rod.scaled()
-    problem: Problem = make_problem(scaled, mesh(scaled.at, n))
-    return problem
 
 
 def identify(rod: ClampedRod, held: TrackedState, states: Sequence[Equilibrium]) -> Equilibrium | None:
