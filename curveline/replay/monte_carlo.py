@@ -13,7 +13,7 @@ import math
 from collections import Counter
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ from curveline.drive_settings import drive_settings
 from curveline.errors import InvalidInput
 from curveline.kernels import cache
 from curveline.plan_file import NodeTarget, Plan
-from curveline.replay.playback import known_state, name_of
+from curveline.replay.landmarks import Landmarks
 from curveline.rod.branches.quasi_static import FELL, move_through
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose
@@ -85,6 +85,27 @@ class Setup:
     def __post_init__(self) -> None:
         if self.plan.drive.digest != self.display.digest:
             raise InvalidInput(f"{self.plan.name} was not planned for display {self.display.name}", "plan again")
+
+    @cached_property
+    def targets(self) -> Array:
+        """Where the axes of all nodes are meant to be at the start and after each step: (steps+1, nodes, 3), in SI."""
+        axes = drive_settings(self.display).axes
+
+        def values(target: NodeTarget) -> tuple[float, float, float]:
+            feed, bias, lift = (axis.value(counts) for axis, counts in zip(axes, target.counts, strict=True))
+            return mm(feed), deg(bias), mm(lift)
+
+        rows = [self.plan.start, *(step.targets for step in self.plan.steps)]
+        return np.array([[values(target) for target in row] for row in rows])
+
+    @cached_property
+    def landmarks(self) -> tuple[tuple[Landmarks, Landmarks], ...]:
+        """Of each segment, left to right: the states that are known at the start and at the end."""
+        pairs = (self.targets[[0, -1], segment : segment + 2] for segment in range(len(self.plan.wanted)))
+        return tuple(
+            (Landmarks(_segment_of(self.display, start)), Landmarks(_segment_of(self.display, end)))
+            for start, end in pairs
+        )
 
 
 @dataclass(frozen=True)
@@ -200,7 +221,7 @@ def play_run(setup: Setup, seed: int) -> TrialRun:
 def course_of(setup: Setup, draws: Draws) -> Array:
     """Where the axes of all nodes are from the start to the end of a run, (poses, nodes, 3) in SI, errors included."""
     errors = setup.errors
-    targets = _targets(setup)
+    targets = setup.targets.copy()
     targets[:, :, 0] *= 1.0 + errors.feed_scale * draws.scales
     targets += np.array([errors.feed, errors.angle, errors.height]) * (draws.offsets + draws.plays)
     return _uneven(targets, errors.unevenness * draws.delays)
@@ -226,18 +247,6 @@ def summarise(setup: Setup, runs: Sequence[TrialRun]) -> MonteCarloOutcome:
     )
 
 
-def _targets(setup: Setup) -> Array:
-    """Where the axes of all nodes are meant to be at the start and after each step: (steps+1, nodes, 3), in SI."""
-    axes = drive_settings(setup.display).axes
-
-    def values(target: NodeTarget) -> tuple[float, float, float]:
-        feed, bias, lift = (axis.value(counts) for axis, counts in zip(axes, target.counts, strict=True))
-        return mm(feed), deg(bias), mm(lift)
-
-    rows = [setup.plan.start, *(step.targets for step in setup.plan.steps)]
-    return np.array([[values(target) for target in row] for row in rows])
-
-
 def _uneven(targets: Array, draws: Array) -> Array:
     """Where the axes are at `PIECES` moments of every step, (poses, nodes, 3), each on a course of its own.
 
@@ -260,7 +269,8 @@ def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
     first, last = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in (0, -1))
     if np.any(~has_spare(poses, first.bearing) & (_detour(poses, first.bearing) > DETOUR)):
         return TAUT
-    state, events = move_through(poses, first, known_state(first, setup.plan.granted[segment]), bow)
+    at_start, at_end = setup.landmarks[segment]
+    state, events = move_through(poses, first, at_start.state(first, setup.plan.granted[segment]), bow)
     # A rod that is all but straight has nowhere to fall to: it buckles again with more rod to spare.
     gone = [event.place for event in events if event.kind == FELL and event.state is None]
     places = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in gone)
@@ -268,7 +278,7 @@ def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
         return LOST
     if setup.plan.wanted[segment] == STRAIGHT and _is_nearly_straight(last):
         return STRAIGHT
-    return name_of(last, state)
+    return at_end.name_of(last, state)
 
 
 def _poses(display: Display, values: Array) -> Array:
