@@ -102,14 +102,15 @@ def node_needs(segment_loads: tuple[ClampLoads, ...]) -> Array:
     A node bears the ends of both its segments. They are bounded each for itself, since in uneven progress any of one
     may meet any of the other.
     """
-    needs = np.zeros((len(segment_loads) + 1, 3))
-    low, high = np.zeros_like(needs), np.zeros_like(needs)
-    for segment, clamp_loads in enumerate(segment_loads):
-        if np.all(np.isfinite(clamp_loads.low)):
-            low[segment] += clamp_loads.low[LEFT]
-            high[segment] += clamp_loads.high[LEFT]
-            low[segment + 1] += clamp_loads.low[RIGHT]
-            high[segment + 1] += clamp_loads.high[RIGHT]
+    low, high = np.zeros((2, len(segment_loads) + 1, 3))
+    lows = np.array([each.low for each in segment_loads])
+    highs = np.array([each.high for each in segment_loads])
+    unasked = ~np.all(np.isfinite(lows), axis=1)
+    lows[unasked], highs[unasked] = 0.0, 0.0
+    low[:-1] += lows[:, LEFT]
+    low[1:] += lows[:, RIGHT]
+    high[:-1] += highs[:, LEFT]
+    high[1:] += highs[:, RIGHT]
     return np.asarray(np.maximum(np.abs(low), np.abs(high)))
 
 

@@ -22,7 +22,9 @@ from curveline.planning.verification import OUT_OF_PLANE, STABILITY, Refused, Ve
 from curveline.rod.branches.continuation import FOLLOW_EDGES, STIFFEST, follow, start_along, stiffness_of
 from curveline.rod.branches.control_path import loading
 from curveline.rod.branches.special_points import SpecialKind, critical
+from curveline.rod.problem import Pose
 from curveline.rod.states.equilibrium import Equilibrium
+from curveline.rod.states.slack import is_slack
 from curveline.scene import Display, Scene
 from curveline.simulation.simulate import scene_rod
 
@@ -64,7 +66,8 @@ def check_goal(verifier: Verifier, scene: Scene) -> Burden | None:
 
     With its loads and without them; returns what they come to, None if there are none.
     """
-    states = [_wanted(verifier, scene, number) for number in range(1, len(scene.segments) + 1)]
+    check_spare(verifier, scene)
+    states = [_wanted(verifier, scene, *each) for each in enumerate(_poses(scene), start=1)]
     segment_loads = tuple(map(clamp_loads_of_state, states))
     _check_loads(scene.display, segment_loads, "the shape itself")
     return _burden(verifier, scene, states) if scene.loads else None
@@ -87,9 +90,21 @@ def laden(travel: Travel, burden: Burden | None) -> Travel:
     return replace(travel, moves=(*travel.moves[:-1], moved))
 
 
-def _wanted(verifier: Verifier, scene: Scene, number: int) -> Equilibrium:
-    """The wanted state of a segment, counted from 1; Refused if the display cannot show it."""
-    pose = pose_of(scene.display, layout_of(scene), number - 1)
+def check_spare(verifier: Verifier, scene: Scene) -> None:
+    """Refused if a segment has no rod to spare: the numbers alone tell that it has no states."""
+    for number, pose in enumerate(_poses(scene), start=1):
+        if not is_slack(verifier.rod(pose)):
+            raise _missing(scene, number, pose, ())
+
+
+def _poses(scene: Scene) -> list[Pose]:
+    """What the nodes impose on each segment."""
+    layout = layout_of(scene)
+    return [pose_of(scene.display, layout, segment) for segment in layout.segments]
+
+
+def _wanted(verifier: Verifier, scene: Scene, number: int, pose: Pose) -> Equilibrium:
+    """The wanted state of a segment, counted from 1, at its pose; Refused if the display cannot show it."""
     wanted, found = scene.segments[number - 1].state, verifier.showable(pose)
     for state, outside in zip(found.states, found.outside, strict=True):
         if state.name == wanted:
@@ -99,8 +114,14 @@ def _wanted(verifier: Verifier, scene: Scene, number: int) -> Equilibrium:
     if any(state.name == wanted for state in found.leaving):
         text = f"segment {number}: the {wanted} at {describe(pose)} would leave the plane"
         raise Refused(text, number)
-    others = " and ".join(state.name for state in found.states) or "none that was found and a display can show"
-    raise Refused(f"segment {number} has no stable {wanted} at {describe(pose)}; it has: {others}", number)
+    raise _missing(scene, number, pose, found.states)
+
+
+def _missing(scene: Scene, number: int, pose: Pose, states: Sequence[Equilibrium]) -> Refused:
+    """That a segment, counted from 1, has not the wanted state among its `states` at a pose."""
+    others = " and ".join(state.name for state in states) or "none that was found and a display can show"
+    wanted = scene.segments[number - 1].state
+    return Refused(f"segment {number} has no stable {wanted} at {describe(pose)}; it has: {others}", number)
 
 
 def _burden(verifier: Verifier, scene: Scene, states: Sequence[Equilibrium]) -> Burden:

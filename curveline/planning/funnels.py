@@ -10,10 +10,13 @@ segment waits for a second round.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from curveline.planning.actuator_loads import actuator_load_of
+from curveline.planning.actuator_loads import ClampLoads, actuator_load_of
+from curveline.planning.glances import past
+from curveline.planning.layout import rounded_pose
 from curveline.planning.verification import LEAST_PAST_FOLD, Refused, Verifier
 from curveline.rod.branches.control_path import between
 from curveline.rod.problem import Pose
@@ -31,6 +34,11 @@ IN_A_ROW = (0.0, -1.0)
 
 JUST_BEFORE = 0.98
 NEARLY = 0.75
+ROUGHLY = 0.005
+"""How far a headroom may be off that was only glanced at."""
+
+Candidate = tuple[tuple[float, float], float]
+"""Biases for a peak [rad], length of the rod [m]."""
 
 
 @dataclass(frozen=True)
@@ -54,35 +62,95 @@ def rounds_of(count: int) -> tuple[range, ...]:
     return tuple(members for members in (range(0, count, 2), range(1, count, 2)) if members)
 
 
-def funnels_for(verifier: Verifier, wanted: tuple[str, ...], refusals: list[Refused]) -> list[Funnel]:
-    """Funnels into all `wanted` states, the best first; why others do not do goes to `refusals`.
+class FunnelSearch:
+    """Funnels into all `wanted` states, the best first; each is proven when it is its turn.
 
     The best has most headroom. In a row, where neighbours feel the bias, too, and wait with the more rod the larger it
-    is, it is the smallest bias that has nearly as much.
+    is, it is the smallest bias that has nearly as much. Most candidates are only glanced at: what that shows of their
+    headroom is close, and decides nothing but which of them is proven next.
     """
-    shares = LONE if len(wanted) == 1 else IN_A_ROW
-    funnels = []
-    for biases, length in _candidates(verifier, shares):
-        try:
-            headroom = min(_headroom(verifier, state, biases, length) for state in set(wanted))
-        except Refused as refusal:
-            refusals.append(Refused(f"step 2 (bias): {refusal.message}", step=2))
-        else:
-            funnels.append(Funnel(biases, length, headroom))
-    funnels.sort(key=lambda funnel: -funnel.headroom)
-    if len(wanted) > 1:
-        enough = NEARLY * funnels[0].headroom if funnels else 0.0
-        funnels.sort(key=lambda funnel: (funnel.headroom < enough, abs(funnel.biases[1]), -funnel.headroom))
-    return funnels
+
+    def __init__(self, verifier: Verifier, wanted: tuple[str, ...]) -> None:
+        self._verifier = verifier
+        self._states = tuple(dict.fromkeys(wanted))
+        self._is_row = len(wanted) > 1
+        self._candidates = candidates(verifier, len(wanted))
+        self._proven: dict[int, Funnel | Refused] = {}
+        self._found = self._in_order()
+
+    def __iter__(self) -> Iterator[Funnel]:
+        return self._found
+
+    def is_empty(self) -> bool:
+        """True if the limits of the display leave room for none."""
+        return not self._candidates
+
+    def is_proven(self, place: int) -> bool:
+        """True if the candidate at a place was more than glanced at."""
+        return place in self._proven
+
+    def refusals(self) -> list[Refused]:
+        """Why the others do not do; all are proven for that."""
+        proven = (self._prove(place) for place in range(len(self._candidates)))
+        return [each for each in proven if isinstance(each, Refused)]
+
+    def _in_order(self) -> Iterator[Funnel]:
+        most = [self._at_most(place) for place in range(len(self._candidates))]
+        pending = set(range(len(most)))
+
+        def first(rank: Callable[[int, float], tuple[float, ...]]) -> int | None:
+            while pending:
+                place = min(pending, key=lambda place: (rank(place, most[place]), place))
+                if place in self._proven:
+                    return place
+                found = self._prove(place)
+                if isinstance(found, Refused):
+                    pending.discard(place)
+                else:
+                    most[place] = found.headroom
+            return None
+
+        best = first(lambda _, headroom: (-headroom,))
+        enough = NEARLY * most[best] if best is not None and self._is_row else -math.inf
+
+        def rank(place: int, headroom: float) -> tuple[float, ...]:
+            bias = abs(self._candidates[place][0][1]) if self._is_row else 0.0
+            return headroom < enough, bias, -headroom
+
+        while (place := first(rank)) is not None:
+            pending.discard(place)
+            found = self._proven[place]
+            assert isinstance(found, Funnel)
+            yield found
+
+    def _prove(self, place: int) -> Funnel | Refused:
+        """The funnel of a candidate, or why it is none."""
+        if place not in self._proven:
+            biases, length = self._candidates[place]
+            try:
+                headroom = min(_headroom(self._verifier, state, biases, length) for state in self._states)
+            except Refused as refusal:
+                self._proven[place] = Refused(f"step 2 (bias): {refusal.message}", step=2)
+            else:
+                self._proven[place] = Funnel(biases, length, headroom)
+        return self._proven[place]
+
+    def _at_most(self, place: int) -> float:
+        """What a glance says that the headroom of a candidate is at most."""
+        biases, length = self._candidates[place]
+        return min(_glanced(self._verifier, state, biases, length) for state in self._states) + ROUGHLY
 
 
-def _candidates(verifier: Verifier, shares: tuple[float, float]) -> Iterator[tuple[tuple[float, float], float]]:
-    """Biases and lengths within the display's limits."""
+def candidates(verifier: Verifier, segments: int) -> list[Candidate]:
+    """Biases and lengths within the display's limits, for so many segments."""
     limits, span = verifier.display.limits, verifier.display.span
-    for angle, ratio in itertools.product(ANGLES, RATIOS):
-        length = span * (1.0 + (angle / ratio) ** 2)
-        if limits.angle.contains(angle) and limits.angle.contains(-angle) and limits.length.contains(length):
-            yield (shares[0] * angle, shares[1] * angle), length
+    left, right = IN_A_ROW if segments > 1 else LONE
+    pairs = ((angle, span * (1.0 + (angle / ratio) ** 2)) for angle, ratio in itertools.product(ANGLES, RATIOS))
+    return [
+        ((left * angle, right * angle), length)
+        for angle, length in pairs
+        if limits.angle.contains(angle) and limits.angle.contains(-angle) and limits.length.contains(length)
+    ]
 
 
 def _tilted(biases: tuple[float, float], wanted: str) -> tuple[float, float]:
@@ -90,11 +158,16 @@ def _tilted(biases: tuple[float, float], wanted: str) -> tuple[float, float]:
     return sign * biases[0], sign * biases[1]
 
 
+def _poses(verifier: Verifier, wanted: str, biases: tuple[float, float], length: float) -> tuple[Pose, Pose]:
+    """Where a funnel begins and ends."""
+    start, end = _tilted(biases, wanted)
+    span = verifier.display.span
+    return rounded_pose(span, 0.0, 0.0, 0.0, length), rounded_pose(span, 0.0, start, end, length)
+
+
 def _headroom(verifier: Verifier, wanted: str, biases: tuple[float, float], length: float) -> float:
     """The smaller of what motors and rod have left and what the bias goes past the fold; Refused if not enough."""
-    level = Pose(verifier.display.span, 0.0, 0.0, 0.0, length)
-    start, end = _tilted(biases, wanted)
-    biased = level._replace(start=start, end=end)
+    level, biased = _poses(verifier, wanted, biases, length)
     margin = verifier.past_fold(biased, wanted)
     if margin < LEAST_PAST_FOLD:
         raise Refused(f"the other state ceases to exist only {100 * margin:.0f} % before the end of the bias")
@@ -102,6 +175,16 @@ def _headroom(verifier: Verifier, wanted: str, biases: tuple[float, float], leng
     clamp_loads = verifier.weigh(level).joined(verifier.weigh(biased))
     just_before = between(level, biased, JUST_BEFORE / (1.0 + margin))
     clamp_loads = clamp_loads.joined(verifier.weigh_on_the_way(level, just_before))
-    # In a row the node between two segments bears both.
+    return min(1.0 - _share(verifier, biases, clamp_loads), margin)
+
+
+def _glanced(verifier: Verifier, wanted: str, biases: tuple[float, float], length: float) -> float:
+    """The headroom, of the states that were followed to the bias roughly; there may be others."""
+    gone, clamp_loads = verifier.glance(*_poses(verifier, wanted, biases, length), JUST_BEFORE)
+    return min(1.0 - _share(verifier, biases, clamp_loads), past(gone))
+
+
+def _share(verifier: Verifier, biases: tuple[float, float], clamp_loads: ClampLoads) -> float:
+    """What a funnel asks of rod and motors as a share of what they give; in a row a node bears two segments."""
     segment_loads = (clamp_loads, clamp_loads) if 0.0 in biases else (clamp_loads,)
-    return min(1.0 - actuator_load_of(segment_loads).share(verifier.display), margin)
+    return actuator_load_of(segment_loads).share(verifier.display)

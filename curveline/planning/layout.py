@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from curveline.rod.problem import Pose
 from curveline.scene import Display, Node, Scene
@@ -111,7 +112,13 @@ def pose_of(display: Display, layout: Layout, segment: int) -> Pose:
     """What the two nodes of a segment impose on its rod."""
     left, right = layout.nodes[segment : segment + 2]
     length = display.span + layout.feeds[segment] - layout.feeds[segment + 1]
-    return _rounded(display.span, right.height - left.height, left.angle, right.angle, length)
+    return rounded_pose(display.span, right.height - left.height, left.angle, right.angle, length)
+
+
+def rests(before: Layout, after: Layout, segment: int) -> bool:
+    """True if the nodes of a segment are where they were."""
+    both = slice(segment, segment + 2)
+    return before.nodes[both] == after.nodes[both] and before.feeds[both] == after.feeds[both]
 
 
 def box_of(display: Display, before: Layout, after: Layout, segment: int) -> Box:
@@ -124,12 +131,13 @@ def box_of(display: Display, before: Layout, after: Layout, segment: int) -> Box
     span = display.span
     angles = (one.angle, other.angle), (two.angle, another.angle)
     return Box(
-        _rounded(span, lows[1] - highs[0], min(angles[0]), min(angles[1]), span + min(fed) - max(taken)),
-        _rounded(span, highs[1] - lows[0], max(angles[0]), max(angles[1]), span + max(fed) - min(taken)),
+        rounded_pose(span, lows[1] - highs[0], min(angles[0]), min(angles[1]), span + min(fed) - max(taken)),
+        rounded_pose(span, highs[1] - lows[0], max(angles[0]), max(angles[1]), span + max(fed) - min(taken)),
     )
 
 
-def _rounded(*numbers: float) -> Pose:
+@lru_cache(8192)
+def rounded_pose(*numbers: float) -> Pose:
     """A pose to the nanometre, so that one met again is known again; adding 0 makes a negative zero a plain one."""
     return Pose(*(round(number, DIGITS) + 0.0 for number in numbers))
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 from curveline.plan_file import MAX_STEP_SECONDS
 from curveline.planning.actuator_loads import ActuatorLoad, actuator_load_of, culprit, overload
-from curveline.planning.layout import Layout, between, box_of, pose_of, tails_of
-from curveline.planning.targets import seconds_between, targets_of
+from curveline.planning.layout import Box, Layout, between, box_of, pose_of, rests, tails_of
+from curveline.planning.targets import extremes_of, seconds_between, targets_of
 from curveline.planning.verification import Passed, Refused, Verifier
 from curveline.radio.protocol.motion import axes_of, outside
 from curveline.rod.branches.tracking import TrackedState
@@ -91,7 +91,7 @@ def _step(verifier: Verifier, travel: Travel, leg: Leg) -> Travel:
     """Prove a single step."""
     verifier.begin_step()
     display, stage, goal = verifier.display, travel.stage, leg.goal
-    _check_limits(display, goal)
+    check_limits(display, goal)
     check_reach(verifier, goal)
     if seconds_between(verifier.drive, stage.layout, goal) > MAX_STEP_SECONDS:
         raise Refused(f"the step would take longer than {MAX_STEP_SECONDS:.0f} s")
@@ -120,8 +120,10 @@ def _pass(verifier: Verifier, stage: DisplayState, goal: Layout, which: tuple[in
     """What comes of one segment; a Refused says which one."""
     segment, wanted = which
     display, hold = verifier.display, stage.holds[segment]
-    before, after = pose_of(display, stage.layout, segment), pose_of(display, goal, segment)
-    box = box_of(display, stage.layout, goal, segment)
+    before = after = pose_of(display, stage.layout, segment)
+    box = Box(before, before)
+    if not rests(stage.layout, goal, segment):
+        after, box = pose_of(display, goal, segment), box_of(display, stage.layout, goal, segment)
     try:
         if wanted:
             return verifier.funnel(before, after, box, wanted)
@@ -133,7 +135,7 @@ def _pass(verifier: Verifier, stage: DisplayState, goal: Layout, which: tuple[in
         raise Refused(text, segment + 1, is_final=refusal.is_final) from None
 
 
-def _check_limits(display: Display, layout: Layout) -> None:
+def check_limits(display: Display, layout: Layout) -> None:
     """Refused unless all nodes are within the display's limits and rod is left at both ends."""
     limits = display.limits
     for number, node in enumerate(layout.nodes, start=1):
@@ -150,6 +152,8 @@ def _check_limits(display: Display, layout: Layout) -> None:
 def check_reach(verifier: Verifier, layout: Layout) -> None:
     """Refused unless every node can tell how much rod it has fed: the radio's positions end somewhere."""
     axes = axes_of(verifier.drive)
+    if not any(outside(axes, counts) for counts in extremes_of(verifier.drive, layout)):
+        return
     for number, target in enumerate(targets_of(verifier.drive, layout), start=1):
         if outside(axes, target.counts):
             raise Refused(

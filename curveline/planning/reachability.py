@@ -12,10 +12,18 @@ from dataclasses import dataclass
 
 from curveline.errors import CurvelineError
 from curveline.planning.feasibility import check_goal, check_home
-from curveline.planning.funnels import Funnel, funnels_for
+from curveline.planning.funnels import Funnel, FunnelSearch
 from curveline.planning.layout import Layout, centred, home, lengths_of
 from curveline.planning.moves import DisplayState, Travel
-from curveline.planning.sequence import PARKED, TRIES, Goal, goal_of, into_states, travel_to
+from curveline.planning.sequence import (
+    PARKED,
+    TRIES,
+    Goal,
+    check_funnels_reach,
+    goal_of,
+    into_states,
+    travel_to,
+)
 from curveline.planning.verification import Refused, Verifier
 from curveline.scene import PEAK, VALLEY, Display, Scene, Segment
 
@@ -48,8 +56,10 @@ def entry_to(verifier: Verifier, scene: Scene) -> Access:
     """The entry to all that has the states of `scene`; it is shut only if that to its own order of states is, too."""
     own = tuple(segment.state for segment in scene.segments)
     kind, wanted = next(each for each in _kinds(verifier.display) if set(each[1]) == set(own))
-    reason = _why_shut(verifier, wanted)
-    return Access(kind, wanted, _why_shut(verifier, own) if reason and own != wanted else reason)
+    reason = _out_of_reach(verifier, wanted) or _why_shut(verifier, wanted)
+    if reason and own != wanted:
+        reason = _out_of_reach(verifier, own) or _why_shut(verifier, own)
+    return Access(kind, wanted, reason)
 
 
 def nearest_shape(verifier: Verifier, wanted: tuple[str, ...], funnels: int = TRIES) -> Scene:
@@ -59,7 +69,8 @@ def nearest_shape(verifier: Verifier, wanted: tuple[str, ...], funnels: int = TR
     """
     begin = Travel((), DisplayState(home(verifier.display), (None,) * len(wanted)))
     refusals: list[Refused] = []
-    for goal, funnel in _funnels(verifier, wanted, refusals, funnels):
+    search = FunnelSearch(verifier, wanted)
+    for goal, funnel in _tries(verifier, wanted, search, funnels):
         try:
             inside = into_states(verifier, begin, goal, funnel)
         except Refused as refusal:
@@ -73,6 +84,8 @@ def nearest_shape(verifier: Verifier, wanted: tuple[str, ...], funnels: int = TR
             refusals.append(refusal)
         else:
             return scene
+    # Why there is no funnel is told only where there is none.
+    refusals = refusals or search.refusals()
     raise max(refusals, key=lambda refusal: refusal.step, default=Refused("the limits leave no room for a funnel"))
 
 
@@ -95,18 +108,33 @@ def _why_shut(verifier: Verifier, wanted: tuple[str, ...]) -> str:
     return ""
 
 
-def _funnels(
-    verifier: Verifier, wanted: tuple[str, ...], refusals: list[Refused], count: int
-) -> Iterator[tuple[Goal, Funnel]]:
-    """Goals, of which the lengths count, each with a funnel; why there are none goes to `refusals`."""
+def _out_of_reach(verifier: Verifier, wanted: tuple[str, ...]) -> str:
+    """Why, by numbers alone, no plan leads from home into the `wanted` states; empty if they do not tell."""
+    try:
+        check_funnels_reach(verifier, next(_goals(verifier, wanted)))
+    except Refused as refusal:
+        return refusal.message
+    return ""
+
+
+def _goals(verifier: Verifier, wanted: tuple[str, ...]) -> Iterator[Goal]:
+    """Goals of which the lengths count, the shortest first."""
     display = verifier.display
-    narrow: list[Refused] = []
-    funnels = funnels_for(verifier, wanted, narrow)[:count]
-    refusals += narrow if not funnels else []
     for excess in EXCESSES if len(wanted) > 1 else EXCESSES[:1]:
         length = min((1.0 + excess) * display.span, display.limits.length.high)
-        goal = Goal("", centred(display, home(display).nodes, [length] * len(wanted)), wanted)
-        yield from ((goal, funnel) for funnel in (funnels if excess == EXCESSES[0] else funnels[:BEST]))
+        yield Goal("", centred(display, home(display).nodes, [length] * len(wanted)), wanted)
+
+
+def _tries(
+    verifier: Verifier, wanted: tuple[str, ...], search: FunnelSearch, count: int
+) -> Iterator[tuple[Goal, Funnel]]:
+    """Goals, each with one of the best `count` funnels, of which few are tried with longer ones."""
+    funnels: list[Funnel] = []
+    first, *longer = _goals(verifier, wanted)
+    for funnel in itertools.islice(search, count):
+        funnels.append(funnel)
+        yield first, funnel
+    yield from itertools.product(longer, funnels[:BEST])
 
 
 def _scene_of(display: Display, layout: Layout, wanted: tuple[str, ...]) -> Scene:

@@ -7,11 +7,12 @@ the rod buckled first, nor which shape the display showed before; from there the
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from curveline.errors import Infeasible
-from curveline.planning.funnels import Funnel, funnels_for, rounds_of
+from curveline.planning.funnels import Funnel, FunnelSearch, candidates, rounds_of
 from curveline.planning.layout import (
     Layout,
     angles_of,
@@ -22,7 +23,7 @@ from curveline.planning.layout import (
     lengths_of,
     posed,
 )
-from curveline.planning.moves import Leg, Travel, advance
+from curveline.planning.moves import Leg, Travel, advance, check_limits, check_reach
 from curveline.planning.routes import RECIPE, Way, travel_along, ways
 from curveline.planning.verification import Refused, Verifier
 from curveline.scene import Scene
@@ -40,6 +41,9 @@ FAILURES = 2
 """Funnels, and funnels from which no way led on, after which the goal is given up: mostly it fails from all."""
 
 
+NO_ROOM = "the display's limits leave no room for a funnel"
+
+
 @dataclass(frozen=True)
 class Goal:
     """A shape as a layout and the wanted state of every segment."""
@@ -52,6 +56,17 @@ class Goal:
 def goal_of(scene: Scene) -> Goal:
     """What a scene asks for."""
     return Goal(scene.name, layout_of(scene), tuple(segment.state for segment in scene.segments))
+
+
+def check_numbers(verifier: Verifier, goal: Goal, *, is_known: bool) -> None:
+    """Refused for what the numbers of a shape alone tell, before any state is searched for.
+
+    `is_known` says whether the states of all segments are, at the start; if not, the way leads through a funnel.
+    """
+    if not is_known and not candidates(verifier, len(goal.wanted)):
+        raise Refused(NO_ROOM)
+    check_reach(verifier, goal.layout)
+    check_limits(verifier.display, goal.layout)
 
 
 def travel_to(verifier: Verifier, travel: Travel, goal: Goal) -> Travel:
@@ -96,7 +111,8 @@ def _through_funnel(verifier: Verifier, travel: Travel, goal: Goal) -> Travel:
     travel = _to_neutral(verifier, travel)
     refusals: list[Refused] = []
     failures = 0
-    for funnel in funnels_for(verifier, goal.wanted, refusals)[:TRIES]:
+    funnels = FunnelSearch(verifier, goal.wanted)
+    for funnel in itertools.islice(funnels, TRIES):
         try:
             inside = into_states(verifier, travel, goal, funnel)
         except Refused as refusal:
@@ -109,9 +125,9 @@ def _through_funnel(verifier: Verifier, travel: Travel, goal: Goal) -> Travel:
             failures += 1
             if failures == FAILURES:
                 break
-    if not refusals:
-        raise Refused("the display's limits leave no room for a funnel")
-    raise max(refusals, key=lambda refusal: refusal.step)
+    if funnels.is_empty():
+        raise Refused(NO_ROOM)
+    raise max((*funnels.refusals(), *refusals), key=lambda refusal: refusal.step)
 
 
 def _to_neutral(verifier: Verifier, travel: Travel) -> Travel:
@@ -147,21 +163,51 @@ def _ways_back(verifier: Verifier, here: Layout) -> Iterator[tuple[Leg, ...]]:
 
 
 def into_states(verifier: Verifier, travel: Travel, goal: Goal, funnel: Funnel) -> Travel:
-    """From level, untilted nodes into all wanted states, round by round."""
-    display = verifier.display
-    final = lengths_of(display, goal.layout)
-    lengths = [funnel.length] * len(final)
-    for members in rounds_of(len(final)):
+    """From level, untilted nodes into all wanted states, round by round.
+
+    Refused before any step is proven if a node would feed more than it can tell.
+    """
+    here = travel.stage.layout
+    fed = _fed_for_rounds(verifier, here, goal, funnel.length)
+    for layout in fed:
+        check_reach(verifier, layout)
+    for members, layout in zip(rounds_of(len(goal.wanted)), fed, strict=True):
         here = travel.stage.layout
-        travel = travel_along(verifier, travel, (("extrude", centred(display, here.nodes, lengths)),))
+        travel = travel_along(verifier, travel, (("extrude", Layout(here.nodes, layout.feeds)),))
         angles = funnel.angles(goal.wanted, members, angles_of(here))
         funnels = {segment: goal.wanted[segment] for segment in members}
         biased = posed(travel.stage.layout, angles, heights_of(here))
         travel = advance(verifier, travel, Leg("bias", biased, funnels))
+    return travel
+
+
+def check_funnels_reach(verifier: Verifier, goal: Goal) -> None:
+    """Refused, by numbers alone, if no funnel into all wanted states is where every node can tell what it has fed."""
+    refusals = []
+    for length in sorted({length for _, length in candidates(verifier, len(goal.wanted))}):
+        try:
+            for layout in _fed_for_rounds(verifier, home(verifier.display), goal, length):
+                check_reach(verifier, layout)
+        except Refused as refusal:
+            refusals.append(refusal)
+        else:
+            return
+    if refusals:
+        raise refusals[0]
+
+
+def _fed_for_rounds(verifier: Verifier, here: Layout, goal: Goal, length: float) -> list[Layout]:
+    """How far rod is fed before each round of a funnel of a `length` [m], while the nodes stay where they are."""
+    display = verifier.display
+    final = lengths_of(display, goal.layout)
+    lengths = [length] * len(final)
+    fed = []
+    for members in rounds_of(len(final)):
+        fed.append(centred(display, here.nodes, lengths))
         for segment in members:
             parked = min((1.0 + PARKED) * display.span, display.limits.length.high)
             lengths[segment] = max(parked, final[segment])
-    return travel
+    return fed
 
 
 def _out_to(verifier: Verifier, inside: Travel, goal: Goal) -> Travel:

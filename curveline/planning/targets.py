@@ -32,6 +32,18 @@ def targets_of(drive: DriveSettings, layout: Layout) -> tuple[NodeTarget, ...]:
     return tuple(targets)
 
 
+def extremes_of(drive: DriveSettings, layout: Layout) -> tuple[Counts, Counts]:
+    """The least and the most counts of each axis of all nodes."""
+    angles, heights = zip(*((node.angle, node.height) for node in layout.nodes), strict=True)
+    ways = (to_mm, layout.feeds), (to_deg, angles), (to_mm, heights)
+    ends = [
+        (axis.counts(unit(min(values))), axis.counts(unit(max(values))))
+        for axis, (unit, values) in zip(drive.axes, ways, strict=True)
+    ]
+    (feed, fed), (angle, turned), (height, lifted) = ends
+    return (feed, angle, height), (fed, turned, lifted)
+
+
 def seconds_between(drive: DriveSettings, before: Layout, after: Layout) -> float:
     """Time of a step, to the millisecond: all axes of all nodes take as long as the slowest of them."""
     fed = max(map(_apart, before.feeds, after.feeds))

@@ -5,6 +5,7 @@ actuator_loads  what the rod asks of the motors of a node
 verification    one segment in one step: followed in every mixture of uneven progress
 moves           one step of all segments, cut smaller where it is not safe
 feeding         the order in which nodes feed rod through a row of segments
+glances         what becomes of the rod in a funnel, roughly
 funnels         where only the wanted state exists
 routes          ways on which a state is kept
 sequence        from where a display stands into a shape
@@ -22,12 +23,12 @@ from curveline.drive_settings import drive_settings
 from curveline.errors import Infeasible, InvalidInput
 from curveline.plan_file import Plan
 from curveline.planning.advice import nearest
-from curveline.planning.feasibility import check_goal, check_home, laden
+from curveline.planning.feasibility import check_goal, check_home, check_spare, laden
 from curveline.planning.layout import home, layout_of, pose_of
 from curveline.planning.moves import DisplayState, Travel
 from curveline.planning.plan_writer import Trip, plan_of
 from curveline.planning.reachability import entry_to
-from curveline.planning.sequence import goal_of, travel_home, travel_to
+from curveline.planning.sequence import check_numbers, goal_of, travel_home, travel_to
 from curveline.planning.targets import Counts, layout_at, targets_of
 from curveline.planning.verification import Refused, Verifier
 from curveline.rod.branches.tracking import tracked
@@ -69,6 +70,7 @@ def make_tour(scenes: Sequence[Scene], start: Start = None, shows: Sequence[str]
     As `make_plan`, and InvalidInput if the shapes are not of one display.
     """
     verifier = Verifier(scenes[0].display, tell)
+    _check_numbers(verifier, scenes, start, shows)
     begin = _begin(verifier, start, shows)
     travel = _through(verifier, begin, scenes)
     wanted = tuple(segment.state for segment in scenes[-1].segments)
@@ -80,6 +82,7 @@ def make_round_trip(
 ) -> Plan:
     """As `make_tour`, and home after the last shape."""
     verifier = Verifier(scenes[0].display, tell)
+    _check_numbers(verifier, scenes, start, shows)
     begin = _begin(verifier, start, shows)
     travel = travel_home(verifier, _through(verifier, begin, scenes))
     return plan_of(verifier, begin.stage, travel.moves, _home(verifier.display, tuple(scenes)))
@@ -103,14 +106,26 @@ def _home(display: Display, scenes: tuple[Scene, ...]) -> Trip:
     return Trip(scenes, display, (STRAIGHT,) * (display.node_count - 1))
 
 
-def _through(verifier: Verifier, travel: Travel, scenes: Sequence[Scene]) -> Travel:
-    """Go on through several shapes."""
+def _check_numbers(verifier: Verifier, scenes: Sequence[Scene], start: Start, shows: Sequence[str]) -> None:
+    """Raise for what the numbers of some shapes alone tell, before any state is searched for."""
     display = verifier.display
     for scene in scenes:
         check_home(scene)
         if scene.display.digest != display.digest or scene.display.node_count != display.node_count:
             hint = "plan the shapes of each display for themselves"
             raise InvalidInput(f"{scene.name} is for display {scene.display.name}, not {display.name}", hint)
+    is_known = start is not None and len(shows) == display.node_count - 1 and all(shows)
+    for scene in scenes:
+        try:
+            check_spare(verifier, scene)
+            check_numbers(verifier, goal_of(scene), is_known=is_known)
+        except Refused as refusal:
+            raise _refusal(verifier, _begin(verifier, start, shows), scene, refusal) from None
+        is_known = True
+
+
+def _through(verifier: Verifier, travel: Travel, scenes: Sequence[Scene]) -> Travel:
+    """Go on through several shapes."""
     for scene in scenes:
         try:
             travel = _into(verifier, travel, scene)
@@ -121,8 +136,10 @@ def _through(verifier: Verifier, travel: Travel, scenes: Sequence[Scene]) -> Tra
 
 def _into(verifier: Verifier, travel: Travel, scene: Scene) -> Travel:
     """Go on to one shape; Refused where that is not possible."""
+    goal = goal_of(scene)
+    check_numbers(verifier, goal, is_known=all(hold is not None for hold in travel.stage.holds))
     burden = check_goal(verifier, scene)
-    return laden(travel_to(verifier, travel, goal_of(scene)), burden)
+    return laden(travel_to(verifier, travel, goal), burden)
 
 
 def _begin(verifier: Verifier, start: Start, shows: Sequence[str]) -> Travel:

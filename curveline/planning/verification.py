@@ -15,6 +15,7 @@ from functools import reduce
 from curveline.drive_settings import drive_settings
 from curveline.errors import Infeasible
 from curveline.planning.actuator_loads import ClampLoads, clamp_loads_of, clamp_loads_of_state
+from curveline.planning.glances import Glance, Glances, past
 from curveline.planning.layout import Box, describe
 from curveline.rod.branches.continuation import FOLLOW_EDGES, STIFFEST, coarse_start, follow, stiffness_of, travel
 from curveline.rod.branches.control_path import between, straight_path
@@ -103,13 +104,17 @@ class Verifier:
         self.drive = drive_settings(display)
         self._rod = _level_rod(display)
         self.bearing = self._rod.bearing
+        self.is_row = display.node_count > 2
         self._steps_left = math.inf
         self._showable: dict[Pose, Showable] = {}
         self._elsewhere: dict[Pose, tuple[Equilibrium, ...]] = {}
         self._ways: dict[tuple[Pose, Pose, tuple[float, ...]], Followed] = {}
         self._weighed: dict[Pose, ClampLoads] = {}
+        self._kept: dict[tuple[Pose, Pose, Box, tuple[float, ...]], Passed] = {}
         self._allowed: dict[tuple[Pose, Pose, Box], Passed] = {}
+        self._funnelled: dict[tuple[Pose, Pose, Box, str], Passed] = {}
         self._funnels: dict[tuple[Pose, str], float] = {}
+        self._glances = Glances(self.bearing, self.states)
 
     def has_rod_of(self, display: Display) -> bool:
         """True if a rod between nodes of `display` does what this one does, in its plane and out of it."""
@@ -168,13 +173,18 @@ class Verifier:
 
         A coarse rod has its folds earlier than the real one: what it cannot keep is tried on finer edges.
         """
-        refusals = []
-        for n in self._edges(before, after):
+        key = before, after, box, hold.key
+        refusals: list[Refused] = []
+        for n in self._edges(before, after) if key not in self._kept else ():
             try:
-                return self._keep(before, after, box, self._on_edges(before, hold, n))
+                self._kept[key] = self._keep(before, after, box, self._on_edges(before, hold, n))
+                break
             except Refused as refusal:
                 refusals.append(refusal)
-        raise refusals[-1]
+        else:
+            if refusals:
+                raise refusals[-1]
+        return self._kept[key]
 
     def _edges(self, before: Pose, after: Pose) -> tuple[int, int]:
         """How many edges to follow a state on, and how many where these lose it."""
@@ -217,8 +227,7 @@ class Verifier:
         """Let the rod be in any state through a step, out of the plane, too; Refused where it would be taut."""
         key = before, after, box
         if key not in self._allowed:
-            shares = [look / LOOKS for look in range(LOOKS + 1)] if before != after else [1.0]
-            looks = [between(before, after, share) for share in shares]
+            looks = looks_at(before, after, is_row=self.is_row)
             corners = set(box.corners())
             clamp_loads = reduce(ClampLoads.joined, (self.weigh(pose) for pose in (*looks, *corners)))
             leaves = [pose for pose in looks if self.showable(pose).leaving]
@@ -233,6 +242,13 @@ class Verifier:
 
     def funnel(self, before: Pose, after: Pose, box: Box, wanted: str) -> Passed:
         """Bias the rod, whatever its state, to where only the `wanted` one exists; Refused unless with a margin."""
+        key = before, after, box, wanted
+        if key not in self._funnelled:
+            self._funnelled[key] = self._funnel(before, after, box, wanted)
+        return self._funnelled[key]
+
+    def _funnel(self, before: Pose, after: Pose, box: Box, wanted: str) -> Passed:
+        """As `funnel`."""
         margin = self.past_fold(after, wanted)
         if margin < LEAST_PAST_FOLD:
             raise Refused(
@@ -252,8 +268,7 @@ class Verifier:
         """True if the rod may leave the plane on a way, or may have done so while it was fed to where that begins."""
         fed = before._replace(length=self.display.span)
         ways = ((fed, before), (before, after))
-        looks = (between(*way, look / LOOKS) for way in ways for look in range(LOOKS + 1))
-        return any(self.showable(pose).leaving for pose in looks)
+        return any(self.showable(pose).leaving for way in ways for pose in looks_at(*way, is_row=self.is_row))
 
     def past_fold(self, pose: Pose, wanted: str) -> float:
         """By how much, as a fraction, the bias at `pose` exceeds the one that leaves only the `wanted` state.
@@ -267,8 +282,12 @@ class Verifier:
             way = straight_path(level, pose)
             ends = [travel(way, self.bearing, *coarse_start(state))[0] for state in self.states(level)]
             gone = max((reached for reached in ends if reached < 1.0), default=0.0)
-            self._funnels[pose, wanted] = 1.0 / gone - 1.0 if gone > 0.0 else 1.0
+            self._funnels[pose, wanted] = past(gone)
         return self._funnels[pose, wanted]
+
+    def glance(self, level: Pose, biased: Pose, share: float) -> Glance:
+        """Roughly what becomes of the states of level nodes as they are biased: see `Glances`."""
+        return self._glances.glance(level, biased, share)
 
     def _follow(self, before: Pose, after: Pose, hold: TrackedState, *, is_final: bool = False) -> Followed:
         """A state on a straight way; Refused where it would be lost or comes too near to it."""
@@ -316,6 +335,22 @@ class Verifier:
 def _level_rod(display: Display) -> ClampedRod:
     """The rod between two level nodes that it leads to on the straight way."""
     return clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), display.span)
+
+
+def looks_at(before: Pose, after: Pose, *, is_row: bool) -> list[Pose]:
+    """Where on the way from one pose to another every state is weighed: at the ends of `LOOKS` parts of it, or more.
+
+    In a row, while nothing but rod is fed, at excesses over the span that are multiples of a power of two: segments
+    have other lengths on the way, and share these.
+    """
+    if before == after:
+        return [after]
+    if not is_row or before._replace(length=after.length) != after:
+        return [between(before, after, look / LOOKS) for look in range(LOOKS + 1)]
+    low, high = sorted((before.length - before.x, after.length - after.x))
+    part = 2.0 ** math.floor(math.log2((high - low) / LOOKS))
+    excesses = (number * part for number in range(math.floor(low / part) + 1, math.ceil(high / part)))
+    return [before, *(before._replace(length=before.x + excess) for excess in excesses), after]
 
 
 def too_near(inside: float, outside: float) -> str:

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from curveline.planning.funnels import IN_A_ROW, LONE, Funnel, funnels_for, rounds_of
+from curveline.planning.funnels import IN_A_ROW, LONE, Funnel, FunnelSearch, rounds_of
 from curveline.planning.layout import Box
 from curveline.planning.verification import LEAST_PAST_FOLD, Refused, Verifier
 from curveline.rod.branches.control_path import between
@@ -29,8 +29,8 @@ def verifier(name: str) -> Verifier:
 
 @cache
 def funnels(name: str, wanted: tuple[str, ...]) -> tuple[list[Funnel], list[Refused]]:
-    refusals: list[Refused] = []
-    return funnels_for(verifier(name), wanted, refusals), refusals
+    search = FunnelSearch(verifier(name), wanted)
+    return list(search), search.refusals()
 
 
 CASES = [("single", ("peak",)), ("single", ("valley",)), ("quad", ("peak", "valley", "valley", "peak"))]
@@ -123,3 +123,29 @@ def test_a_gate_turns_the_nodes_of_its_segments_alone() -> None:
     assert funnel.angles(wanted, second, before) == pytest.approx((0.01, 0.0, deg(30.0), 0.0, -deg(30.0)))
     lone = Funnel((LONE[0] * deg(30.0), LONE[1] * deg(30.0)), 0.6, 0.3)
     assert lone.angles(("peak",), range(1), (0.0, 0.0)) == pytest.approx((deg(30.0), -deg(30.0)))
+
+
+@pytest.mark.parametrize(("name", "wanted"), CASES)
+def test_few_funnels_are_proven_for_the_best_which_come_as_if_all_were(name: str, wanted: tuple[str, ...]) -> None:
+    search = FunnelSearch(verifier(name), wanted)
+    first = next(iter(search))
+    assert sum(search.is_proven(place) for place in range(30)) <= 6
+    found = [first, *search]
+    best = max(funnel.headroom for funnel in found)
+
+    def rank(funnel: Funnel) -> tuple[bool, float, float]:
+        if len(wanted) == 1:
+            return False, 0.0, -funnel.headroom
+        return funnel.headroom < 0.75 * best, abs(funnel.biases[1]), -funnel.headroom
+
+    assert found == sorted(found, key=rank)
+    assert len(found) + len(search.refusals()) == 30
+
+
+@pytest.mark.parametrize("name", ["single", "quad"])
+def test_what_a_glance_shows_is_close(name: str) -> None:
+    for funnel in funnels(name, ("peak",) if name == "single" else STATES)[0]:
+        for state in STATES[:1] if name == "single" else STATES:
+            inside, before = biased(name, funnel, state), level(name, funnel)
+            margin, gone = verifier(name).past_fold(inside, state), verifier(name).glance(before, inside, 0.98).gone
+            assert 1.0 / gone - 1.0 == pytest.approx(margin, abs=2e-3 * (1.0 + margin) ** 2)
