@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from functools import partial
 
 from curveline.bench.many_segments import row as row_of
@@ -12,6 +13,7 @@ from curveline.bench.methods.stopwatch import Timed, timed
 from curveline.bench.one_rod import EXPONENT_NOISE
 from curveline.bench.trade import fitted_exponent
 from curveline.bench.yardsticks import timed_row, yardsticks
+from curveline.errors import Infeasible
 from curveline.planning.tours import make_plan
 from curveline.replay.monte_carlo import Errors, Setup
 from curveline.replay.trials import TrialsRequest, play_trials
@@ -20,6 +22,8 @@ from curveline.shapes.files import read_shape
 from curveline.simulation.simulate import simulate
 
 SEGMENTS = (4, 16, 64)
+TOO_MANY = 256
+"""Segments for which rod is fed that a node's status cannot tell."""
 RUNS = 1000
 """Runs with errors that are told of."""
 PLAYED, GOES = 50, 2
@@ -32,6 +36,7 @@ def rows() -> Iterator[Measurement]:
     yield timed_row("plan of a lone shape", timed(partial(make_plan, lone), 0.5), "ms", "< 80", "level-up-peak")
     yield timed_row("plan of roofline", timed(partial(make_plan, roofline), 1.0), "s", "< 0.3", "four segments")
     yield _monte_carlo(roofline)
+    yield _refusal(row_of(TOO_MANY))
     yield from many_segments()
 
 
@@ -44,6 +49,16 @@ def _monte_carlo(scene: Scene) -> Measurement:
     processor = (time.process_time() - worked) * RUNS / PLAYED / GOES
     name, how = f"Monte Carlo of roofline, {RUNS}", f"from {PLAYED}, one process"
     return timed_row(name, Timed.of(parts, processor), "s", "< 3", how)
+
+
+def _refusal(scene: Scene) -> Measurement:
+    """What it takes to refuse a row whose nodes would have to feed more than they can tell by radio."""
+
+    def refused() -> None:
+        with suppress(Infeasible):
+            make_plan(scene)
+
+    return timed_row(f"refusal of {TOO_MANY} segments", timed(refused, 0.5), "ms", "< 100", "too much feed")
 
 
 def many_segments(sizes: Sequence[int] = SEGMENTS) -> Iterator[Measurement]:

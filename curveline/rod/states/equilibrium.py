@@ -45,16 +45,14 @@ SPATIAL = "spatial"
 class Disturbed(NamedTuple):
     """How a planar state answers to what its model leaves out, NaN for what nobody asked.
 
-    The lowest eigenvalue of its second variation out of the plane [EI/L^2], on every other vertex of its curve and on
-    all; how far the curve moves [m] where the rod may stretch, and under its weight, inf where the state is lost then;
-    how much the curve's directions differ [rad].
+    A curve moves by inf where the state is lost then.
     """
 
-    coarse_lateral: float
-    fine_lateral: float
-    stretched: float
-    weighed: float
-    spread: float
+    coarse_lateral: float  # lowest eigenvalue out of the plane [EI/L^2], on every other vertex of the curve
+    fine_lateral: float  # the same on all vertices
+    stretched: float  # [m], how far the curve moves where the rod may stretch
+    weighed: float  # [m], how far it moves under the rod's weight
+    spread: float  # [rad], how much the curve's directions differ
 
 
 class Outcome(Enum):
