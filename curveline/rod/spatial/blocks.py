@@ -17,72 +17,87 @@ from curveline.kernels.kernel import njit
 
 
 @njit
-def along_rotations(q, slope, bending, force, curvature):
-    """Slope `force (3,)` and curvature (3, 3) along rotations, from `slope (4,)` and `bending (4, 4)` by q.
+def along_rotations(q, slope, bending):
+    """Slope (3) and curvature (6), lower triangle by rows, along rotations, from `slope` (4) and `bending` (10) by q.
 
     The energy does not change with the length of q, so the second-order part of a rotation's quaternion, which points
-    along q, adds nothing. The lower triangle of `bending` is read.
+    along q, adds nothing.
     """
-    # Twice the changes of q by turns about m1, m2, t: (-x, w, -z, y), (-y, z, w, -x), (-z, -y, x, w).
-    slopes = np.empty((3, 4))
-    for a in range(3):
-        slopes[a, 0] = -q[1 + a]
-        slopes[a, 1 + a] = q[0]
-        slopes[a, 1 + (a + 1) % 3] = -q[1 + (a + 2) % 3]
-        slopes[a, 1 + (a + 2) % 3] = q[1 + (a + 1) % 3]
-    half = np.empty(4)
-    for a in range(3):
-        force[a] = 0.0
-        for r in range(4):
-            force[a] += 0.5 * slopes[a, r] * slope[r]
-            half[r] = 0.0
-            for c in range(4):
-                half[r] += slopes[a, c] * (bending[r, c] if r >= c else bending[c, r])
-        for b in range(a + 1):
-            total = 0.0
-            for r in range(4):
-                total += slopes[b, r] * half[r]
-            curvature[a, b] = 0.25 * total
-            curvature[b, a] = curvature[a, b]
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    # Half the changes of q by turns about m1, m2, t.
+    first, second, third = (-x, w, -z, y), (-y, z, w, -x), (-z, -y, x, w)
+    force = 0.5 * _dot(first, slope), 0.5 * _dot(second, slope), 0.5 * _dot(third, slope)
+    one, two, three = _product(bending, first), _product(bending, second), _product(bending, third)
+    return force, (
+        0.25 * _dot(one, first),
+        0.25 * _dot(one, second),
+        0.25 * _dot(two, second),
+        0.25 * _dot(one, third),
+        0.25 * _dot(two, third),
+        0.25 * _dot(three, third),
+    )
 
 
 @njit
-def halve_rotation(single, slope, bending):
-    """Turn slope (4,) and Hessian (4, 4), lower triangle, by the square of `single (4,)` into those by itself."""
-    # The square is (w^2 - x^2 - y^2 - z^2, 2 w x, 2 w y, 2 w z); its slopes are the rows below.
-    slopes, inner, half, outer = np.zeros((4, 4)), np.empty((4, 4)), np.empty(4), np.empty(4)
-    for a in range(4):
-        slopes[a, a] = 2.0 * single[0]
-        if a > 0:
-            slopes[0, a] = 2.0 * single[a]
-            slopes[a, 0] = -2.0 * single[a]
-        outer[a] = slope[a]
-        for b in range(a + 1):
-            inner[a, b] = inner[b, a] = bending[a, b]
-    for a in range(4):
-        slope[a] = 0.0
-        for r in range(4):
-            slope[a] += slopes[a, r] * outer[r]
-            half[r] = 0.0
-            for c in range(4):
-                half[r] += slopes[a, c] * inner[r, c]
-        for b in range(a + 1):
-            bending[a, b] = 0.0
-            for r in range(4):
-                bending[a, b] += slopes[b, r] * half[r]
-    bending[0, 0] += 2.0 * outer[0]
-    for a in range(1, 4):
-        bending[a, a] -= 2.0 * outer[0]
-        bending[a, 0] += 2.0 * outer[a]
+def halved_rotation(single, slope, bending):
+    """Slope (4) and Hessian (10), lower triangle by rows, by the components of `single (4,)`, from those by its square.
+
+    The square is (w^2 - x^2 - y^2 - z^2, 2 w x, 2 w y, 2 w z).
+    """
+    w, x, y, z = single[0], single[1], single[2], single[3]
+    rows = (2.0 * w, 2.0 * x, 2.0 * y, 2.0 * z), (-2.0 * x, 2.0 * w, 0.0, 0.0)
+    more = (-2.0 * y, 0.0, 2.0 * w, 0.0), (-2.0 * z, 0.0, 0.0, 2.0 * w)
+    one, two = _product(bending, rows[0]), _product(bending, rows[1])
+    three, four = _product(bending, more[0]), _product(bending, more[1])
+    inner = (_dot(rows[0], slope), _dot(rows[1], slope), _dot(more[0], slope), _dot(more[1], slope))
+    return inner, (
+        _dot(rows[0], one) + 2.0 * slope[0],
+        _dot(rows[0], two) + 2.0 * slope[1],
+        _dot(rows[1], two) - 2.0 * slope[0],
+        _dot(rows[0], three) + 2.0 * slope[2],
+        _dot(rows[1], three),
+        _dot(more[0], three) - 2.0 * slope[0],
+        _dot(rows[0], four) + 2.0 * slope[3],
+        _dot(rows[1], four),
+        _dot(more[0], four),
+        _dot(more[1], four) - 2.0 * slope[0],
+    )
 
 
 @njit
-def vertex_blocks(turned, force, curvature, before, after, gradient, hessian):
+def _dot(a, b):
+    """Scalar product of two of four components."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+
+
+@njit
+def _product(matrix, vector):
+    """Product of a symmetric matrix of four rows, lower triangle by rows (10), and a vector (4)."""
+    a00, a10, a11, a20, a21, a22, a30, a31, a32, a33 = matrix
+    w, x, y, z = vector
+    return (
+        a00 * w + a10 * x + a20 * y + a30 * z,
+        a10 * w + a11 * x + a21 * y + a31 * z,
+        a20 * w + a21 * x + a22 * y + a32 * z,
+        a30 * w + a31 * x + a32 * y + a33 * z,
+    )
+
+
+@njit
+def vertex_blocks(turned, derivatives, before, after, gradient, hessian):
     """Overwrite slope (8,) and Hessian (8, 8) of a vertex by the change along m1, m2, t and the spin of both edges.
 
-    `turned (3, 3)` is the rotation between the frames, `force (3,)` and `curvature (3, 3)` come from `along_rotations`,
-    `before` and `after` are the edges' lengths. The lower triangle of the Hessian is filled.
+    `turned (3, 3)` is the rotation between the frames, `derivatives` come from `along_rotations`, `before` and `after`
+    are the edges' lengths. The lower triangle of the Hessian is filled.
     """
+    force, curvature = np.empty(3), np.empty((3, 3))
+    force[0], force[1], force[2] = derivatives[0]
+    curvature[0, 0], curvature[1, 0], curvature[1, 1], curvature[2, 0], curvature[2, 1], curvature[2, 2] = derivatives[
+        1
+    ]
+    for r in range(3):
+        for c in range(r):
+            curvature[c, r] = curvature[r, c]
     slopes = np.zeros((8, 3))
     slopes[0, 1] = -1.0 / before
     slopes[1, 0] = 1.0 / before
@@ -154,11 +169,3 @@ def scatter(block, row_edge, column_edge, band):
             if row_edge != column_edge and column >= row:
                 # The mirrored entry; on the diagonal both halves of the symmetric matrix meet.
                 band[row, column - row] += value
-
-
-@njit
-def clear(array):
-    """Set `array (m, k)` to zero; compiles in a fraction of the time of a slice assignment."""
-    for r in range(array.shape[0]):
-        for c in range(array.shape[1]):
-            array[r, c] = 0.0

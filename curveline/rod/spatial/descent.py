@@ -9,20 +9,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.forms import Matrix
 from curveline.kernels.kernel import njit, shipped
-from curveline.rod.spatial.bands import factorise, solve_factored, times
-from curveline.rod.spatial.energy import (
-    BAND,
-    Shape,
-    SpatialRod,
-    assemble,
-    energy,
-    follow_turns,
-    metric,
-    moved,
-    positions,
+from curveline.rod.spatial.bands import factorise
+from curveline.rod.spatial.bordered import (
+    advance,
+    balance,
+    first_reaction,
+    lagrangian,
+    left_over,
+    passed_on,
+    solve_border,
+    strains,
+    sweep_backward,
+    sweep_forward,
+    turns_of,
 )
+from curveline.rod.spatial.energy import BAND, Shape, SpatialRod
 
 RESIDUAL = 1e-10
 """Largest force that is left over, relative to the largest of the forces that balance."""
@@ -46,6 +49,12 @@ SETTLED, EXHAUSTED, BROKEN = 0, 1, 2
 """How a descent ends."""
 
 
+@njit
+def floor_of(rod):
+    """What rounding leaves over of the forces."""
+    return ROUNDING * rod.edges.size * max(rod.stiffness[0], max(rod.stiffness[1], rod.stiffness[2]))
+
+
 @shipped(SpatialRod)
 def neutral_of(rod):
     """How far below zero an eigenvalue may be to count as zero."""
@@ -59,66 +68,6 @@ def free_of(rod):
     """First and last but one of the unknowns that are free; the first vertex is held, the last one as the rod says."""
     size = 4 * rod.edges.size + 3
     return 3, size - 3 if rod.held[1] > 0.0 else size
-
-
-@njit
-def gap_of(rod, shape):
-    """How far (3,) the last vertex is from its place; nothing if it is free."""
-    gap = np.zeros(3)
-    if rod.held[1] > 0.0:
-        last = positions(rod, shape)[-1]
-        for axis in range(3):
-            gap[axis] = rod.chord[axis] - last[axis]
-    return gap
-
-
-@njit
-def reaction_of(rod, gradient):
-    """The force (3,) on the last vertex that most of the rod asks for, by the `gradient (4n+3,)` of `assemble`.
-
-    At equilibrium every edge asks for the same. Before, the median is least disturbed by kinks, whose forces are of the
-    order of the number of vertices squared.
-    """
-    n = rod.edges.size
-    out, beyond = np.zeros(3), np.empty(n)
-    for axis in range(3 if rod.held[1] > 0.0 else 0):
-        total = 0.0
-        for j in range(n - 1, -1, -1):
-            total += gradient[4 * j + 4 + axis]
-            beyond[j] = total
-        asked = np.sort(beyond)
-        out[axis] = 0.5 * (asked[(n - 1) // 2] + asked[n // 2])
-    return out
-
-
-@shipped(SpatialRod, Shape)
-def newton_system(rod, shape):
-    """Gradient (4n+3,), band (4n+3, 11) of the Hessian of `moved`, and gap (3,) of the last vertex at `shape`."""
-    gradient, band = assemble(rod, shape)
-    follow_turns(rod, shape, gradient, reaction_of(rod, gradient), band)
-    return gradient, band, gap_of(rod, shape)
-
-
-@shipped(SpatialRod, Vector, Vector)
-def left_over(rod, gradient, gap):
-    """Largest force left over, over the largest force that an edge passes on, and what rounding alone may leave."""
-    n = rod.edges.size
-    scale = 1.0
-    for axis in range(3):
-        total = 0.0
-        for j in range(n - 1, -1, -1):
-            total += gradient[4 * j + 4 + axis] + rod.forces[j + 1, axis]
-            scale = max(scale, abs(total))
-    begin, end = free_of(rod)
-    left = 0.0
-    for i in range(begin, end):
-        if not abs(gradient[i]) < np.inf:
-            return np.nan, 0.0
-        left = max(left, abs(gradient[i]))
-    for axis in range(3):
-        left = max(left, abs(gap[axis]) * scale)
-    stiffest = max(rod.stiffness[0], max(rod.stiffness[1], rod.stiffness[2]))
-    return left / scale, ROUNDING * n * stiffest / scale
 
 
 @shipped(Matrix, Matrix, float, tuple[int, int])
@@ -147,105 +96,154 @@ def definite(band, weights, shift, bounds):
     return factor, shift, False
 
 
-@shipped(SpatialRod, Vector, Matrix, Vector)
-def right_sides(rod, gradient, band, gap):
-    """Right-hand sides (2, N): minus the gradient, and what moving the last vertex to its place asks of the others."""
-    begin, end = free_of(rod)
-    last = np.zeros(gradient.size)
-    if rod.held[1] > 0.0:
-        last[-3:] = gap
-    asked = times(band, last)
-    right = np.empty((2, end - begin))
-    for i in range(begin, end):
-        right[0, i - begin] = -gradient[i]
-        right[1, i - begin] = -asked[i]
-    return right
-
-
-@shipped(SpatialRod, Shape, Vector, Matrix)
-def joined(rod, shape, gap, solutions):
-    """The step (4n+3,) from both `solutions (2, N)`: of the second, as much as turns no edge by more than `TURN`."""
-    begin, end = free_of(rod)
-    step = np.zeros(4 * rod.edges.size + 3)
-    if rod.held[1] > 0.0:
-        step[begin:end] = solutions[1]
-        step[-3:] = gap
-        _, turn = moved(rod, shape, step, 1.0)
-        if turn > TURN:
-            step *= TURN / turn
-    step[begin:end] += solutions[0]
-    return step
-
-
-@shipped(SpatialRod, Shape, Vector)
-def bounded(rod, shape, step):
-    """The shape after as much of the step as turns no edge by more than `TURN`, how much, and the whole step's turn."""
-    whole, turn = moved(rod, shape, step, 1.0)
-    if turn <= TURN:
-        return whole, 1.0, turn
-    part, _ = moved(rod, shape, step, TURN / turn)
-    return part, TURN / turn, turn
+@njit
+def room_for(n):
+    """Arrays for the bordered system of n edges and for its factor, see `bordered`."""
+    system = np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 4))
+    factor = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 4))
+    return system, factor
 
 
 @njit
-def merit(rod, shape, force):
-    """Energy, plus the `force (3,)` on the last vertex times how far it is from its place, plus a penalty on that."""
-    gap = gap_of(rod, shape)
-    total = energy(rod, shape)
-    for axis in range(3):
-        total += force[axis] * gap[axis] + 0.5 * PENALTY * gap[axis] ** 2
-    return total
+def factored(rod, system, shift, factor, give, complement):
+    """Factor a bordered system that is shifted; True if what the border allows is a minimum."""
+    for r in range(3):
+        complement[r, 0] = 0.0
+        for c in range(3):
+            complement[r, 1 + c] = give[r, c]
+    negative = sweep_forward(system, rod.edges, shift, factor, complement)
+    if rod.held[1] == 0.0:
+        return negative == 0
+    return negative + solve_border(complement, np.zeros(3)) == 3
 
 
 @njit
-def searched(rod, shape, step, force):
-    """The shape after as much of the step as lowers the augmented Lagrangian, and if any of it did.
+def newton_step(rod, factor, complement, gap, step, change):
+    """Overwrite the turns `step (n, 3)` and the reaction's `change (3,)`: Newton's step, closing the gap by a part.
 
-    `force (3,)` is that on the last vertex after the step, to first order: the multiplier of its place.
+    Of what closes the `gap (3,)`, as much as turns no edge by more than `TURN`.
     """
-    trial, scale, turn = bounded(rod, shape, step)
-    if turn < SMALL:
-        return trial, True
-    start = merit(rod, shape, force)
-    for _ in range(SHORTENINGS):
-        if merit(rod, trial, force) < start:
-            return trial, True
-        scale *= 0.5
-        trial, _ = moved(rod, shape, step, scale)
-    return trial, False
+    share, asked = np.zeros(4), np.zeros(3)
+    for axis in range(3):
+        asked[axis] = complement[axis, 0]
+        change[axis] = 0.0
+    share[0] = 1.0
+    if rod.held[1] == 0.0:
+        sweep_backward(factor, share, step)
+        return
+    solve_border(complement, asked)
+    for axis in range(3):
+        change[axis] = -gap[axis]
+        share[1 + axis] = -asked[axis]
+    solve_border(complement, change)
+    closing, part = np.zeros(4), 1.0
+    for axis in range(3):
+        closing[1 + axis] = -change[axis]
+    sweep_backward(factor, closing, step)
+    turn = largest(step)
+    if turn > TURN:
+        part = TURN / turn
+    for axis in range(3):
+        share[1 + axis] -= part * change[axis]
+        change[axis] = asked[axis] + part * change[axis]
+    sweep_backward(factor, share, step)
 
 
 @njit
-def force_after(rod, gradient, band, step):
-    """The force (3,) on the last vertex after a `step (4n+3,)`, to first order; none if it is free."""
-    if rod.held[1] > 0.0:
-        return (gradient + times(band, step))[-3:]
-    return np.zeros(3)
+def largest(step):
+    """The largest of the turns (n, 3)."""
+    most = 0.0
+    for j in range(step.shape[0]):
+        most = max(most, step[j, 0] ** 2 + step[j, 1] ** 2 + step[j, 2] ** 2)
+    return np.sqrt(most)
+
+
+@njit
+def searched(rod, frames, turns, step, reaction, after, turns_after):
+    """Go as far along a step as lowers the augmented Lagrangian, and turns no edge by more than `TURN`; True if any."""
+    turn = largest(step)
+    scale = TURN / turn if turn > TURN else 1.0
+    advance(rod, frames, turns, step, scale, after, turns_after)
+    if turn < SMALL:
+        return True
+    start = lagrangian(rod, frames, turns, reaction, PENALTY)
+    for _ in range(SHORTENINGS):
+        if lagrangian(rod, after, turns_after, reaction, PENALTY) < start:
+            return True
+        scale *= 0.5
+        advance(rod, frames, turns, step, scale, after, turns_after)
+    return False
 
 
 @shipped(SpatialRod, Shape, int)
 def descend_from(rod, shape, iterations):
     """Shape, how it ended, iterations and force left over of a descent from `shape`: see `relax.descend`."""
-    weights, least, bounds = metric(rod), neutral_of(rod), free_of(rod)
-    shift = least
-    residual = np.inf
-    for iteration in range(1, iterations + 1):
-        gradient, band, gap = newton_system(rod, shape)
-        residual, floor = left_over(rod, gradient, gap)
+    n = rod.edges.size
+    least, shift, residual = neutral_of(rod), neutral_of(rod), np.inf
+    system, factor = room_for(n)
+    frames, turns = shape.frames.copy(), turns_of(rod, shape)
+    reaction = first_reaction(rod, shape, turns)
+    after, turns_after, step, forces = np.empty((n, 4)), np.empty((n + 1, 4)), np.empty((n, 3)), np.empty((n, 3))
+    gap, give, complement, change = np.empty(3), np.empty((3, 3)), np.empty((3, 4)), np.empty(3)
+    ending, iteration = EXHAUSTED, 0
+    while iteration < iterations and ending == EXHAUSTED:
+        iteration += 1
+        scale = passed_on(rod, reaction, forces)
+        balance(rod, frames, turns, forces, system, gap, give)
+        residual = left_over(rod, system[2], gap, scale)
         if not residual < np.inf:
-            return shape, BROKEN, iteration, residual
-        factor, shift, is_definite = definite(band, weights, shift, bounds)
+            ending = BROKEN
+            break
+        is_definite = factored(rod, system, shift, factor, give, complement)
+        for _ in range(SHIFTS):
+            if is_definite:
+                break
+            shift = max(LEAST_SHIFT, 4.0 * shift)
+            is_definite = factored(rod, system, shift, factor, give, complement)
         if not is_definite:
-            return shape, BROKEN, iteration, residual
-        if shift == least and residual <= max(RESIDUAL, floor):
-            return shape, SETTLED, iteration, residual
-        # While kinks make the rod unstable, they are smoothed first: a stiffened rod closes its gap by a new kink.
-        gap /= 1.0 + shift / SMOOTHING
-        right = right_sides(rod, gradient, band, gap)
-        for side in range(2):
-            right[side] = solve_factored(factor, right[side])
-        step = joined(rod, shape, gap, right)
-        shape, found = searched(rod, shape, step, force_after(rod, gradient, band, step))
-        relief = 0.25 * shift if shift > LEAST_SHIFT else least
-        shift = relief if found else 4.0 * max(shift, LEAST_SHIFT)
-    return shape, EXHAUSTED, iterations, residual
+            ending = BROKEN
+        elif shift == least and residual <= max(0.5 * RESIDUAL, floor_of(rod) / scale):
+            ending = SETTLED
+        else:
+            # While kinks make the rod unstable, they are smoothed first: a stiffened rod closes its gap by a new kink.
+            for axis in range(3):
+                gap[axis] /= 1.0 + shift / SMOOTHING
+            newton_step(rod, factor, complement, gap, step, change)
+            for axis in range(3):
+                reaction[axis] += change[axis]
+            found = searched(rod, frames, turns, step, reaction, after, turns_after)
+            frames, after, turns, turns_after = after, frames, turns_after, turns
+            relief = 0.25 * shift if shift > LEAST_SHIFT else least
+            shift = relief if found else 4.0 * max(shift, LEAST_SHIFT)
+    return Shape(strains(rod, frames, reaction), frames, turns), ending, iteration, residual
+
+
+@shipped(SpatialRod, Shape, int)
+def newton_from(rod, shape, iterations):
+    """Shape, how it ended, iterations and force left over of Newton's method from `shape`: see `relax.newton`."""
+    n = rod.edges.size
+    residual = np.inf
+    system, factor = room_for(n)
+    frames, turns = shape.frames.copy(), turns_of(rod, shape)
+    reaction = first_reaction(rod, shape, turns)
+    after, turns_after, step, forces = np.empty((n, 4)), np.empty((n + 1, 4)), np.empty((n, 3)), np.empty((n, 3))
+    gap, give, complement, change = np.empty(3), np.empty((3, 3)), np.empty((3, 4)), np.empty(3)
+    ending, iteration = EXHAUSTED, 0
+    while iteration < iterations and ending == EXHAUSTED:
+        iteration += 1
+        scale = passed_on(rod, reaction, forces)
+        balance(rod, frames, turns, forces, system, gap, give)
+        residual = left_over(rod, system[2], gap, scale)
+        if residual <= max(0.5 * RESIDUAL, floor_of(rod) / scale):
+            ending = SETTLED
+        elif not residual < np.inf:
+            ending = BROKEN
+        else:
+            factored(rod, system, neutral_of(rod), factor, give, complement)
+            newton_step(rod, factor, complement, gap, step, change)
+            turn = largest(step)
+            advance(rod, frames, turns, step, min(1.0, TURN / max(turn, TURN)), after, turns_after)
+            for axis in range(3):
+                reaction[axis] += change[axis]
+            frames, after, turns, turns_after = after, frames, turns_after, turns
+    return Shape(strains(rod, frames, reaction), frames, turns), ending, iteration, residual

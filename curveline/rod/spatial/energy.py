@@ -17,7 +17,7 @@ from curveline.kernels.forms import Matrix, Vector
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.rotations import between, exponential, matrix_of, multiply, normalise
 from curveline.rod.problem import Array
-from curveline.rod.spatial.blocks import along_rotations, clear, halve_rotation, rotated, scatter, vertex_blocks
+from curveline.rod.spatial.blocks import along_rotations, halved_rotation, rotated, scatter, vertex_blocks
 from curveline.rod.spatial.terms import bend, loads, stretch, twist
 
 BAND = 11
@@ -120,30 +120,38 @@ def vertex_energy(rod, i, q):
     if share == 0.0:
         return 0.0
     return share * (
-        bend.energy(q, cell, rod.stiffness, rod.natural) + twist.energy(q, cell, rod.stiffness, rod.natural)
+        bend.energy(q, cell, rod.stiffness, rod.natural) + twist.energy(q, cell, rod.stiffness[2], rod.natural[2])
     )
 
 
 @njit
-def vertex_slopes(rod, i, single, q, force, curvature):
-    """Overwrite slope `force (3,)` and `curvature (3, 3)` of the energy of vertex `i` by rotations of its frames.
+def vertex_slopes(rod, i, single, q):
+    """Slope (3) and curvature (6), lower triangle by rows, of the energy of vertex `i` by rotations of its frames.
 
-    `single` and `q` as `relative` gives them. Returns False, and nothing, for a free end.
+    `single` and `q` as `relative` gives them; nothing but zeros for a free end.
     """
     cell, share = cell_of(rod, i)
     if share == 0.0:
-        return False
-    slope, bending = np.zeros(4), np.zeros((4, 4))
-    bend.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
-    twist.add_derivatives(q, cell, rod.stiffness, rod.natural, slope, bending)
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    (s0, s1, s2, s3), (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9) = bend.derivatives(q, cell, rod.stiffness, rod.natural)
+    (t0, _, _, t3), (b0, _, _, _, _, _, b6, _, _, b9) = twist.derivatives(q, cell, rod.stiffness[2], rod.natural[2])
+    slope, bending = (s0 + t0, s1, s2, s3 + t3), (a0 + b0, a1, a2, a3, a4, a5, a6 + b6, a7, a8, a9 + b9)
     if share < 1.0:
-        halve_rotation(single, slope, bending)
-        for r in range(4):
-            slope[r] *= share
-            for c in range(r + 1):
-                bending[r, c] *= share
-    along_rotations(single, slope, bending, force, curvature)
-    return True
+        (s0, s1, s2, s3), (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9) = halved_rotation(single, slope, bending)
+        slope = share * s0, share * s1, share * s2, share * s3
+        bending = (
+            share * a0,
+            share * a1,
+            share * a2,
+            share * a3,
+            share * a4,
+            share * a5,
+            share * a6,
+            share * a7,
+            share * a8,
+            share * a9,
+        )
+    return along_rotations(single, slope, bending)
 
 
 @shipped(SpatialRod, Shape)
@@ -166,15 +174,15 @@ def moments(rod, shape):
     n = rod.edges.size
     out = np.zeros((2, 3))
     single, q = np.empty(4), np.empty(4)
-    force, curvature, matrix = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    matrix = np.empty((3, 3))
     for end in range(2):
         i = n * end
         relative(rod, shape, i, single, q)
-        if vertex_slopes(rod, i, single, q, force, curvature):
-            matrix_of(shape.frames[n - 1] if end else rod.frames[0], matrix)
-            for axis in range(3):
-                total = matrix[axis, 0] * force[0] + matrix[axis, 1] * force[1] + matrix[axis, 2] * force[2]
-                out[end, axis] = total if end else -total
+        (first, second, third), _ = vertex_slopes(rod, i, single, q)
+        matrix_of(shape.frames[n - 1] if end else rod.frames[0], matrix)
+        for axis in range(3):
+            total = matrix[axis, 0] * first + matrix[axis, 1] * second + matrix[axis, 2] * third
+            out[end, axis] = total if end else -total
     return out
 
 
@@ -186,7 +194,6 @@ def assemble(rod, shape):
     band = np.zeros((4 * n + 3, BAND))
     loads.add_derivatives(rod.forces, gradient)
     single, q = np.empty(4), np.empty(4)
-    force, curvature = np.empty(3), np.empty((3, 3))
     turned, matrix, previous = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     slope8, hessian8, block = np.zeros(8), np.zeros((8, 8)), np.empty((4, 4))
     own_slope, own, cross = np.zeros(4), np.zeros((4, 4)), np.empty((4, 4))
@@ -194,13 +201,8 @@ def assemble(rod, shape):
         before = rod.edges[i - 1] * (1.0 + shape.strain[i - 1]) if i > 0 else 1.0
         after = rod.edges[i] * (1.0 + shape.strain[i]) if i < n else 1.0
         relative(rod, shape, i, single, q)
-        if vertex_slopes(rod, i, single, q, force, curvature):
-            matrix_of(single, turned)
-            vertex_blocks(turned, force, curvature, before, after, slope8, hessian8)
-        else:
-            clear(hessian8)
-            for r in range(8):
-                slope8[r] = 0.0
+        matrix_of(single, turned)
+        vertex_blocks(turned, vertex_slopes(rod, i, single, q), before, after, slope8, hessian8)
         if i > 0:
             # Edge i - 1 now has all that acts on it: from its first vertex, from its stretch, from this vertex.
             stretch.add_derivatives(shape.strain[i - 1], rod.edges[i - 1], rod.stiffness, own_slope, own)

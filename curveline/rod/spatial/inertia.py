@@ -78,20 +78,14 @@ def add_pull(rod, shape, begin, pull, gradient, band):
             gradient[4 * i + axis] += pull.masses[i] * (places[i, axis] - pull.places[i, axis])
             band[4 * i + axis, 0] += pull.masses[i]
     q = np.empty(4)
-    force, curvature = np.empty(3), np.empty((3, 3))
     turned, matrix = np.empty((3, 3)), np.empty((3, 3))
     slope8, hessian8 = np.zeros(8), np.zeros((8, 8))
-    stiffness, natural = np.zeros(4), np.zeros(3)
     for j in range(rod.edges.size):
-        slope, bending = np.zeros(4), np.zeros((4, 4))
         between(begin.frames[j], shape.frames[j], q)
-        stiffness[2] = pull.inertias[j]
-        natural[2] = pull.turns[j]
-        twist.add_derivatives(q, 1.0, stiffness, natural, slope, bending)
-        along_rotations(q, slope, bending, force, curvature)
+        slope, bending = twist.derivatives(q, 1.0, pull.inertias[j], pull.turns[j])
         matrix_of(q, turned)
         length = rod.edges[j] * (1.0 + shape.strain[j])
-        vertex_blocks(turned, force, curvature, 1.0, length, slope8, hessian8)
+        vertex_blocks(turned, along_rotations(q, slope, bending), 1.0, length, slope8, hessian8)
         matrix_of(shape.frames[j], matrix)
         add_edge(slope8[4:], hessian8[4:, 4:], matrix, j, gradient, band)
 
@@ -122,7 +116,6 @@ def add_viscosity(rod, shape, pull, gradient, band):
     natural = np.empty(3)
     damper = SpatialRod(rod.edges, rod.stiffness * pull.viscosity, natural, rod.forces, rod.chord, rod.frames, rod.held)
     single, q = np.empty(4), np.empty(4)
-    force, curvature = np.empty(3), np.empty((3, 3))
     turned, block = np.empty((3, 3)), np.empty((4, 4))
     matrix, previous = np.empty((3, 3)), np.empty((3, 3))
     slope8, hessian8 = np.zeros(8), np.zeros((8, 8))
@@ -135,14 +128,13 @@ def add_viscosity(rod, shape, pull, gradient, band):
         for axis in range(3):
             natural[axis] = pull.bends[i, axis] / cell
         relative(rod, shape, i, single, q)
-        if vertex_slopes(damper, i, single, q, force, curvature):
-            matrix_of(single, turned)
-            vertex_blocks(turned, force, curvature, before, after, slope8, hessian8)
-            if i > 0:
-                add_edge(slope8[:4], hessian8[:4, :4], previous, i - 1, gradient, band)
-            if i < n:
-                add_edge(slope8[4:], hessian8[4:, 4:], matrix, i, gradient, band)
-            if 0 < i < n:
-                rotated(hessian8[4:, :4], matrix, previous, block)
-                scatter(block, i, i - 1, band)
+        matrix_of(single, turned)
+        vertex_blocks(turned, vertex_slopes(damper, i, single, q), before, after, slope8, hessian8)
+        if i > 0:
+            add_edge(slope8[:4], hessian8[:4, :4], previous, i - 1, gradient, band)
+        if i < n:
+            add_edge(slope8[4:], hessian8[4:, 4:], matrix, i, gradient, band)
+        if 0 < i < n:
+            rotated(hessian8[4:, :4], matrix, previous, block)
+            scatter(block, i, i - 1, band)
         previous[:] = matrix

@@ -8,23 +8,23 @@ and then loses two of them at once.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from curveline.kernels.forms import Matrix
+from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.rotations import matrix_of
-from curveline.rod.problem import Array
 from curveline.rod.spatial.energy import Shape, SpatialRod, positions, relative
 
 TAIL = 0.3
 """Of the free length: straight rod behind the clamps, around which nothing can pass."""
 FAR = 30.0
 """Of the free length: how far behind the display the closing line runs."""
-MOST_POINTS = 200
-"""Of the curve whose writhe is taken, which costs the square of their number."""
+MOST_POINTS = 64
+"""Of the curve whose writhe is taken, which costs the square of their number; of fewer it is off by hundredths."""
 
 
-def turns(rod: SpatialRod, shape: Shape) -> float:
+@shipped(SpatialRod, Shape)
+def turns(rod, shape):
     """Twist and writhe together, in turns: the roll of the last clamp less that of the first, or even numbers off it.
 
     Clamps that point out of the plane add what is below half a turn.
@@ -32,7 +32,8 @@ def turns(rod: SpatialRod, shape: Shape) -> float:
     return twist(rod, shape) + writhe(_closed(rod, shape))
 
 
-def twist(rod: SpatialRod, shape: Shape) -> float:
+@shipped(SpatialRod, Shape)
+def twist(rod, shape):
     """How often the material frame turns about the curve, from frame to frame, the clamps' among them.
 
     `twisting.total_twist` is what the rod resists; at a clamp where it bends, the two differ by the cube of the edge.
@@ -41,44 +42,67 @@ def twist(rod: SpatialRod, shape: Shape) -> float:
     angle = 0.0
     for vertex in range(rod.edges.size + 1):
         relative(rod, shape, vertex, single, whole)
-        angle += 2.0 * math.atan2(single[3], single[0])
-    return angle / (2.0 * math.pi)
+        angle += 2.0 * np.arctan2(single[3], single[0])
+    return angle / (2.0 * np.pi)
 
 
-def writhe(points: Array) -> float:
+@shipped(Matrix)
+def writhe(points):
     """Writhe of the closed polygon through `points (n, 3)`: crossings by sign, averaged over all views.
 
     Gauss's integral over pairs of edges, each the solid angle of a spherical quadrangle (Klenin and Langowski 2000,
-    method 1a).
+    method 1), which is convex: two triangles (Van Oosterom and Strackee 1983).
     """
-    start, end = points, np.roll(points, -1, axis=0)
-    corners = [to[None, :] - of[:, None] for of, to in ((start, start), (start, end), (end, end), (end, start))]
-    normals = [_unit(np.cross(corners[k], corners[(k + 1) % 4])) for k in range(4)]
-    cosines = [np.sum(normals[k] * normals[(k + 1) % 4], axis=-1) for k in range(4)]
-    area = sum(np.arcsin(np.clip(cosine, -1.0, 1.0)) for cosine in cosines)
-    edges = end - start
-    side = np.sum(np.cross(edges[None, :], edges[:, None]) * corners[0], axis=-1)
-    pairs = np.sign(side) * area
-    # Edges that meet lie in one plane and count nothing, up to rounding.
-    number = np.arange(len(points))
-    for neighbour in (number, np.roll(number, 1), np.roll(number, -1)):
-        pairs[number, neighbour] = 0.0
-    return float(np.sum(pairs)) / (4.0 * math.pi)
+    n = points.shape[0]
+    a, b, c, d = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    total = 0.0
+    for i in range(n):
+        after = (i + 1) % n
+        for j in range(i + 2, n):
+            # Edges that meet lie in one plane and count nothing.
+            if (j + 1) % n != i:
+                end = (j + 1) % n
+                for axis in range(3):
+                    a[axis], b[axis] = points[j, axis] - points[i, axis], points[end, axis] - points[i, axis]
+                    c[axis], d[axis] = points[end, axis] - points[after, axis], points[j, axis] - points[after, axis]
+                p, q, r, s = np.sqrt(_dot(a, a)), np.sqrt(_dot(b, b)), np.sqrt(_dot(c, c)), np.sqrt(_dot(d, d))
+                across = _dot(a, c)
+                one, two = _triple(a, b, c), _triple(a, c, d)
+                beside = p * q * r + _dot(a, b) * r + across * q + _dot(b, c) * p
+                other = p * r * s + across * s + _dot(a, d) * r + _dot(c, d) * p
+                total += np.arctan2(one * other + two * beside, beside * other - one * two)
+    return -total / np.pi
 
 
-def _unit(vectors: Array) -> Array:
-    """The same directions, of length 1 or, where there is none, 0."""
-    size = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.where(size > 0.0, size, 1.0))
+@njit
+def _dot(a, b):
+    """Scalar product of two vectors (3,)."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def _closed(rod: SpatialRod, shape: Shape) -> Array:
+@njit
+def _triple(a, b, c):
+    """Volume that three vectors (3,) span, by sign."""
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+
+
+@njit
+def _closed(rod, shape):
     """The rod's vertices, thinned, with its tails and a line far behind the display that closes it."""
     curve = positions(rod, shape)
-    step = -(-len(curve) // MOST_POINTS)
-    matrix, tails = np.empty((3, 3)), []
-    for clamp, end, side in ((0, curve[0], -TAIL), (1, curve[-1], TAIL)):
+    n = rod.edges.size
+    step = 1 + n // MOST_POINTS
+    kept = 1 + (n - 1) // step
+    out, matrix = np.empty((kept + 5, 3)), np.empty((3, 3))
+    for axis in range(3):
+        for k in range(kept):
+            out[1 + k, axis] = curve[k * step, axis]
+        out[kept + 1, axis] = curve[n, axis]
+    for clamp in range(2):
         matrix_of(rod.frames[clamp], matrix)
-        tails.append(end + side * matrix[:, 2])
-    behind = np.array([0.0, 0.0, -FAR])
-    return np.vstack([tails[0], curve[:-1:step], curve[-1], tails[1], tails[1] + behind, tails[0] + behind])
+        end, side, row = (curve[n], TAIL, kept + 2) if clamp else (curve[0], -TAIL, 0)
+        for axis in range(3):
+            out[row, axis] = end[axis] + side * matrix[axis, 2]
+            out[kept + 3 + (1 - clamp), axis] = out[row, axis]
+        out[kept + 3 + (1 - clamp), 2] -= FAR
+    return out

@@ -12,22 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod.problem import Array
-from curveline.rod.spatial.bands import factorise, solve_factored, solve_indefinite, times
+from curveline.rod.spatial.bands import solve_factored, times
 from curveline.rod.spatial.descent import NEUTRAL as NEUTRAL
-from curveline.rod.spatial.descent import (
-    RESIDUAL,
-    bounded,
-    definite,
-    descend_from,
-    free_of,
-    joined,
-    left_over,
-    neutral_of,
-    newton_system,
-    right_sides,
-    shifted,
-)
+from curveline.rod.spatial.descent import RESIDUAL as RESIDUAL
+from curveline.rod.spatial.descent import definite, descend_from, free_of, neutral_of, newton_from
 from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, metric
+from curveline.rod.spatial.stability import is_minimum
 
 BESIDE = 0.2
 """Largest turn of an edge [rad] that leads to an equilibrium beside a start, and steps to find it in."""
@@ -81,21 +71,8 @@ def newton(rod: SpatialRod, shape: Shape, iterations: int = 60) -> Relaxed:
 
     The Hessian is shifted by next to nothing, which keeps motions that cost nothing from running away.
     """
-    weights, least = metric(rod), neutral_of(rod)
-    residual = math.inf
-    for iteration in range(1, iterations + 1):
-        gradient, band, gap = newton_system(rod, shape)
-        residual, floor = left_over(rod, gradient, gap)
-        if residual <= max(RESIDUAL, floor):
-            return Relaxed(shape, RelaxEnding.SETTLED, iteration, residual)
-        if not math.isfinite(residual):
-            return Relaxed(shape, RelaxEnding.BROKEN, iteration, residual)
-        right = right_sides(rod, gradient, band, gap)
-        solution = solve_indefinite(shifted(band, weights, least, free_of(rod)), right.T)
-        if solution is None:
-            return Relaxed(shape, RelaxEnding.BROKEN, iteration, residual)
-        shape = bounded(rod, shape, joined(rod, shape, gap, np.ascontiguousarray(solution.T)))[0]
-    return Relaxed(shape, RelaxEnding.EXHAUSTED, iterations, residual)
+    shape, ending, taken, residual = newton_from(rod, shape, iterations)
+    return Relaxed(shape, ENDINGS[ending], taken, residual)
 
 
 def settle(rod: SpatialRod, shape: Shape, iterations: int = 200) -> Relaxed:
@@ -173,6 +150,5 @@ def lowest_modes(rod: SpatialRod, shape: Shape, count: int) -> tuple[Array, Arra
 
 
 def is_stable(rod: SpatialRod, shape: Shape) -> bool:
-    """True if the second variation at `shape` is positive definite, but for motions that cost nothing."""
-    _, band = assemble(rod, shape)
-    return bool(factorise(shifted(band, metric(rod), neutral_of(rod), free_of(rod))))
+    """True if the second variation at an equilibrium is positive definite, but for motions that cost nothing."""
+    return bool(is_minimum(rod, shape))

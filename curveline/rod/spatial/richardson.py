@@ -19,7 +19,8 @@ from curveline.rod.problem import Array, halved
 from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, cell_of, energy, moments, positions, relative
 from curveline.rod.spatial.lifting import clamp_tangents, relax_in_space, spatial_rod, stays_in_plane
 from curveline.rod.spatial.linking_number import turns
-from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, is_stable, lowest_mode, settle
+from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, is_stable, settle
+from curveline.rod.spatial.stability import lowest_eigenvalue
 from curveline.rod.spatial.terms import bend, loads
 from curveline.rod.states.equilibrium import SPATIAL, Equilibrium, Outcome, tail_of
 
@@ -154,7 +155,7 @@ def climb(segment: ClampedRod, rod: SpatialRod, relaxed: Relaxed, tolerance: flo
     change, lowest = math.inf, math.nan
     rungs = 1
     while relaxed.ending is RelaxEnding.SETTLED and 2 * rod.edges.size <= MOST_EDGES and error > tolerance:
-        lowest_before, lowest = lowest, lowest_mode(rod, relaxed.shape)[0]
+        lowest_before, lowest = lowest, float(lowest_eigenvalue(rod, relaxed.shape))
         places = rod.edges
         finer = spatial_rod(segment, np.asarray(halved(rod.edges)))
         relaxed = settle(finer, refined(rod, relaxed.shape), _steps_on(finer.edges.size))

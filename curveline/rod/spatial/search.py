@@ -22,8 +22,9 @@ from curveline.rod.problem import Array, halved
 from curveline.rod.spatial.energy import Shape, SpatialRod, energy, positions
 from curveline.rod.spatial.lifting import spatial_rod
 from curveline.rod.spatial.linking_number import turns
-from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, descend, largest_turn, lowest_mode, settle
+from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, descend, largest_turn, settle
 from curveline.rod.spatial.richardson import SLIPPED, refined
+from curveline.rod.spatial.stability import lowest_eigenvalue
 from curveline.rod.spatial.twisting import spread_twist, spun
 from curveline.units import deg
 
@@ -128,7 +129,7 @@ class _Survey:
         others = self.met.setdefault(place, [])
         if any(here.is_near(other) for other in others):
             return False
-        if any(here.is_alike(other) for other in others) and lowest_mode(rod, shape)[0] < NEUTRAL:
+        if any(here.is_alike(other) for other in others) and lowest_eigenvalue(rod, shape) < NEUTRAL:
             return False
         others.append(here)
         return True

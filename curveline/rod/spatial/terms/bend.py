@@ -30,25 +30,27 @@ def energy(q, cell, stiffness, natural):
 
 
 @njit
-def add_derivatives(q, cell, stiffness, natural, gradient, hessian):
-    """Add slope (4,) and Hessian (4, 4), lower triangle, by the components of `q` to `gradient` and `hessian`."""
-    w, z = q[0], q[3]
-    d = w * w + z * z
-    along, across = 2.0 * (z * z - w * w) / d**2, -4.0 * w * z / d**2
-    for axis in range(2):
-        v = q[1 + axis]
-        value = 2.0 * w * v / d
-        slope_w, slope_v, slope_z = v * along, 2.0 * w / d, v * across
-        moment = stiffness[axis] * (value - cell * natural[axis]) / cell
-        rate = stiffness[axis] / cell
-        gradient[0] += moment * slope_w
-        gradient[1 + axis] += moment * slope_v
-        gradient[3] += moment * slope_z
-        bend_ww = 4.0 * v * w * (w * w - 3.0 * z * z) / d**3
-        bend_wz = 4.0 * v * z * (3.0 * w * w - z * z) / d**3
-        hessian[0, 0] += rate * slope_w * slope_w + moment * bend_ww
-        hessian[1 + axis, 0] += rate * slope_v * slope_w + moment * along
-        hessian[1 + axis, 1 + axis] += rate * slope_v * slope_v
-        hessian[3, 0] += rate * slope_z * slope_w + moment * bend_wz
-        hessian[3, 1 + axis] += rate * slope_z * slope_v + moment * across
-        hessian[3, 3] += rate * slope_z * slope_z - moment * bend_ww
+def derivatives(q, cell, stiffness, natural):
+    """Slope (4) and Hessian (10), lower triangle by rows, by the components of `q`."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    per = 1.0 / (w * w + z * z)
+    ww, wz, zz = w * w * per, w * z * per, z * z * per
+    along, across, turn = 2.0 * (zz - ww) * per, -4.0 * wz * per, 2.0 * w * per
+    third_w, third_z = 4.0 * w * (ww - 3.0 * zz) * per * per, 4.0 * z * (3.0 * ww - zz) * per * per
+    rate, other = stiffness[0] / cell, stiffness[1] / cell
+    moment, sideways = rate * (turn * x - cell * natural[0]), other * (turn * y - cell * natural[1])
+    # Of both components together, what their slopes by w and z have in common.
+    pull, spread = moment * x + sideways * y, rate * x * x + other * y * y
+    slope = (pull * along, moment * turn, sideways * turn, pull * across)
+    return slope, (
+        spread * along * along + pull * third_w,
+        rate * turn * x * along + moment * along,
+        rate * turn * turn,
+        other * turn * y * along + sideways * along,
+        0.0,
+        other * turn * turn,
+        spread * along * across + pull * third_z,
+        rate * turn * x * across + moment * across,
+        other * turn * y * across + sideways * across,
+        spread * across * across - pull * third_w,
+    )

@@ -19,21 +19,28 @@ def angle(q):
 
 @njit
 def energy(q, cell, stiffness, natural):
-    """Twisting energy of a vertex; `stiffness (4,)` and `natural (3,)` as in `spatial.SpatialRod`."""
-    return 0.5 * stiffness[2] * (angle(q) - cell * natural[2]) ** 2 / cell
+    """Twisting energy of a vertex whose rod has a `stiffness` GJ / EI and a `natural` twist per length."""
+    return 0.5 * stiffness * (angle(q) - cell * natural) ** 2 / cell
 
 
 @njit
-def add_derivatives(q, cell, stiffness, natural, gradient, hessian):
-    """Add slope (4,) and Hessian (4, 4), lower triangle, by the components of `q` to `gradient` and `hessian`."""
+def derivatives(q, cell, stiffness, natural):
+    """Slope (4) and Hessian (10), lower triangle by rows, by the components of `q`."""
     w, z = q[0], q[3]
-    d = w * w + z * z
-    slope_w, slope_z = -2.0 * z / d, 2.0 * w / d
-    moment = stiffness[2] * (angle(q) - cell * natural[2]) / cell
-    rate = stiffness[2] / cell
-    gradient[0] += moment * slope_w
-    gradient[3] += moment * slope_z
-    bend = 4.0 * w * z / d**2
-    hessian[0, 0] += rate * slope_w * slope_w + moment * bend
-    hessian[3, 0] += rate * slope_w * slope_z + moment * 2.0 * (z * z - w * w) / d**2
-    hessian[3, 3] += rate * slope_z * slope_z - moment * bend
+    per = 1.0 / (w * w + z * z)
+    slope_w, slope_z = -2.0 * z * per, 2.0 * w * per
+    rate = stiffness / cell
+    moment = rate * (angle(q) - cell * natural)
+    bend = -slope_w * slope_z
+    return (moment * slope_w, 0.0, 0.0, moment * slope_z), (
+        rate * slope_w * slope_w + moment * bend,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        rate * slope_w * slope_z + 0.5 * moment * (slope_w * slope_w - slope_z * slope_z),
+        0.0,
+        0.0,
+        rate * slope_z * slope_z - moment * bend,
+    )
