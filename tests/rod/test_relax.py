@@ -16,6 +16,7 @@ from curveline.rod.spatial.bands import times
 from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, metric, moments, moved, positions
 from curveline.rod.spatial.lifting import frame
 from curveline.rod.spatial.relax import RESIDUAL, RelaxEnding, descend, is_stable, lowest_mode, lowest_modes, newton
+from curveline.rod.spatial.stability import lowest_eigenvalue as lowest_in_space
 from curveline.rod.spatial.twisting import spun, total_twist, twisted, wind
 
 from .spatial_rods import arch, dense, turned
@@ -222,6 +223,10 @@ def test_the_lowest_modes_are_those_of_the_dense_matrices(kind: str, stretch: fl
     assert values == pytest.approx(expected, rel=1e-8, abs=1e-8 + noise)
     assert (expected[0] < 0.0) == (kind == "saddle" or (kind == "twisted" and stretch > 1e2))
     _, band = assemble(rod, shape)
+    # By turns alone: what the strains of a mode have in its size is known to the square of the strain.
+    strain = float(np.max(np.abs(shape.strain)))
+    assert lowest_in_space(rod, shape) == pytest.approx(expected[0], rel=1e-8 + strain**2, abs=noise)
+    assert is_stable(rod, shape) == (expected[0] > 0.0)
     for value, mode in zip(values, modes, strict=True):
         assert mode @ times(metric(rod), mode) == pytest.approx(1.0)
         assert mode @ times(band, mode) == pytest.approx(value, rel=1e-6, abs=1e-5 + noise)

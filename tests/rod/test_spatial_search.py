@@ -15,7 +15,8 @@ from curveline.rod.spatial.energy import SpatialRod, positions
 from curveline.rod.spatial.lifting import spatial_rod
 from curveline.rod.spatial.linking_number import turns
 from curveline.rod.spatial.relax import descend, is_stable, lowest_mode
-from curveline.rod.spatial.search import ALL_SIDES, Curve, search_in_space, started, starts
+from curveline.rod.spatial.search import search_in_space
+from curveline.rod.spatial.starts import ALL_SIDES, Curve, started, starts
 
 from .rods import STIFFNESS
 from .spatial_rods import matrix

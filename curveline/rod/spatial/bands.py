@@ -56,27 +56,6 @@ def solve_factored(factor, right):
     return out
 
 
-def solve_indefinite(band: Array, right: Array) -> Array | None:
-    """Solution of a system with the lower `band (N, k)`, definite or not, by LU; None if it is singular."""
-    from scipy.linalg import lapack
-
-    reach = band.shape[1] - 1
-    _, _, solution, info = lapack.dgbsv(reach, reach, unfolded(band).T, right)
-    return solution if info == 0 and np.all(np.isfinite(solution)) else None
-
-
-@shipped(Matrix)
-def unfolded(band):
-    """The band of both halves as LAPACK's LU wants it, transposed: (N, 3k+1) with k rows of room for its fill."""
-    size, reach = band.shape[0], band.shape[1] - 1
-    out = np.zeros((size, 3 * reach + 1))
-    for column in range(size):
-        for k in range(min(reach + 1, size - column)):
-            out[column, 2 * reach + k] = band[column, k]
-            out[column + k, 2 * reach - k] = band[column, k]
-    return out
-
-
 @shipped(Matrix, Vector)
 def times(band, vector):
     """Product (N,) of the symmetric matrix with the lower `band (N, k)` and `vector (N,)`."""

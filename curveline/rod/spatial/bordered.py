@@ -17,21 +17,9 @@ import numpy as np
 
 from curveline.kernels.kernel import njit
 from curveline.rod.geometry.rotations import between, matrix_of, multiply, normalise
-from curveline.rod.spatial.energy import relative, vertex_energy, vertex_slopes
+from curveline.rod.spatial.energy import vertex_energy, vertex_slopes
 
 TINY = 1e-290
-SLIGHT = 1e-3
-"""Weight of what the strains say of the reaction, where the moments say nothing: in a straight rod."""
-
-
-@njit
-def turns_of(rod, shape):
-    """Rotations (n+1, 4) from frame to frame, clamps among them, as exactly as the shape knows them."""
-    n = rod.edges.size
-    out, q = np.empty((n + 1, 4)), np.empty(4)
-    for i in range(n + 1):
-        relative(rod, shape, i, out[i], q)
-    return out
 
 
 @njit
@@ -42,19 +30,6 @@ def bend_of(turns, i, n, q):
     else:
         for r in range(4):
             q[r] = turns[i, r]
-
-
-@njit
-def passed_on(rod, reaction, out):
-    """Overwrite `out (n, 3)` with the forces that the edges pass on; returns the largest component, 1 at least."""
-    largest = 1.0
-    for axis in range(3):
-        total = reaction[axis]
-        for j in range(rod.edges.size - 1, -1, -1):
-            total += rod.forces[j + 1, axis]
-            out[j, axis] = total
-            largest = max(largest, abs(total))
-    return largest
 
 
 @njit
@@ -369,58 +344,3 @@ def lagrangian(rod, frames, turns, reaction, penalty):
     for axis in range(3):
         total += 0.5 * penalty * rod.held[1] * gap[axis] ** 2
     return total
-
-
-@njit
-def strains(rod, frames, reaction):
-    """Axial strains (n,) that the forces passed on make."""
-    forces, out = np.empty((rod.edges.size, 3)), np.empty(rod.edges.size)
-    passed_on(rod, reaction, forces)
-    for j in range(out.size):
-        w, x, y, z = frames[j]
-        t0, t1, t2 = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z
-        out[j] = (t0 * forces[j, 0] + t1 * forces[j, 1] + t2 * forces[j, 2]) / rod.stiffness[3]
-    return out
-
-
-@njit
-def first_reaction(rod, shape, turns):
-    """The force (3,) on the last vertex that most of a shape asks for, whose rotations at the vertices are `turns`.
-
-    That which leaves least of the moments' slopes; where these say nothing of it, as in a straight rod, the strains do.
-    At rest, all edges ask for the same one.
-    """
-    n = rod.edges.size
-    normal, out = np.zeros((3, 4)), np.zeros(3)
-    if rod.held[1] == 0.0:
-        return out
-    forces, slopes, q = np.empty((n, 3)), np.zeros((n + 2, 3)), np.empty(4)
-    passed_on(rod, out, forces)
-    for i in range(n + 1):
-        bend_of(turns, i, n, q)
-        (m0, m1, m2), _ = in_space(shape.frames[i - 1] if i > 0 else rod.frames[0], vertex_slopes(rod, i, turns[i], q))
-        for at, sign in ((i, 1.0), (i + 1, -1.0)):
-            slopes[at, 0] += sign * m0
-            slopes[at, 1] += sign * m1
-            slopes[at, 2] += sign * m2
-    t, asked = np.empty(3), np.empty(3)
-    for j in range(n):
-        w, x, y, z = shape.frames[j]
-        t[0], t[1], t[2] = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z
-        long = rod.edges[j] * (1.0 + shape.strain[j])
-        for r in range(3):
-            asked[r] = slopes[j + 1, r] / long
-        # A kink asks for forces of the order of the number of edges squared, and is to count the less.
-        weight = 1.0 / (1.0 + asked[0] ** 2 + asked[1] ** 2 + asked[2] ** 2)
-        # Of the force, what lies across the edge is what its moments ask for, and along it what its strain says.
-        axial = SLIGHT * rod.stiffness[3] * shape.strain[j]
-        for r in range(3):
-            a, b = (r + 1) % 3, (r + 2) % 3
-            missing = asked[b] * t[a] - asked[a] * t[b]
-            for c in range(3):
-                share = (1.0 if r == c else 0.0) - (1.0 - SLIGHT) * t[r] * t[c]
-                normal[r, 1 + c] += weight * share
-                missing -= share * forces[j, c]
-            out[r] += weight * (missing + axial * t[r])
-    solve_border(normal, out)
-    return out

@@ -15,17 +15,14 @@ from curveline.rod.spatial.bands import factorise
 from curveline.rod.spatial.bordered import (
     advance,
     balance,
-    first_reaction,
     lagrangian,
     left_over,
-    passed_on,
     solve_border,
-    strains,
     sweep_backward,
     sweep_forward,
-    turns_of,
 )
 from curveline.rod.spatial.energy import BAND, Shape, SpatialRod
+from curveline.rod.spatial.reaction import first_reaction, passed_on, strains, turns_of
 
 RESIDUAL = 1e-10
 """Largest force that is left over, relative to the largest of the forces that balance."""
@@ -45,7 +42,10 @@ SMOOTHING = 1000.0
 SMALL = 0.02
 """Turn [rad] below which a step needs no line search."""
 SHORTENINGS = 14
-SETTLED, EXHAUSTED, BROKEN = 0, 1, 2
+BESIDE, ALIKE = 1e-4, 1e-9
+"""Largest force that is left over, relative, and half the square of half the turn of an edge [rad], at which a descent
+is beside a shape that is known."""
+SETTLED, EXHAUSTED, BROKEN, KNOWN = 0, 1, 2, 3
 """How a descent ends."""
 
 
@@ -175,9 +175,26 @@ def searched(rod, frames, turns, step, reaction, after, turns_after):
     return False
 
 
-@shipped(SpatialRod, Shape, int)
-def descend_from(rod, shape, iterations):
-    """Shape, how it ended, iterations and force left over of a descent from `shape`: see `relax.descend`."""
+@njit
+def is_known(frames, known):
+    """True if frames (n, 4) are those of one of the shapes `known (k, n, 4)`, or nearly."""
+    for k in range(known.shape[0]):
+        farthest = 0.0
+        for j in range(frames.shape[0]):
+            product = 0.0
+            for r in range(4):
+                product += frames[j, r] * known[k, j, r]
+            farthest = max(farthest, 1.0 - abs(product))
+            if farthest > ALIKE:
+                break
+        if farthest <= ALIKE:
+            return True
+    return False
+
+
+@njit
+def descent(rod, shape, iterations, known):
+    """Shape, how it ended, iterations and force left over of a descent, which ends beside a `known` shape (k, n, 4)."""
     n = rod.edges.size
     least, shift, residual = neutral_of(rod), neutral_of(rod), np.inf
     system, factor = room_for(n)
@@ -204,6 +221,8 @@ def descend_from(rod, shape, iterations):
             ending = BROKEN
         elif shift == least and residual <= max(0.5 * RESIDUAL, floor_of(rod) / scale):
             ending = SETTLED
+        elif shift == least and residual <= BESIDE and is_known(frames, known):
+            ending = KNOWN
         else:
             # While kinks make the rod unstable, they are smoothed first: a stiffened rod closes its gap by a new kink.
             for axis in range(3):
@@ -216,6 +235,12 @@ def descend_from(rod, shape, iterations):
             relief = 0.25 * shift if shift > LEAST_SHIFT else least
             shift = relief if found else 4.0 * max(shift, LEAST_SHIFT)
     return Shape(strains(rod, frames, reaction), frames, turns), ending, iteration, residual
+
+
+@shipped(SpatialRod, Shape, int)
+def descend_from(rod, shape, iterations):
+    """Shape, how it ended, iterations and force left over of a descent from `shape`: see `relax.descend`."""
+    return descent(rod, shape, iterations, np.empty((0, rod.edges.size, 4)))
 
 
 @shipped(SpatialRod, Shape, int)

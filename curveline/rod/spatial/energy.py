@@ -280,34 +280,6 @@ def moved(rod, shape, step, scale):
     return Shape(strain, frames, turns), largest
 
 
-@njit
-def follow_turns(rod, shape, gradient, reaction, band):
-    """Change the `band` of `assemble` from the second order of straight moves to that of `moved`.
-
-    The two differ where the force passed on by an edge, in `gradient`, is not what loads and the `reaction (3,)` on the
-    last vertex ask of it. Far from equilibrium this takes a stiff rod's Hessian a long way from being indefinite.
-    """
-    n = rod.edges.size
-    matrix, block, own = np.empty((3, 3)), np.empty((4, 4)), np.zeros((4, 4))
-    asked, missing = np.empty(3), np.empty(3)
-    for axis in range(3):
-        asked[axis] = reaction[axis]
-    for j in range(n - 1, -1, -1):
-        matrix_of(shape.frames[j], matrix)
-        length = rod.edges[j] * (1.0 + shape.strain[j])
-        for axis in range(3):
-            asked[axis] -= gradient[4 * j + 4 + axis]
-        for axis in range(3):
-            missing[axis] = matrix[0, axis] * asked[0] + matrix[1, axis] * asked[1] + matrix[2, axis] * asked[2]
-        for axis in range(2):
-            own[axis, axis] = missing[2] / length
-            own[2, axis] = own[axis, 2] = -missing[axis] / length
-        own[3, 0] = own[0, 3] = -0.5 * missing[1]
-        own[3, 1] = own[1, 3] = 0.5 * missing[0]
-        rotated(own, matrix, matrix, block)
-        scatter(block, j, j, band)
-
-
 @shipped(SpatialRod)
 def metric(rod):
     """Band (4n+3, 11) of the squared L2 norm of the edges' turns, spins and strains: what a Hessian is measured by."""

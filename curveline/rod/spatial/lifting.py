@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from curveline.kernels.forms import Vector
@@ -11,8 +14,20 @@ from curveline.rod.geometry.rotations import exponential, multiply
 from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.problem import Array
 from curveline.rod.spatial.energy import Shape, SpatialRod, moved
-from curveline.rod.spatial.relax import Relaxed, RelaxEnding, descend, is_stable, largest_turn, lowest_mode, newton
+from curveline.rod.spatial.relax import (
+    Relaxed,
+    RelaxEnding,
+    descend,
+    is_stable,
+    largest_turn,
+    lowest_mode,
+    newton,
+    settle,
+)
+from curveline.rod.spatial.rolling import roll_on
+from curveline.rod.spatial.twisting import spread_twist, spun
 from curveline.rod.states.equilibrium import Equilibrium
+from curveline.units import deg
 
 LIFT_EDGES = 24
 """Edges with which a lifted state is first relaxed."""
@@ -22,6 +37,8 @@ NUDGE = 0.05
 """Largest turn [rad] with which a state is pushed off a plane in which it is unstable."""
 SMALLEST_PART = 1.0 / 256.0
 """Of what points out of the plane, the least that is added at a time."""
+FALL = deg(2.0)
+"""Roll [rad] by which a clamp is turned on where the rod falls."""
 LARGEST_TURN = 0.5
 """An edge that turns by more than this [rad] while a part is added may belong to another branch."""
 
@@ -113,8 +130,9 @@ def stays_in_plane(segment: ClampedRod, state: Equilibrium) -> bool:
 def relax_in_space(segment: ClampedRod, state: Equilibrium) -> tuple[SpatialRod, Relaxed]:
     """The stable state in space that the planar `state` leads to while what points out of the plane is added to it.
 
-    First what lies in the plane is relaxed; where that is unstable, it is pushed off towards the viewer. Parts that
-    turn the rod by much are halved, as long as that helps, so that the branch is kept where there is one.
+    First what lies in the plane is relaxed; where that is unstable, it is pushed off towards the viewer. Then the last
+    clamp is rolled against the first. Parts that turn the rod by much are halved, as long as that helps, so that the
+    branch is kept where there is one.
     """
     rod, shape, is_pushed = _rested(segment.part(0.0), state)
     if is_pushed:
@@ -123,15 +141,46 @@ def relax_in_space(segment: ClampedRod, state: Equilibrium) -> tuple[SpatialRod,
         sideways = float(np.sum(mode[2::4]))
         way = -1.0 if sideways < 0.0 else 1.0
         shape, _ = moved(rod, shape, mode, way * NUDGE / turn)
-    relaxed = descend(rod, shape)
+    rod, relaxed = _aside(segment, rod, descend(rod, shape))
     if segment.is_flat:
         return rod, relaxed
+    rod, relaxed = _rolled(rod, relaxed, segment.roll[1] - segment.roll[0])
+    if relaxed.ending is not RelaxEnding.SETTLED:
+        return rod, relaxed
+    rod = spatial_rod(segment, rod.edges)
+    settled = settle(rod, relaxed.shape)
+    return rod, settled._replace(iterations=relaxed.iterations + settled.iterations)
+
+
+def _rolled(rod: SpatialRod, relaxed: Relaxed, turn: float) -> tuple[SpatialRod, Relaxed]:
+    """A rod whose last clamp is rolled on by `turn` [rad] and the state that this leads to, downhill at every fold."""
+    while turn != 0.0 and relaxed.ending is RelaxEnding.SETTLED:
+        shape, done, taken = roll_on(rod, relaxed.shape, turn)
+        falls = math.copysign(min(abs(turn - done), FALL), turn)
+        if done == turn:
+            return _with_roll(rod, done), relaxed._replace(shape=shape, iterations=relaxed.iterations + taken)
+        rod, turn = _with_roll(rod, done + falls), turn - done - falls
+        fallen = descend(rod, spread_twist(rod, shape, falls))
+        relaxed = fallen._replace(iterations=relaxed.iterations + taken + fallen.iterations)
+    return rod, relaxed
+
+
+def _with_roll(rod: SpatialRod, turn: float) -> SpatialRod:
+    """The rod with its last clamp rolled on by `turn` [rad]."""
+    return rod._replace(frames=np.array([rod.frames[0], spun(rod.frames[1], turn)]))
+
+
+def _aside(segment: ClampedRod, rod: SpatialRod, relaxed: Relaxed) -> tuple[SpatialRod, Relaxed]:
+    """A flat rod with all that points out of the plane added to it but what rolls its last clamp against the first."""
+    unwound = replace(segment, roll=(segment.roll[0], segment.roll[0]))
+    if unwound.is_flat:
+        return rod, relaxed
     # A clamp must not turn so far at once that the rod could take it for a turn the other way.
-    largest = min(1.0, 0.8 * LARGEST_TURN / max(map(abs, (*segment.yaw, *segment.roll, 1e-9))))
+    largest = min(1.0, 0.8 * LARGEST_TURN / max(map(abs, (*unwound.yaw, *unwound.roll, 1e-9))))
     share, step = 0.0, largest
     while share < 1.0 and relaxed.ending is RelaxEnding.SETTLED:
         now = min(1.0, share + step)
-        nearer = spatial_rod(segment.part(now), rod.edges)
+        nearer = spatial_rod(unwound.part(now), rod.edges)
         trial = descend(nearer, relaxed.shape)
         if step > SMALLEST_PART and (
             trial.ending is not RelaxEnding.SETTLED or largest_turn(trial.shape, relaxed.shape) > LARGEST_TURN

@@ -67,11 +67,11 @@ def writhe(points):
                     c[axis], d[axis] = points[end, axis] - points[after, axis], points[j, axis] - points[after, axis]
                 p, q, r, s = np.sqrt(_dot(a, a)), np.sqrt(_dot(b, b)), np.sqrt(_dot(c, c)), np.sqrt(_dot(d, d))
                 across = _dot(a, c)
-                one, two = _triple(a, b, c), _triple(a, c, d)
+                one, two = _triple(a, c, b), _triple(a, d, c)
                 beside = p * q * r + _dot(a, b) * r + across * q + _dot(b, c) * p
                 other = p * r * s + across * s + _dot(a, d) * r + _dot(c, d) * p
                 total += np.arctan2(one * other + two * beside, beside * other - one * two)
-    return -total / np.pi
+    return total / np.pi
 
 
 @njit

@@ -16,9 +16,10 @@ from curveline.rod.geometry.rotations import between, exponential, logarithm, ma
 from curveline.rod.geometry.space_curve import SpaceCurve, X, Y, Z
 from curveline.rod.planar.richardson import ROUNDING
 from curveline.rod.problem import Array, halved
-from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, cell_of, energy, moments, positions, relative
+from curveline.rod.spatial.energy import Shape, SpatialRod, cell_of, energy, moments, positions, relative
 from curveline.rod.spatial.lifting import clamp_tangents, relax_in_space, spatial_rod, stays_in_plane
 from curveline.rod.spatial.linking_number import turns
+from curveline.rod.spatial.reaction import clamp_forces
 from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, is_stable, settle
 from curveline.rod.spatial.stability import lowest_eigenvalue
 from curveline.rod.spatial.terms import bend, loads
@@ -190,12 +191,11 @@ def _lost_turns(segment: ClampedRod, rod: SpatialRod, shape: Shape) -> float:
 
 def _level(rod: SpatialRod, shape: Shape) -> Level:
     """What a level contributes to the extrapolation; its eigenvalue, which costs most, is left open."""
-    gradient, _ = assemble(rod, shape)
     potential = loads.energy(positions(rod, shape), rod.forces)
     return Level(
         vertex_table(rod, shape),
         vertex_bends(rod, shape),
-        np.array([gradient[:3], gradient[-3:]]),
+        clamp_forces(rod, shape),
         moments(rod, shape),
         np.array(energy(rod, shape) - potential),
         np.array(potential),

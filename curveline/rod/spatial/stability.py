@@ -8,9 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.kernels.kernel import njit, shipped
-from curveline.rod.spatial.bordered import balance, first_reaction, passed_on, turns_of
+from curveline.rod.spatial.bordered import balance
 from curveline.rod.spatial.descent import factored, neutral_of, newton_step, room_for
 from curveline.rod.spatial.energy import Shape, SpatialRod
+from curveline.rod.spatial.reaction import first_reaction, passed_on, turns_of
 
 LEAST_SHIFT = 0.05
 SHIFTS = 40

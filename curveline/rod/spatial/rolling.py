@@ -1,0 +1,135 @@
+"""Kernel that follows a stable shape while its last clamp is rolled on, until that is done or the shape falls.
+
+Each step goes along the tangent of the branch, as far as turns no edge by much, and is corrected by Newton's method. A
+step that leads far from where the tangent pointed, or to what is not stable, is halved; where steps become small, a
+fold is at hand.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from curveline.kernels.kernel import njit, shipped
+from curveline.rod.geometry.rotations import between, exponential, matrix_of, multiply
+from curveline.rod.spatial.bordered import (
+    advance,
+    balance,
+    bend_of,
+    in_space,
+    left_over,
+)
+from curveline.rod.spatial.descent import factored, largest, neutral_of, newton_step, room_for
+from curveline.rod.spatial.energy import Shape, SpatialRod, vertex_slopes
+from curveline.rod.spatial.reaction import first_reaction, passed_on, strains, turns_of
+
+REACH = 0.8
+"""Turn of an edge [rad] up to which a tangent is followed."""
+JUMP = 0.35
+"""Turn of an edge [rad] beside the tangent by which it may have left its branch."""
+LEAST = np.pi / 192.0
+"""Roll [rad] below which a jump is a fall."""
+CLOSE = 1e-7
+"""Largest force that is left over after a step, relative."""
+CORRECTIONS = 7
+EASY = 3
+"""Corrections of a step that may be followed by a longer one."""
+
+
+@njit
+def clamp_pull(rod, frames, turns, right):
+    """Overwrite the first of the right-hand sides (n, 3, 4) with what rolling the last clamp on asks of the edges."""
+    n = rod.edges.size
+    q, matrix = np.empty(4), np.empty((3, 3))
+    bend_of(turns, n, n, q)
+    (m0, m1, m2), (k00, k10, k11, k20, k21, k22) = in_space(frames[n - 1], vertex_slopes(rod, n, turns[n], q))
+    matrix_of(rod.frames[1], matrix)
+    t0, t1, t2 = matrix[0, 2], matrix[1, 2], matrix[2, 2]
+    for j in range(n):
+        for r in range(3):
+            right[j, r, 0] = 0.0
+    right[n - 1, 0, 0] = k00 * t0 + k10 * t1 + k20 * t2 - 0.5 * (m1 * t2 - m2 * t1)
+    right[n - 1, 1, 0] = k10 * t0 + k11 * t1 + k21 * t2 - 0.5 * (m2 * t0 - m0 * t2)
+    right[n - 1, 2, 0] = k20 * t0 + k21 * t1 + k22 * t2 - 0.5 * (m0 * t1 - m1 * t0)
+
+
+@njit
+def corrected(rod, state, spare, room):
+    """Bring a `state` beside a stable equilibrium there; corrections taken, none if it leads to none or far away.
+
+    The state holds frames (n, 4), turns (n+1, 4) and the reaction (3,); `spare` has room for the first two. In the
+    `room`, the bordered system is left as it is in the equilibrium.
+    """
+    system, factor, step, forces, give = room
+    gap, complement, change = np.empty(3), np.empty((3, 4)), np.empty(3)
+    least, off = neutral_of(rod), 0.0
+    frames, turns, reaction = state
+    for taken in range(1, CORRECTIONS + 1):
+        scale = passed_on(rod, reaction, forces)
+        balance(rod, frames, turns, forces, system, gap, give)
+        residual = left_over(rod, system[2], gap, scale)
+        if not residual < np.inf:
+            return 0
+        is_definite = factored(rod, system, least, factor, give, complement)
+        if residual <= CLOSE:
+            return taken if is_definite else 0
+        newton_step(rod, factor, complement, gap, step, change)
+        off += largest(step)
+        if off > JUMP:
+            return 0
+        advance(rod, frames, turns, step, 1.0, spare[0], spare[1])
+        frames[:] = spare[0]
+        turns[:] = spare[1]
+        reaction += change
+    return 0
+
+
+@njit
+def rolled_to(rod, frame, roll, turns, frames):
+    """Turn the rod's last clamp to where `roll` [rad] brings it from `frame (4,)`, and the last vertex with it."""
+    n = rod.edges.size
+    turn = np.empty(4)
+    exponential(np.array([0.0, 0.0, roll]), turn)
+    multiply(frame, turn, rod.frames[1])
+    between(frames[n - 1], rod.frames[1], turns[n])
+
+
+@shipped(SpatialRod, Shape, float)
+def roll_on(rod, shape, angle):
+    """The shape that a stable one becomes as the last clamp is rolled on by `angle` [rad], as far as it goes.
+
+    Returns that, the roll that was done, and the number of corrections that were tried.
+    """
+    n = rod.edges.size
+    now = SpatialRod(rod.edges, rod.stiffness, rod.natural, rod.forces, rod.chord, rod.frames.copy(), rod.held)
+    turns = turns_of(rod, shape)
+    state = shape.frames.copy(), turns, first_reaction(rod, shape, turns)
+    trial, spare = (np.empty((n, 4)), np.empty((n + 1, 4)), np.empty(3)), (np.empty((n, 4)), np.empty((n + 1, 4)))
+    system, factor = room_for(n)
+    tangent, step, forces, give = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
+    room = system, factor, step, forces, give
+    gap, complement, change = np.zeros(3), np.empty((3, 4)), np.empty(3)
+    passed_on(now, state[2], forces)
+    balance(now, state[0], state[1], forces, system, gap, give)
+    gap[:] = 0.0
+    done, most, work, size, side = 0.0, abs(angle), 0, abs(angle), np.sign(angle)
+    while done < most:
+        clamp_pull(now, state[0], state[1], system[2])
+        if not factored(now, system, neutral_of(now), factor, give, complement):
+            break
+        newton_step(now, factor, complement, gap, tangent, change)
+        size = min(size, most - done, REACH / largest(tangent))
+        taken = 0
+        while taken == 0 and (size >= LEAST or size >= most - done):
+            advance(now, state[0], state[1], tangent, side * size, trial[0], trial[1])
+            rolled_to(now, rod.frames[1], side * (done + size), trial[1], trial[0])
+            trial[2][:] = state[2] + side * size * change
+            taken = corrected(now, trial, spare, room)
+            work += CORRECTIONS if taken == 0 else taken
+            if taken == 0:
+                size *= 0.5
+        if taken == 0:
+            break
+        state, trial = trial, state
+        done += size
+        size = 2.0 * size if taken <= EASY else size
+    return Shape(strains(now, state[0], state[2]), state[0], state[1]), side * done, work

@@ -1,0 +1,132 @@
+"""Curves from which descents lead to most states in space, and the shapes that these come to rest in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from curveline.kernels.forms import Matrix, Stack
+from curveline.kernels.kernel import njit, shipped
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.geometry.rotations import between, exponential, logarithm, multiply
+from curveline.rod.spatial.descent import SETTLED, descent
+from curveline.rod.spatial.energy import Shape, SpatialRod
+
+OFF = 0.1
+"""Turn of the first direction [rad] out of the plane: no start is as symmetric as the scene."""
+BUMP = 2.5
+"""Turn [rad] of a rod's middle about itself against its ends."""
+LEAST_SLACK = 0.02
+ITERATIONS = 80
+"""Of a descent, at most."""
+
+
+class Sides(NamedTuple):
+    """Towards which sides arches go: `number` of them in a `whole` angle about the chord [rad], with which `bumps`."""
+
+    whole: float
+    number: int
+    bumps: tuple[float, ...]
+
+
+ALL_SIDES = Sides(2.0 * math.pi, 8, (0.0, BUMP, -BUMP))
+ONE_SIDE = Sides(math.pi, 3, (BUMP, -BUMP))
+"""Of a flat segment, whose states come in twins, and whose arches in the plane are known."""
+
+
+class Curve(NamedTuple):
+    """A start: what tangents are turned by [rad] from the shortest way from clamp to clamp.
+
+    An `arch` towards `direction` about the chord, counted from up to the viewer, and a `bump`, by which the middle is
+    rolled against both ends: a strip's states often differ by the side that their middle turns up.
+    """
+
+    direction: float
+    arch: float
+    bump: float
+
+
+def starts(rod: SpatialRod, sides: Sides) -> Iterator[Curve]:
+    """Curves from which descents lead to most states."""
+    slack = 2.0 * math.sqrt(max(1.0 - float(np.linalg.norm(rod.chord)), LEAST_SLACK))
+    for side in range(sides.number):
+        for bump in sides.bumps:
+            yield Curve(OFF + sides.whole / sides.number * side, slack, bump)
+
+
+def started(segment: ClampedRod, rod: SpatialRod, curve: Curve) -> Shape:
+    """The shape of a start."""
+    frames = started_frames(rod, segment.roll[1] - segment.roll[0], curve)
+    return Shape(np.zeros(rod.edges.size), frames)
+
+
+@njit
+def across_chord(chord):
+    """Unit vectors across a chord (3,): up in the display's plane, and from there a quarter turn towards the viewer."""
+    along = np.array([1.0, 0.0, 0.0])
+    reach = np.sqrt(np.sum(chord**2))
+    if np.hypot(chord[0], chord[1]) > 1e-9:
+        along = chord / reach
+    level = np.hypot(along[0], along[1])
+    up = np.array([-along[1] / level, along[0] / level, 0.0])
+    front = np.array([-along[2] * up[1], along[2] * up[0], level])
+    return up, front
+
+
+@shipped(SpatialRod, float, Curve)
+def started_frames(rod, roll, curve):
+    """Frames (n, 4) of a start: those of the shortest way from clamp to clamp, twisted evenly, and turned."""
+    n = rod.edges.size
+    first, last, q, turn, product = rod.frames[0], np.empty(4), np.empty(4), np.empty(4), np.empty(4)
+    way, vector, out = np.empty(3), np.zeros(3), np.empty((n, 4))
+    vector[2] = -roll
+    exponential(vector, turn)
+    multiply(rod.frames[1], turn, last)
+    between(first, last, q)
+    logarithm(q, way)
+    up, front = across_chord(rod.chord)
+    c, s = np.cos(curve.direction), np.sin(curve.direction)
+    at = 0.0
+    for j in range(n):
+        middle = at + 0.5 * rod.edges[j]
+        at += rod.edges[j]
+        for axis in range(3):
+            vector[axis] = middle * way[axis]
+        exponential(vector, turn)
+        multiply(first, turn, q)
+        vector[0] = vector[1] = 0.0
+        vector[2] = middle * roll + curve.bump * np.sin(np.pi * middle)
+        exponential(vector, turn)
+        multiply(q, turn, product)
+        # An arch towards a direction turns about what lies across it.
+        bent = curve.arch * np.sin(2.0 * np.pi * middle)
+        for axis in range(3):
+            vector[axis] = bent * (c * front[axis] - s * up[axis])
+        exponential(vector, turn)
+        multiply(turn, product, out[j])
+    return out
+
+
+@shipped(SpatialRod, float, Matrix, Stack, int)
+def descended(rod, roll, curves, known, iterations):
+    """Strains (k, n), frames (k, n, 4) and turns (k, n+1, 4) of the stable shapes to which starts lead, and the work.
+
+    `curves (m, 3)` are the starts, for clamps that are rolled by `roll` [rad] against each other; shapes are left out
+    whose frames are those of one before or are `known (h, n, 4)`. All take no more than so many `iterations`.
+    """
+    n, before = rod.edges.size, known.shape[0]
+    frames = np.empty((before + curves.shape[0], n, 4))
+    strain, turns = np.empty((curves.shape[0], n)), np.empty((curves.shape[0], n + 1, 4))
+    frames[:before] = known
+    met, work = 0, 0
+    for curve in curves:
+        start = Shape(np.zeros(n), started_frames(rod, roll, Curve(curve[0], curve[1], curve[2])), np.empty((0, 4)))
+        shape, ending, taken, _ = descent(rod, start, min(ITERATIONS, iterations - work), frames[: before + met])
+        work += taken
+        if ending == SETTLED:
+            frames[before + met], strain[met], turns[met] = shape.frames, shape.strain, shape.turns
+            met += 1
+    return strain[:met].copy(), frames[before : before + met].copy(), turns[:met].copy(), work
