@@ -93,43 +93,78 @@ def rolled_to(rod, frame, roll, turns, frames):
     between(frames[n - 1], rod.frames[1], turns[n])
 
 
-@shipped(SpatialRod, Shape, float)
-def roll_on(rod, shape, angle):
-    """The shape that a stable one becomes as the last clamp is rolled on by `angle` [rad], as far as it goes.
+@njit
+def predicted(tangents, changes, share, step, change):
+    """Overwrite turns `step (n, 3)` and `change (3,)` of the reaction with a part of a branch's way, to second order.
 
-    Returns that, the roll that was done, and the number of corrections that were tried.
+    Of `tangents` and `changes`, per roll, the second ones are those one step back; `share` holds the roll to go and
+    half its square over that step, or nothing.
     """
-    n = rod.edges.size
+    for axis in range(3):
+        change[axis] = share[0] * changes[0][axis] + share[1] * (changes[0][axis] - changes[1][axis])
+        for j in range(step.shape[0]):
+            step[j, axis] = share[0] * tangents[0][j, axis] + share[1] * (tangents[0][j, axis] - tangents[1][j, axis])
+
+
+@shipped(SpatialRod, Shape, float, int)
+def roll_through(rod, shape, angle, count):
+    """The shapes that a stable one becomes as the last clamp is rolled on, `count` times by `angle` [rad].
+
+    Returns strains (k, n), frames (k, n, 4) and turns (k, n+1, 4) of those that are reached, the shape as far as it
+    goes, the roll that was done, and the number of corrections that were tried.
+    """
+    n, side, least = rod.edges.size, np.sign(angle), neutral_of(rod)
     now = SpatialRod(rod.edges, rod.stiffness, rod.natural, rod.forces, rod.chord, rod.frames.copy(), rod.held)
     turns = turns_of(rod, shape)
     state = shape.frames.copy(), turns, first_reaction(rod, shape, turns)
     trial, spare = (np.empty((n, 4)), np.empty((n + 1, 4)), np.empty(3)), (np.empty((n, 4)), np.empty((n + 1, 4)))
+    out = np.empty((count, n)), np.empty((count, n, 4)), np.empty((count, n + 1, 4))
     system, factor = room_for(n)
-    tangent, step, forces, give = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
+    step, forces, give = np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
     room = system, factor, step, forces, give
+    tangents, changes = (np.empty((n, 3)), np.empty((n, 3))), (np.zeros(3), np.zeros(3))
     gap, complement, change = np.zeros(3), np.empty((3, 4)), np.empty(3)
     passed_on(now, state[2], forces)
     balance(now, state[0], state[1], forces, system, gap, give)
     gap[:] = 0.0
-    done, most, work, size, side = 0.0, abs(angle), 0, abs(angle), np.sign(angle)
-    while done < most:
+    done, work, size, last, reached = 0.0, 0, abs(angle), 0.0, 0
+    while reached < count:
         clamp_pull(now, state[0], state[1], system[2])
-        if not factored(now, system, neutral_of(now), factor, give, complement):
+        if not factored(now, system, least, factor, give, complement):
             break
-        newton_step(now, factor, complement, gap, tangent, change)
-        size = min(size, most - done, REACH / largest(tangent))
-        taken = 0
-        while taken == 0 and (size >= LEAST or size >= most - done):
-            advance(now, state[0], state[1], tangent, side * size, trial[0], trial[1])
-            rolled_to(now, rod.frames[1], side * (done + size), trial[1], trial[0])
-            trial[2][:] = state[2] + side * size * change
+        newton_step(now, factor, complement, gap, tangents[0], changes[0])
+        to_go = (reached + 1) * abs(angle) - done
+        size = min(size, REACH / largest(tangents[0]))
+        taken, part = 0, min(size, to_go)
+        while taken == 0 and (part >= LEAST or part == to_go):
+            share = part, 0.5 * part**2 / last if last > 0.0 else 0.0
+            predicted(tangents, changes, share, step, change)
+            advance(now, state[0], state[1], step, side, trial[0], trial[1])
+            rolled_to(now, rod.frames[1], side * (done + part), trial[1], trial[0])
+            trial[2][:] = state[2] + side * change
             taken = corrected(now, trial, spare, room)
             work += CORRECTIONS if taken == 0 else taken
             if taken == 0:
-                size *= 0.5
+                size = part = 0.5 * part
         if taken == 0:
             break
         state, trial = trial, state
-        done += size
+        tangents, changes = (tangents[1], tangents[0]), (changes[1], changes[0])
+        last = part
+        done += part
+        if part == to_go:
+            done = (reached + 1) * abs(angle)
+            out[0][reached], out[1][reached], out[2][reached] = strains(now, state[0], state[2]), state[0], state[1]
+            reached += 1
         size = 2.0 * size if taken <= EASY else size
-    return Shape(strains(now, state[0], state[2]), state[0], state[1]), side * done, work
+    end = Shape(strains(now, state[0], state[2]), state[0], state[1])
+    return out[0][:reached].copy(), out[1][:reached].copy(), out[2][:reached].copy(), end, side * done, work
+
+
+def roll_on(rod: SpatialRod, shape: Shape, angle: float) -> tuple[Shape, float, int]:
+    """The shape that a stable one becomes as the last clamp is rolled on by `angle` [rad], as far as it goes.
+
+    Returns that, the roll that was done, and the number of corrections that were tried.
+    """
+    *_, end, done, work = roll_through(rod, shape, angle, 1)
+    return end, done, work

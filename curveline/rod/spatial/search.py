@@ -22,7 +22,7 @@ from curveline.rod.spatial.lifting import spatial_rod
 from curveline.rod.spatial.linking_number import turns
 from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, descend, settle
 from curveline.rod.spatial.richardson import SLIPPED, refined
-from curveline.rod.spatial.rolling import roll_on
+from curveline.rod.spatial.rolling import roll_on, roll_through
 from curveline.rod.spatial.stability import lowest_eigenvalue
 from curveline.rod.spatial.starts import ALL_SIDES, ONE_SIDE, Sides, descended, starts
 from curveline.rod.spatial.twisting import spread_twist, spun
@@ -98,11 +98,16 @@ class _Survey:
         self.work += relaxed.iterations * self.rod.edges.size
         return relaxed.shape if relaxed.ending is RelaxEnding.SETTLED else None
 
-    def roll_on(self, place: float, shape: Shape, steps: float) -> tuple[float, Shape]:
-        """Where a stable shape comes to, at most, as the last clamp is rolled on by a number of steps, and as what."""
-        shape, done, work = roll_on(self.rod_at(place), shape, steps * STEP)
+    def roll_on(self, place: int, shape: Shape, way: int) -> tuple[list[Shape], float, Shape]:
+        """What a stable shape becomes at one place after the other; where it comes to at most, and as what."""
+        count = len(self.ahead(place, way))
+        *shapes, last, done, work = roll_through(self.rod_at(place), shape, way * STEP, count)
         self.work += work * self.rod.edges.size
-        return (place + steps if done == steps * STEP else place + done / STEP), shape
+        return [Shape(*each) for each in zip(*shapes, strict=True)], place + done / STEP, last
+
+    def ahead(self, place: int, way: int) -> range:
+        """The places after one, on the way."""
+        return range(place + way, self.places.stop if way > 0 else self.places.start - 1, way)
 
     def add(self, place: int, shape: Shape) -> bool:
         """Keep a shape; False if it was met before."""
@@ -202,26 +207,23 @@ def _survey_roll(survey: _Survey) -> None:
 
 def _follow(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[int, Shape] | None:
     """Follow a shape until it meets what is known or the end; what it falls into, and where, if that is new."""
-    while place + way in survey.places and survey.work < WORK:
-        reached, shape = survey.roll_on(place, shape, way)
+    shapes, reached, last = survey.roll_on(place, shape, way)
+    for each in shapes:
         place += way
-        fell = reached != place
-        if fell:
-            if place == 0 and abs(reached) * STEP < BESIDE:
-                survey.lost.append((reached, shape))
-            start = spread_twist(survey.rod, shape, (place - reached) * STEP)
-            ahead = survey.relax(place, start, descend)
-            if ahead is None:
-                return None
-            shape = ahead
-        if not survey.add(place, shape):
+        if not survey.add(place, each):
             return None
-        if fell and not survey.keeps_turns(place, shape):
-            survey.drop_last(place)
-            return None
-        if fell:
-            return place, shape
-    return None
+    if not survey.ahead(place, way):
+        return None
+    place += way
+    if place == 0 and abs(reached) * STEP < BESIDE:
+        survey.lost.append((reached, last))
+    fallen = survey.relax(place, spread_twist(survey.rod, last, (place - reached) * STEP), descend)
+    if fallen is None or not survey.add(place, fallen):
+        return None
+    if not survey.keeps_turns(place, fallen):
+        survey.drop_last(place)
+        return None
+    return place, fallen
 
 
 def _looked_closer(survey: _Survey, place: float, shape: Shape) -> list[Resting]:
@@ -234,5 +236,5 @@ def _looked_closer(survey: _Survey, place: float, shape: Shape) -> list[Resting]
     here = fine.relax(place, shape, settle)
     if here is None:
         return []
-    reached, ahead = fine.roll_on(place, here, -place)
-    return [(rod, ahead)] if reached == 0.0 else []
+    ahead, done, _ = roll_on(fine.rod_at(place), here, -place * STEP)
+    return [(rod, ahead)] if done == -place * STEP else []
