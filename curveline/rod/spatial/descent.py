@@ -45,6 +45,8 @@ SHORTENINGS = 14
 BESIDE, ALIKE = 1e-4, 1e-9
 """Largest force that is left over, relative, and half the square of half the turn of an edge [rad], at which a descent
 is beside a shape that is known."""
+CALM, RISE = 0.1, 3.0
+"""Largest force that is left over, relative, and by how much more there is then, where a descent has passed a state."""
 SETTLED, EXHAUSTED, BROKEN, KNOWN = 0, 1, 2, 3
 """How a descent ends."""
 
@@ -176,8 +178,8 @@ def searched(rod, frames, turns, step, reaction, after, turns_after):
 
 
 @njit
-def is_known(frames, known):
-    """True if frames (n, 4) are those of one of the shapes `known (k, n, 4)`, or nearly."""
+def is_known(frames, known, alike):
+    """True if frames (n, 4) are those of one of the shapes `known (k, n, 4)`, but for turns that are `alike`."""
     for k in range(known.shape[0]):
         farthest = 0.0
         for j in range(frames.shape[0]):
@@ -185,16 +187,20 @@ def is_known(frames, known):
             for r in range(4):
                 product += frames[j, r] * known[k, j, r]
             farthest = max(farthest, 1.0 - abs(product))
-            if farthest > ALIKE:
+            if farthest > alike:
                 break
-        if farthest <= ALIKE:
+        if farthest <= alike:
             return True
     return False
 
 
 @njit
-def descent(rod, shape, iterations, known):
-    """Shape, how it ended, iterations and force left over of a descent, which ends beside a `known` shape (k, n, 4)."""
+def descent(rod, shape, iterations, known, passed):
+    """Shape, how it ended, iterations and force left over of a descent, which ends beside a `known` shape (k, n, 4).
+
+    Overwrites the frames `passed (n, 4)` with those where little force was left over before there was more again, and
+    says last if there were any: a state of finer edges may lie there.
+    """
     n = rod.edges.size
     least, shift, residual = neutral_of(rod), neutral_of(rod), np.inf
     system, factor = room_for(n)
@@ -203,6 +209,7 @@ def descent(rod, shape, iterations, known):
     after, turns_after, step, forces = np.empty((n, 4)), np.empty((n + 1, 4)), np.empty((n, 3)), np.empty((n, 3))
     gap, give, complement, change = np.empty(3), np.empty((3, 3)), np.empty((3, 4)), np.empty(3)
     ending, iteration = EXHAUSTED, 0
+    calm, has_passed, calmest = CALM, False, np.empty((n, 4))
     while iteration < iterations and ending == EXHAUSTED:
         iteration += 1
         scale = passed_on(rod, reaction, forces)
@@ -211,6 +218,12 @@ def descent(rod, shape, iterations, known):
         if not residual < np.inf:
             ending = BROKEN
             break
+        if residual < calm:
+            calm = residual
+            calmest[:] = frames
+        elif calm < CALM and residual > RISE * calm and not has_passed:
+            has_passed = True
+            passed[:] = calmest
         is_definite = factored(rod, system, shift, factor, give, complement)
         for _ in range(SHIFTS):
             if is_definite:
@@ -221,7 +234,7 @@ def descent(rod, shape, iterations, known):
             ending = BROKEN
         elif shift == least and residual <= max(0.5 * RESIDUAL, floor_of(rod) / scale):
             ending = SETTLED
-        elif shift == least and residual <= BESIDE and is_known(frames, known):
+        elif shift == least and residual <= BESIDE and is_known(frames, known, ALIKE):
             ending = KNOWN
         else:
             # While kinks make the rod unstable, they are smoothed first: a stiffened rod closes its gap by a new kink.
@@ -234,13 +247,15 @@ def descent(rod, shape, iterations, known):
             frames, after, turns, turns_after = after, frames, turns_after, turns
             relief = 0.25 * shift if shift > LEAST_SHIFT else least
             shift = relief if found else 4.0 * max(shift, LEAST_SHIFT)
-    return Shape(strains(rod, frames, reaction), frames, turns), ending, iteration, residual
+    return Shape(strains(rod, frames, reaction), frames, turns), ending, iteration, residual, has_passed
 
 
 @shipped(SpatialRod, Shape, int)
 def descend_from(rod, shape, iterations):
     """Shape, how it ended, iterations and force left over of a descent from `shape`: see `relax.descend`."""
-    return descent(rod, shape, iterations, np.empty((0, rod.edges.size, 4)))
+    n = rod.edges.size
+    shape, ending, taken, residual, _ = descent(rod, shape, iterations, np.empty((0, n, 4)), np.empty((n, 4)))
+    return shape, ending, taken, residual
 
 
 @shipped(SpatialRod, Shape, int)

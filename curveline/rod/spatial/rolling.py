@@ -166,5 +166,7 @@ def roll_on(rod: SpatialRod, shape: Shape, angle: float) -> tuple[Shape, float, 
 
     Returns that, the roll that was done, and the number of corrections that were tried.
     """
+    if angle == 0.0:
+        return shape, 0.0, 0
     *_, end, done, work = roll_through(rod, shape, angle, 1)
     return end, done, work

@@ -3,6 +3,8 @@
 Energy descent from any set of curves misses states whose basin is tiny near a fold. Whatever was met is therefore
 followed up and down the roll of the last clamp, over two turns and more, in steps that are halved where it would jump;
 where it falls at a fold, what it falls into is followed both ways, too. What is met at the roll asked for is a state.
+Few edges have their folds elsewhere: where a shape falls just before the roll asked for, or a descent passes where next
+to no force is left over, finer edges are asked.
 """
 
 from __future__ import annotations
@@ -28,9 +30,9 @@ from curveline.rod.spatial.starts import ALL_SIDES, ONE_SIDE, Sides, descended, 
 from curveline.rod.spatial.twisting import spread_twist, spun
 from curveline.units import deg
 
-EDGES = 24
-THIN, THIN_EDGES = 30.0, 48
-"""Edges to search with; more for strips whose stiffness sideways is more than so many times that of bending."""
+EDGES = 48
+FLAT_EDGES = 24
+"""Edges to search with; in a flat segment, all but the states out of the plane are known from it."""
 SAME = 1e-4
 """Vertices of two relaxed shapes that are nearer to each other than this part of the length are the same."""
 ALIKE = 1e-7
@@ -74,7 +76,7 @@ class Met(NamedTuple):
 class _Survey:
     """Shapes that were met, by the number of `STEP`s of roll beyond what is asked for, and the work done.
 
-    `lost` are those that fell just before what is asked for, and where they last were.
+    `lost` are those that fell just before what is asked for, and where they last were, and what descents have passed.
     """
 
     segment: ClampedRod
@@ -143,7 +145,7 @@ Resting = tuple[SpatialRod, Shape]
 def search_in_space(segment: ClampedRod, seeds: Sequence[Resting]) -> list[Resting]:
     """Stable shapes of a segment that are none of the `seeds`."""
     is_flat = segment.is_nearly_flat
-    rod = spatial_rod(segment, fitting_mesh(segment.scaled(), _edges(segment)))
+    rod = spatial_rod(segment, fitting_mesh(segment.scaled(), FLAT_EDGES if is_flat else EDGES))
     survey = _Survey(segment, rod, _places(segment.roll[1] - segment.roll[0]))
     for own, shape in seeds:
         relaxed = _settled(survey, own, shape)
@@ -155,12 +157,6 @@ def search_in_space(segment: ClampedRod, seeds: Sequence[Resting]) -> list[Resti
         _survey_roll(survey)
     met = [(rod, met.shape) for met in survey.met.get(0, [])[known:]]
     return met + [closer for place, shape in survey.lost for closer in _looked_closer(survey, place, shape)]
-
-
-def _edges(segment: ClampedRod) -> int:
-    """How many edges to search with."""
-    is_thin = segment.bearing.lateral > THIN * segment.stiffness
-    return THIN_EDGES if is_thin and not segment.is_nearly_flat else EDGES
 
 
 def _places(roll: float) -> range:
@@ -190,7 +186,8 @@ def _take_starts(survey: _Survey, sides: Sides) -> None:
     rod, roll = survey.rod, survey.segment.roll[1] - survey.segment.roll[0]
     curves = np.array(list(starts(rod, sides)))
     known = np.array([met.shape.frames for met in survey.met.get(0, [])]).reshape(-1, rod.edges.size, 4)
-    *shapes, work = descended(rod, roll, curves, known, WORK // rod.edges.size)
+    *shapes, work, passed = descended(rod, roll, curves, known, WORK // rod.edges.size)
+    survey.lost += [(0.0, Shape(np.zeros(rod.edges.size), frames)) for frames in passed]
     survey.work += work * rod.edges.size
     for shape in zip(*shapes, strict=True):
         _keep(survey, Shape(*shape))
@@ -227,7 +224,7 @@ def _follow(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[int, S
 
 
 def _looked_closer(survey: _Survey, place: float, shape: Shape) -> list[Resting]:
-    """What finer edges keep of a shape that fell at a neighbouring `place`: these move folds a little."""
+    """What finer edges keep of a shape that fell at a `place`, or was passed there: these move folds a little."""
     rod = survey.rod
     for _ in range(FINER):
         shape = refined(survey.rod_at(place)._replace(edges=rod.edges), shape)

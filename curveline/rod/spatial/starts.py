@@ -12,7 +12,7 @@ from curveline.kernels.forms import Matrix, Stack
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import between, exponential, logarithm, multiply
-from curveline.rod.spatial.descent import SETTLED, descent
+from curveline.rod.spatial.descent import SETTLED, descent, is_known
 from curveline.rod.spatial.energy import Shape, SpatialRod
 
 OFF = 0.1
@@ -22,6 +22,8 @@ BUMP = 2.5
 LEAST_SLACK = 0.02
 ITERATIONS = 80
 """Of a descent, at most."""
+NEAR = 0.01
+"""Half the square of half the turn of an edge [rad] within which frames are beside each other."""
 
 
 class Sides(NamedTuple):
@@ -32,7 +34,7 @@ class Sides(NamedTuple):
     bumps: tuple[float, ...]
 
 
-ALL_SIDES = Sides(2.0 * math.pi, 8, (0.0, BUMP, -BUMP))
+ALL_SIDES = Sides(2.0 * math.pi, 6, (0.0, BUMP, -BUMP))
 ONE_SIDE = Sides(math.pi, 3, (BUMP, -BUMP))
 """Of a flat segment, whose states come in twins, and whose arches in the plane are known."""
 
@@ -114,19 +116,25 @@ def started_frames(rod, roll, curve):
 def descended(rod, roll, curves, known, iterations):
     """Strains (k, n), frames (k, n, 4) and turns (k, n+1, 4) of the stable shapes to which starts lead, and the work.
 
+    Last are frames (p, n, 4) that descents have passed where little force was left over, in no shape's neighbourhood.
     `curves (m, 3)` are the starts, for clamps that are rolled by `roll` [rad] against each other; shapes are left out
     whose frames are those of one before or are `known (h, n, 4)`. All take no more than so many `iterations`.
     """
-    n, before = rod.edges.size, known.shape[0]
-    frames = np.empty((before + curves.shape[0], n, 4))
-    strain, turns = np.empty((curves.shape[0], n)), np.empty((curves.shape[0], n + 1, 4))
+    n, before, count = rod.edges.size, known.shape[0], curves.shape[0]
+    frames, strain, turns = np.empty((before + count, n, 4)), np.empty((count, n)), np.empty((count, n + 1, 4))
+    passed, here = np.empty((count, n, 4)), np.empty((n, 4))
     frames[:before] = known
-    met, work = 0, 0
+    met, work, beside = 0, 0, 0
     for curve in curves:
         start = Shape(np.zeros(n), started_frames(rod, roll, Curve(curve[0], curve[1], curve[2])), np.empty((0, 4)))
-        shape, ending, taken, _ = descent(rod, start, min(ITERATIONS, iterations - work), frames[: before + met])
+        most = min(ITERATIONS, iterations - work)
+        shape, ending, taken, _, has_passed = descent(rod, start, most, frames[: before + met], here)
         work += taken
         if ending == SETTLED:
             frames[before + met], strain[met], turns[met] = shape.frames, shape.strain, shape.turns
             met += 1
-    return strain[:met].copy(), frames[before : before + met].copy(), turns[:met].copy(), work
+        if has_passed and not (is_known(here, frames[: before + met], NEAR) or is_known(here, passed[:beside], NEAR)):
+            passed[beside] = here
+            beside += 1
+    shapes = strain[:met].copy(), frames[before : before + met].copy(), turns[:met].copy()
+    return shapes[0], shapes[1], shapes[2], work, passed[:beside].copy()
