@@ -9,14 +9,19 @@ import numpy as np
 import pytest
 
 from clamped_rods import Stock, made_of, rod_between
-from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.clamped_rod import ClampedRod, DeadLoad
+from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.planar.approach import fitting_mesh
+from curveline.rod.problem import Bearing, Pose
+from curveline.rod.section import Section
 from curveline.rod.spatial.energy import SpatialRod, positions
 from curveline.rod.spatial.lifting import spatial_rod
 from curveline.rod.spatial.linking_number import turns
 from curveline.rod.spatial.relax import descend, is_stable, lowest_mode
 from curveline.rod.spatial.search import search_in_space
 from curveline.rod.spatial.starts import ALL_SIDES, Curve, started, starts
+from curveline.scene import Rod
+from curveline.sections import Rectangle
 
 from .rods import STIFFNESS
 from .spatial_rods import matrix
@@ -71,3 +76,64 @@ def test_of_a_motion_that_costs_nothing_one_state_is_listed() -> None:
         neutral = [shape for rod, shape in found if lowest_mode(rod, shape)[0] < 1e-6]
         assert len(neutral) == 1
         assert len(found) < 4
+
+
+def strip(pose: tuple[float, ...], size: tuple[float, float], clamp: float, load: tuple[float, ...]) -> ClampedRod:
+    """A strip of `size`, width and thickness [m], that is 2.45 GPa stiff, under one load."""
+    material = Rod(2.45e9, Rectangle(*size), 0.048, 0.03, 0.0, 2.0, 2.45e9 / 2.7)
+    bearing = Bearing(
+        clamp,
+        material.bending_stiffness,
+        0.0,
+        lateral=material.lateral_bending_stiffness,
+        twisting=material.twisting_stiffness,
+    )
+    section = Section(material.stretching_stiffness, material.thickness, material.polar_gyration, 0.0)
+    return ClampedRod(Pose(*pose), bearing, (DeadLoad(*load),), section=section)
+
+
+def weighed(segment: ClampedRod, down: tuple[float, float, float], **changes: tuple[float, float]) -> ClampedRod:
+    """The same rod with a weight [N/m] that points anywhere, and clamps that are turned."""
+    bearing = segment.bearing._replace(weight=-down[1])
+    return replace(segment, bearing=bearing, weight_x=down[0], weight_z=down[2], **changes)
+
+
+BEFORE_FOLDS = {
+    "0.2 % of the way": (
+        weighed(
+            strip(
+                (0.5, 0.12677130596130698, -0.10976476176391231, -0.34819473127995715, 0.6052942804667156),
+                (0.01, 0.0015282570427017745),
+                0.0,
+                (0.6996119815316518, -0.03136046975416206, 0.06483139371587945, 0.0711407292986259),
+            ),
+            (-0.018439063762345845, -0.5522397549444167, 0.04736725959492818),
+            yaw=(-0.07534834829174189, 0.08761811992739826),
+            roll=(-0.1864867786996191, 2.673218856655542),
+        ),
+        (230.51, 234.29, 239.65),
+    ),
+    "0.3 % of the way": (
+        weighed(
+            strip(
+                (0.5, -0.04836621922002987, -0.6928681757469705, -0.4919485614856333, 0.6499743927271875),
+                (0.004947820512684904, 0.001331042828546554),
+                0.02,
+                (0.6288111784034791, 0.09404079052293203, -0.008703234414373137, -0.025060211496506432),
+            ),
+            (-0.024716545477785123, -0.4907230749700048, 0.009854411478451978),
+            yaw=(-0.11270697153306361, -0.5022609753536608),
+            roll=(-1.0666825468679324, 4.310194918309678),
+        ),
+        (55.20, 91.41),
+    ),
+}
+"""Scenes in which a state is so near to its fold that few edges have lost it, with the energies of all [mJ]."""
+
+
+@pytest.mark.parametrize("scene", BEFORE_FOLDS)
+def test_what_a_descent_passes_is_asked_of_finer_edges(scene: str) -> None:
+    segment, energies = BEFORE_FOLDS[scene]
+    states = model_states(segment, SearchRequest(1e-4, (0,), "auto")).states
+    assert all(state.stable for state in states)
+    assert sorted(1e3 * state.energy for state in states) == pytest.approx(energies, abs=0.01)
