@@ -17,6 +17,7 @@ import curveline
 from curveline.kernels.kernel import SHIPPED, Kernel
 from curveline.replay.trials import TrialsRequest
 from curveline.rod.spatial.dynamics import Medium
+from curveline.sections import Rectangle
 from curveline.shapes.files import read_shape
 
 SHAPES = Path(__file__).parents[2] / "shapes"
@@ -80,6 +81,9 @@ def rehearse() -> None:
     nodes = tuple(replace(node, angle=0.0) for node in heavy.nodes)
     taut = replace(heavy, nodes=nodes, segments=(replace(heavy.segments[0], length=0.5001),))
     curveline.simulate(taut, model="extensible")
+    narrow = replace(heavy.display.rod, section=Rectangle(0.002, 0.0024))
+    long = replace(heavy.segments[0], length=0.85)
+    curveline.simulate(replace(taut, display=replace(heavy.display, rod=narrow), segments=(long,)))  # leaves its plane
     plan = curveline.plan(SHAPES / "level-asymmetric-peak.toml")
     curveline.monte_carlo(plan, TrialsRequest(runs=3, jobs=1))
     snapped = curveline.load(SHAPES / "level-up-peak.toml")

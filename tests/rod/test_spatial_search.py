@@ -14,12 +14,12 @@ from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.problem import Bearing, Pose
 from curveline.rod.section import Section
-from curveline.rod.spatial.energy import SpatialRod, positions
+from curveline.rod.spatial.energy import Shape, SpatialRod, positions
 from curveline.rod.spatial.lifting import spatial_rod
 from curveline.rod.spatial.linking_number import turns
 from curveline.rod.spatial.relax import descend, is_stable, lowest_mode
 from curveline.rod.spatial.search import search_in_space
-from curveline.rod.spatial.starts import ALL_SIDES, Curve, started, starts
+from curveline.rod.spatial.starts import ALL_SIDES, Curve, started_frames, starts
 from curveline.scene import Rod
 from curveline.sections import Rectangle
 
@@ -32,6 +32,10 @@ TWISTED = made_of(SECTION, rod_between((0.5, 0.0), 0.0, 0.0, 0.6, 0.0, STIFFNESS
 
 def rod_of(segment: ClampedRod, n: int = 48) -> SpatialRod:
     return spatial_rod(segment, fitting_mesh(segment.scaled(), n))
+
+
+def started(segment: ClampedRod, rod: SpatialRod, curve: Curve) -> Shape:
+    return Shape(np.zeros(rod.edges.size), started_frames(rod, segment.roll[1] - segment.roll[0], curve))
 
 
 @pytest.mark.parametrize("roll", [0.0, 0.7, 9.0])

@@ -11,7 +11,6 @@ from curveline.rod.branches.continuation import FOLLOW_EDGES
 from curveline.rod.branches.standing import stays_in_plane
 from curveline.rod.branches.tracking import TrackedState, reached
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.geometry.rotations import matrix_of
 from curveline.rod.problem import Array, Pose
 from curveline.rod.spatial.energy import Shape, SpatialRod, moved, positions
 from curveline.rod.spatial.lifting import NUDGE, frames_of, spatial_rod
@@ -64,11 +63,8 @@ def back_in_plane(segment: ClampedRod, aside: Shape) -> TrackedState | None:
     """The state of the plane that a rod is in; None if it is out of it, or would leave it."""
     if _depth(_rod_of(segment), aside) > FLAT:
         return None
-    matrix, tangents = np.empty((3, 3)), np.empty((EDGES, 3))
-    for j in range(EDGES):
-        matrix_of(aside.frames[j], matrix)
-        tangents[j] = matrix[:, 2]
-    angles = np.unwrap(np.arctan2(tangents[:, 1], tangents[:, 0]))
+    w, x, y, z = aside.frames.T
+    angles = np.unwrap(np.arctan2(y * z - w * x, x * z + w * y))
     places, coarse = ((np.arange(n) + 0.5) / n for n in (FOLLOW_EDGES, EDGES))
     held = reached(segment, TrackedState(np.interp(places, coarse, angles), np.zeros(2)))
     return held if held is not None and stays(segment, held) else None

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import njit, shipped
 
 
@@ -32,7 +32,7 @@ def between(a, b, out):
             out[i] = -out[i]
 
 
-@shipped(Vector, Matrix)
+@njit
 def matrix_of(q, out):
     """Overwrite `out (3, 3)` with the matrix of the quaternion `q (4,)`; its columns are m1, m2 and t."""
     w, x, y, z = q[0], q[1], q[2], q[3]

@@ -72,7 +72,7 @@ def free_of(rod):
     return 3, size - 3 if rod.held[1] > 0.0 else size
 
 
-@shipped(Matrix, Matrix, float, tuple[int, int])
+@njit
 def shifted(band, weights, shift, bounds):
     """The free part (N, 11) of `band` plus `shift` times that of `weights`."""
     begin, end = bounds

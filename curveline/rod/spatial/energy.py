@@ -85,7 +85,7 @@ def cell_of(rod, i):
     return 0.5 * (rod.edges[i - 1] + rod.edges[i]), 1.0
 
 
-@shipped(SpatialRod, Shape, int, Vector, Vector)
+@njit
 def relative(rod, shape, i, single, q):
     """Overwrite `single (4,)` with the rotation between the frames at vertex `i`, of edges or of edge and clamp.
 

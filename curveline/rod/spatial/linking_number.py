@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.kernels.forms import Matrix
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.rotations import matrix_of
 from curveline.rod.spatial.energy import Shape, SpatialRod, positions, relative
@@ -32,7 +31,7 @@ def turns(rod, shape):
     return twist(rod, shape) + writhe(_closed(rod, shape))
 
 
-@shipped(SpatialRod, Shape)
+@njit
 def twist(rod, shape):
     """How often the material frame turns about the curve, from frame to frame, the clamps' among them.
 
@@ -46,7 +45,7 @@ def twist(rod, shape):
     return angle / (2.0 * np.pi)
 
 
-@shipped(Matrix)
+@njit
 def writhe(points):
     """Writhe of the closed polygon through `points (n, 3)`: crossings by sign, averaged over all views.
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from curveline.kernels.forms import Matrix, Stack
 from curveline.kernels.kernel import njit, shipped
-from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import between, exponential, logarithm, multiply
 from curveline.rod.spatial.descent import SETTLED, descent, is_known
 from curveline.rod.spatial.energy import Shape, SpatialRod
@@ -59,12 +58,6 @@ def starts(rod: SpatialRod, sides: Sides) -> Iterator[Curve]:
             yield Curve(OFF + sides.whole / sides.number * side, slack, bump)
 
 
-def started(segment: ClampedRod, rod: SpatialRod, curve: Curve) -> Shape:
-    """The shape of a start."""
-    frames = started_frames(rod, segment.roll[1] - segment.roll[0], curve)
-    return Shape(np.zeros(rod.edges.size), frames)
-
-
 @njit
 def across_chord(chord):
     """Unit vectors across a chord (3,): up in the display's plane, and from there a quarter turn towards the viewer."""
@@ -78,7 +71,7 @@ def across_chord(chord):
     return up, front
 
 
-@shipped(SpatialRod, float, Curve)
+@njit
 def started_frames(rod, roll, curve):
     """Frames (n, 4) of a start: those of the shortest way from clamp to clamp, twisted evenly, and turned."""
     n = rod.edges.size
