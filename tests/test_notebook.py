@@ -29,6 +29,7 @@ TABLES = {
     "DisplayStatus",
     "DryRun",
     "Halting",
+    "PoseStates",
     "Run",
     "RunLog",
     "RunResult",
@@ -60,6 +61,7 @@ def made(runs: Path) -> Iterator[Any]:
     yield (report := curveline.simulate(shape))
     yield report[0]
     yield curveline.simulate_many([shape, "<i>nowhere.toml"])
+    yield curveline.simulate_poses(shape, [(0.5, 0.0, 0.5, -0.5, 0.66)])
     yield curveline.sweep(shape, {"nodes.1.angle_deg": (0.0, 30.0, 2)})
     yield (plan := curveline.plan(shape))
     yield curveline.monte_carlo(plan, curveline.TrialsRequest(runs=5, errors=curveline.Errors(feed=0.1)))

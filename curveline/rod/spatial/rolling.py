@@ -122,7 +122,7 @@ def roll_through(rod, shape, angle, count):
     system, factor = room_for(n)
     step, forces, give = np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
     room = system, factor, step, forces, give
-    tangents, changes = (np.empty((n, 3)), np.empty((n, 3))), (np.zeros(3), np.zeros(3))
+    tangents, changes = (np.zeros((n, 3)), np.zeros((n, 3))), (np.zeros(3), np.zeros(3))
     gap, complement, change = np.zeros(3), np.empty((3, 4)), np.empty(3)
     passed_on(now, state[2], forces)
     balance(now, state[0], state[1], forces, system, gap, give)
