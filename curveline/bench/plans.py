@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 
 from curveline.bench.many_segments import row as row_of
 from curveline.bench.measurement import Measurement
-from curveline.bench.methods.stopwatch import Timed, timed
+from curveline.bench.methods.stopwatch import timed
 from curveline.bench.one_rod import EXPONENT_NOISE
 from curveline.bench.trade import fitted_exponent
 from curveline.bench.yardsticks import timed_row, yardsticks
@@ -24,10 +23,8 @@ from curveline.simulation.simulate import simulate
 SEGMENTS = (4, 16, 64)
 TOO_MANY = 256
 """Segments for which rod is fed that a node's status cannot tell."""
-RUNS = 1000
-"""Runs with errors that are told of."""
-PLAYED, GOES = 50, 2
-"""Those that are played, and how often."""
+RUNS, JOBS = 1000, 2
+"""Runs with errors, and the processes that share them, whose start counts."""
 
 
 def rows() -> Iterator[Measurement]:
@@ -41,14 +38,10 @@ def rows() -> Iterator[Measurement]:
 
 
 def _monte_carlo(scene: Scene) -> Measurement:
-    """What it takes to play a plan a thousand times with errors, on one process; a few of these runs are played."""
+    """What it takes to play a plan a thousand times with errors."""
     setup = Setup(scene.display, make_plan(scene), Errors())
-    request = TrialsRequest(runs=PLAYED, jobs=1)
-    worked = time.process_time()
-    parts = [play_trials(setup, request).seconds * RUNS / PLAYED for _ in range(GOES)]
-    processor = (time.process_time() - worked) * RUNS / PLAYED / GOES
-    name, how = f"Monte Carlo of roofline, {RUNS}", f"from {PLAYED}, one process"
-    return timed_row(name, Timed.of(parts, processor), "s", "< 3", how)
+    took = play_trials(setup, TrialsRequest(runs=RUNS, jobs=JOBS)).seconds
+    return Measurement(f"Monte Carlo of roofline, {RUNS}", took, "s", "< 3", f"{JOBS} processes")
 
 
 def _refusal(scene: Scene) -> Measurement:

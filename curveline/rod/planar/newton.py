@@ -305,15 +305,23 @@ def merit(problem, phi, multipliers):
 
 @njit
 def descend(problem, phi, multipliers, effort):
+    """Go downhill from `phi (n,)` to a stable equilibrium, as `way_down` says; returns the iterations it gives."""
+    return way_down(problem, phi, multipliers, effort)[0]
+
+
+@njit
+def way_down(problem, phi, multipliers, effort):
     """Go downhill from `phi (n,)` to a stable equilibrium; `phi` and `multipliers (k,)` are overwritten.
 
     Newton on the bordered system with the Hessian shifted until it is positive definite on the constraints, a bound on
     how far an edge turns per step, and a line search on an augmented Lagrangian (Nocedal and Wright 2006, ch. 17).
-    Returns the iterations used, negative if they ran out or no step, however short, leads downhill any more.
+    Returns the iterations used, negative if they ran out or no step, however short, leads downhill any more; and the
+    longest step [rad] if all were Newton's own, unshifted and not shortened, inf if not.
     """
     trial, target = np.empty(phi.size), np.empty(multipliers.size)
     shift = 0.0
     stuck = 0
+    longest = 0.0
     for iteration in range(1, effort.iterations + 1):
         shift = 0.0 if shift < LEAST_SHIFT else 0.25 * shift
         for _ in range(40):
@@ -322,7 +330,7 @@ def descend(problem, phi, multipliers, effort):
                 break
             shift = max(LEAST_SHIFT, 4.0 * shift)
         if not np.isfinite(turn):
-            return -iteration
+            return -iteration, np.inf
         scale = 1.0 if turn <= effort.turn else effort.turn / turn
         if turn > 0.05 or shift > 0.0:
             for a in range(multipliers.size):
@@ -338,10 +346,11 @@ def descend(problem, phi, multipliers, effort):
             else:
                 stuck += 1
                 if stuck == STUCK:
-                    return -iteration
+                    return -iteration, np.inf
+        longest = max(longest, turn) if scale == 1.0 and shift == 0.0 else np.inf
         move_by(problem, phi, scale)
         for a in range(multipliers.size):
             multipliers[a] += scale * change[a]
         if turn < effort.close and shift == 0.0:
-            return iteration
-    return -effort.iterations
+            return iteration, longest
+    return -effort.iterations, np.inf

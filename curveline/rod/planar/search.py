@@ -8,7 +8,7 @@ from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.planar.arch import arch
 from curveline.rod.planar.modes import from_zero, lowest_eigenvalue, modes_below, second_variation
-from curveline.rod.planar.newton import Effort, descend, newton
+from curveline.rod.planar.newton import Effort, descend, newton, way_down
 from curveline.rod.planar.sweep import (
     BARELY,
     CAPACITY,
@@ -22,6 +22,7 @@ from curveline.rod.planar.sweep import (
     no_ridge,
     nothing_found,
     nowhere_near,
+    room_for,
     settle_at,
     sweep_heights,
 )
@@ -69,6 +70,25 @@ def seek_from(free, phi, found):
     if iterations > 0:
         keep(free, found, phi, force, unstable)
     return iterations > 0
+
+
+@njit
+def sought_from(free, phi, found):
+    """Relax the rod from the guess `phi (n,)`, then seek from it; keep both.
+
+    Where the way down was Newton's own, with steps that seeking takes too, both are one. Returns whether relaxing led
+    to something new, whether Newton found an equilibrium, and its angles (n,).
+    """
+    relaxed, force = phi.copy(), np.zeros(2)
+    before = found.filled[0]
+    iterations, longest = way_down(free, relaxed, force, RELAX)
+    if iterations > 0:
+        keep(free, found, relaxed, force, 0)
+    is_new = found.filled[0] > before
+    if iterations > 0 and longest <= CERTIFY.turn:
+        return is_new, True, relaxed
+    sought = phi.copy()
+    return is_new, seek_from(free, sought, found), sought
 
 
 @njit
@@ -142,7 +162,7 @@ def search_edges(rod, n):
     """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges.
 
     The rod is relaxed from both arches; every stable state, also those found on the way, is swept towards all others,
-    since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. A
+    since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. An
     arch may relax past a state that is only just stable, so Newton starts from it, too, and where it relaxes into
     nothing new it is swept as well, from its own height; where Newton finds nothing either, it tries once more on finer
     edges, since a state may exist on those alone. Where Newton goes astray, the ridge that the arch lies on is swept.
@@ -154,13 +174,11 @@ def search_edges(rod, n):
     free = make_problem(rod, edges)
     problem = held_in_height(free)
     found, near = nothing_found(edges.size), nowhere_near(edges.size)
-    sought = nothing_found(seek_edges.size)
+    sought = room_for(seek_edges.size, 2)
     phi = np.empty(edges.size)
     for side in (1.0, -1.0):
         arch(free, side, phi)
-        is_new = relax_from(free, phi.copy(), found)
-        sought_phi = phi.copy()
-        is_there = seek_from(free, sought_phi, found)
+        is_new, is_there, sought_phi = sought_from(free, phi, found)
         if not is_there or largest_change(sought_phi, phi) > ASTRAY:
             sweep_ridge(problem, phi, found, near)
         if not is_new:
