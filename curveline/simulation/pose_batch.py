@@ -7,8 +7,7 @@ curve, and bounds on what the model leaves out are there on demand.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -120,24 +119,20 @@ def states_at_poses(
         raise InvalidInput(f"no curve has a tolerance of {tolerance!r}", "choose a length above 0 in m, such as 1e-4")
     listener.computing()
     work = partial(_rows_of, rod, tolerance)
-    work(table[:0])  # what runs first loads the kernels, which threads would do several times
+    found = [work(table[:0])]  # what runs first loads the kernels, which threads would do several times
     chunks = [table[begin : begin + CHUNK] for begin in range(0, len(table), CHUNK)]
-    found = [work(table[:0])]
-    with listener.progress("simulating", len(table)) as heard, ThreadPoolExecutor(jobs or cores()) as threads:
+    done = 0
+    with listener.progress("simulating", len(table)) as heard, ThreadPoolExecutor(max(1, jobs or cores())) as threads:
         waiting = [threads.submit(work, chunk) for chunk in chunks]
         try:
-            for rows in _in_turn(waiting):
-                found.append(rows)
-                heard(sum(each.counts.size for each in found))
+            for each in waiting:
+                found.append(each.result())
+                done += found[-1].counts.size
+                heard(done)
         except BaseException:
             threads.shutdown(cancel_futures=True)
             raise
     return _gathered(rod, table, tolerance, found)
-
-
-def _in_turn(waiting: list[Future[_Rows]]) -> Iterator[_Rows]:
-    for each in waiting:
-        yield each.result()
 
 
 def _planar_rod(scene: Scene) -> ClampedRod:

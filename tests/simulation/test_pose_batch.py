@@ -58,8 +58,9 @@ def test_there_are_rods_of_every_kind(batch: PoseStates) -> None:
     assert {"peak", "valley"} <= set(batch.name.tolist())
 
 
-def test_threads_change_nothing(batch: PoseStates) -> None:
-    alone = curveline.simulate_poses(PEAK, random_poses(COUNT), jobs=1)
+@pytest.mark.parametrize("jobs", [1, 0, None, -3])
+def test_threads_change_nothing(batch: PoseStates, jobs: int | None) -> None:
+    alone = curveline.simulate_poses(PEAK, random_poses(COUNT), jobs=jobs)
     assert alone.name.tolist() == batch.name.tolist()
     for name in ("pose", "energy", "mean_height", "error", "lowest_eigenvalue", "clamp_force", "clamp_moment"):
         np.testing.assert_array_equal(getattr(alone, name), getattr(batch, name))

@@ -5,8 +5,8 @@ Along the rod, s from 0 to 1, the angle is the clamps' own, plus a wave and half
     phi(s) = start + (end - start) s + a sin(2 pi s) + b sin(pi s)
 
 The wave bends the rod to one side, by 1 - J0(a), about a^2 / 4, of its length; half a wave turns it towards the other
-clamp. Newton finds both amplitudes. This takes a fiftieth of the time of the paper's spline, see `spline`, and leads
-the search to the same states.
+clamp. Newton finds both amplitudes. This takes a small part of the time of the paper's spline, see `spline`, and
+leads the search to the same states.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
     phi = np.empty(n); spline.guess(chord, ends, side, phi); newton.descend(problem, phi, multipliers, effort)
 
-leads to the state on that side. The search for all states begins with an `arch` instead, fifty times as fast; the
+leads to the state on that side. The search for all states begins with an `arch` instead, which is far faster; the
 benchmarks begin with this one, as the paper does.
 
 Paper, section IV-B. The spline interpolates five control points (Yuksel 2020): two at each end that fall together and
