@@ -131,6 +131,11 @@ def _object(modules: list[str], entries: str) -> bytes:
     machine = llvm.Target.from_default_triple().create_target_machine(**options)
     passes = llvm.create_new_module_pass_manager()
     passes.add_global_dead_code_eliminate_pass()
+    passes.add_always_inliner_pass()
+    passes.add_instruction_combine_pass()
+    passes.add_dead_store_elimination_pass()
+    passes.add_simplify_cfg_pass()
+    passes.add_global_dead_code_eliminate_pass()
     passes.run(linked, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3)))
     if strange := sorted(_unknown(linked)):
         raise NotImplementedError(f"kernels call {', '.join(strange)}, which machine code by itself has not")

@@ -106,14 +106,36 @@ head:
   ret void
 }
 
-define void @curveline_release(ptr %memory) {
-  %before = atomicrmw sub ptr %memory, i64 1 seq_cst
-  %last = icmp eq i64 %before, 1
-  br i1 %last, label %end, label %kept
+define void @NRT_incref(ptr %memory) alwaysinline {
+  %none = icmp eq ptr %memory, null
+  br i1 %none, label %done, label %count
+count:
+  %before = load i64, ptr %memory
+  %now = add i64 %before, 1
+  store i64 %now, ptr %memory
+  br label %done
+done:
+  ret void
+}
+
+define void @NRT_decref(ptr %memory) alwaysinline {
+  %none = icmp eq ptr %memory, null
+  br i1 %none, label %done, label %count
+count:
+  %before = load i64, ptr %memory
+  %now = sub i64 %before, 1
+  store i64 %now, ptr %memory
+  %last = icmp eq i64 %now, 0
+  br i1 %last, label %end, label %done
 end:
   call void @NRT_MemInfo_call_dtor(ptr %memory)
+  br label %done
+done:
   ret void
-kept:
+}
+
+define void @curveline_release(ptr %memory) {
+  call void @NRT_decref(ptr %memory)
   ret void
 }
 """

@@ -25,7 +25,7 @@ def strip(angle_deg: float) -> ClampedRod:
 def dip(rod: ClampedRod, n: int) -> tuple[Problem, tuple[float, float], Array, Array, float]:
     """The rod on n edges, height and second derivative at the bottom of its dip, angles, multipliers and sign there."""
     scaled = rod.scaled()
-    _, _, near, _ = search_edges(scaled, n)
+    _, _, near, _ = search_edges(scaled, mesh(scaled.at, n))
     assert near.filled[0] >= 1.0
     problem = held_in_height(make_problem(scaled, mesh(scaled.at, n)))
     phi, force = near.shapes[0].copy(), near.forces[0].copy()

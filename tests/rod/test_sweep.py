@@ -70,7 +70,7 @@ def test_no_curve_lies_higher_and_a_catenary_reaches_it(seed: int) -> None:
 def test_a_sweep_stops_where_no_rod_can_follow(chord: float) -> None:
     rod = ScaledRod(0.0, np.empty(0), np.empty((0, 2)), np.array([chord, 0.0]), np.array([0.2, -0.3]))
     problem = held_in_height(make_problem(rod, mesh(rod.at, 24)))
-    found = search_edges(rod, 24)[0][1]
+    found = search_edges(rod, mesh(rod.at, 24))[0][1]
     assert found.filled[0] >= 2.0
     phi, held = found.shapes[0], np.append(found.multipliers[0], 0.0)
     highest = BEYOND * highest_mean(chord)
@@ -104,7 +104,7 @@ def test_states_that_one_sweep_passes_are_found_from_each_of_them(seed: int) -> 
     rod = ScaledRod(
         rng.uniform(0.0, 2.0), np.empty(0), np.empty((0, 2)), np.array([0.85, 0.05]), rng.uniform(-0.5, 0.5, 2)
     )
-    found = search_edges(rod, 24)[0][1]
+    found = search_edges(rod, mesh(rod.at, 24))[0][1]
     stable = [found.shapes[i] for i in range(int(found.filled[0])) if found.unstable[i] == 0.0]
     assert len(stable) >= 2
     for begin, other in itertools.permutations(range(len(stable)), 2):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.kernels.forms import Matrix
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.geometry.vertex_table import ANGLE, X, Y
 
 APART = 0.2
@@ -64,10 +64,17 @@ def _run(node, leaves, m):
 
 @njit
 def _gap(a, b):
-    """Distance between two boxes; 0 where they overlap or touch."""
+    """Square of the distance between two boxes; 0 where they overlap or touch."""
     x = max(0.0, a[0] - b[1], b[0] - a[1])
     y = max(0.0, a[2] - b[3], b[2] - a[3])
-    return np.hypot(x, y)
+    return x * x + y * y
+
+
+@leaf
+def _apart(table, i, j):
+    """Square of the distance between two vertices."""
+    x, y = table[i, X] - table[j, X], table[i, Y] - table[j, Y]
+    return x * x + y * y
 
 
 @njit
@@ -159,9 +166,9 @@ def clearance(table):
     leaves = boxes.shape[0] // 2
     along = np.zeros(m + 1)
     for i in range(m):
-        along[i + 1] = along[i] + np.hypot(table[i + 1, X] - table[i, X], table[i + 1, Y] - table[i, Y])
+        along[i + 1] = along[i] + np.sqrt(_apart(table, i + 1, i))
     apart = APART * along[m] * (1.0 - 1e-9)
-    nearest = np.hypot(table[m, X] - table[0, X], table[m, Y] - table[0, Y])
+    nearest = _apart(table, m, 0)
     stack = np.empty((256, 2), dtype=np.int64)
     stack[0] = 1
     top = 1
@@ -179,5 +186,5 @@ def clearance(table):
             for j in range(second_end, second - 1, -1):
                 if along[j] - along[i] < apart:
                     break
-                nearest = min(nearest, np.hypot(table[i, X] - table[j, X], table[i, Y] - table[j, Y]))
-    return nearest
+                nearest = min(nearest, _apart(table, i, j))
+    return np.sqrt(nearest)

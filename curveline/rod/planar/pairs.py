@@ -7,14 +7,12 @@ import numpy as np
 from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.planar.dips import bottom, bottom_near, let_go
-from curveline.rod.planar.search import DOUBTFUL, divided, doubtful
+from curveline.rod.planar.search import COARSE, DOUBTFUL, divided, doubtful
 from curveline.rod.planar.sweep import BARELY, Near, room_for
 from curveline.rod.problem import ScaledRod, copy_into, held_in_height, largest_change, make_problem, refine_angles
 
 PARTS = 4
 """Parts of an edge from one look at a dip to the next: a fold moves with the square of the edge, 0.1 % at 100 edges."""
-COARSE = 24.0
-"""Edges that cannot tell an eigenvalue between `BARELY` and `DOUBTFUL` from zero; others by the square of theirs."""
 FINEST = 2000
 """Edges from which on no finer ones are tried: a fold is then known to 1e-7."""
 SAME_DIP = 1e-2

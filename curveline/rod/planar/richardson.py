@@ -97,8 +97,9 @@ def largest_gap(fine, coarse):
     """Largest distance between the vertices of `coarse (m+1, 6)` and the same ones of `fine (2m+1, 6)`."""
     worst = 0.0
     for i in range(coarse.shape[0]):
-        worst = max(worst, np.hypot(fine[2 * i, X] - coarse[i, X], fine[2 * i, Y] - coarse[i, Y]))
-    return worst
+        x, y = fine[2 * i, X] - coarse[i, X], fine[2 * i, Y] - coarse[i, Y]
+        worst = max(worst, x * x + y * y)
+    return np.sqrt(worst)
 
 
 @leaf

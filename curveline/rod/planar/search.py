@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.kernels.forms import Vector
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.planar.arch import arch
 from curveline.rod.planar.modes import from_zero, lowest_eigenvalue, modes_below, second_variation
 from curveline.rod.planar.newton import Effort, descend, newton, way_down
@@ -33,16 +33,21 @@ from curveline.rod.problem import (
     largest_change,
     make_problem,
     mean_height,
-    mesh,
     refine_angles,
     released,
 )
 
 SEEK_PARTS = 4
 """Parts of an edge where an arch leads to no equilibrium of the coarse rod: that has its folds earlier."""
+SEEK_MOST = 100
+"""Edges from which on they are not cut for that: their folds are where those of the cut ones are, to 0.1 %."""
 
+COARSE = 24.0
+"""Edges that cannot tell an eigenvalue between `BARELY` and `DOUBTFUL` from zero."""
 DOUBTFUL = 2.0
 """Eigenvalue below which a state lies near a fold, or near a cusp, where others hide in dips that coarse edges lack."""
+ASIDE = 0.01
+"""Disturbance [rad], neither symmetric nor antisymmetric, with which the rod is let go from a saddle."""
 ASTRAY = 0.6
 """Turn of an edge [rad] from an arch to an equilibrium, from which on that is not the one it stands for."""
 
@@ -89,6 +94,31 @@ def sought_from(free, phi, found):
         return is_new, True, relaxed
     sought = phi.copy()
     return is_new, seek_from(free, sought, found), sought
+
+
+@shipped(Problem, Vector, MetEquilibria)
+def let_go_aside(free, phi, found):
+    """Relax the rod from a saddle `phi (n,)` either way, and keep the states; False if all of them are known."""
+    n = phi.size
+    is_new = False
+    for way in (1.0, -1.0):
+        begin = np.empty(n)
+        at = 0.0
+        for j in range(n):
+            begin[j] = phi[j] + way * ASIDE * np.sin(2.0 * np.pi * (at + 0.5 * free.edges[j]) + 0.4)
+            at += free.edges[j]
+        is_new = relax_from(free, begin, found) or is_new
+    return is_new
+
+
+@leaf
+def doubt_of(n):
+    """Part of an eigenvalue that n edges cannot tell from zero of what `COARSE` ones cannot.
+
+    Edges move a fold, and both parameters of a cusp, by the square of their length; near a cusp the eigenvalue goes
+    with the power 2/3 of that.
+    """
+    return (COARSE / n) ** (4.0 / 3.0)
 
 
 @njit
@@ -157,9 +187,9 @@ def sweep_all(problem, found, near):
         place = 0
 
 
-@shipped(ScaledRod, int)
-def search_edges(rod, n):
-    """Equilibria of a rod without extra turns, stable and unstable, cut into about n edges.
+@shipped(ScaledRod, Vector)
+def search_edges(rod, edges):
+    """Equilibria of a rod without extra turns, stable and unstable, cut into `edges (n,)`.
 
     The rod is relaxed from both arches; every stable state, also those found on the way, is swept towards all others,
     since a sweep that jumps does not pass the same states upwards and downwards; a lone state is swept both ways. An
@@ -169,7 +199,6 @@ def search_edges(rod, n):
     Returns two pairs of edges and `Found`, the places that are worth a closer look, and whether finer edges may
     show more: where an equilibrium is `doubtful`, or a ridge was lost.
     """
-    edges = mesh(rod.at, n)
     seek_edges = divided(edges, SEEK_PARTS)
     free = make_problem(rod, edges)
     problem = held_in_height(free)
@@ -182,7 +211,7 @@ def search_edges(rod, n):
         if not is_there or largest_change(sought_phi, phi) > ASTRAY:
             sweep_ridge(problem, phi, found, near)
         if not is_new:
-            if not is_there:
+            if not is_there and edges.size < SEEK_MOST:
                 finer = make_problem(rod, seek_edges)
                 seek_from(finer, refine_angles(problem, phi, SEEK_PARTS), sought)
             held = np.zeros(3)
@@ -190,12 +219,9 @@ def search_edges(rod, n):
                 for direction in (1.0, -1.0):
                     sweep_heights(problem, (phi, held), direction, found, near)
     sweep_all(problem, found, near)
-    return (
-        (edges, found),
-        (seek_edges, sought),
-        near,
-        near.lost[0] > 0.0 or doubtful(problem, found, -DOUBTFUL, DOUBTFUL),
-    )
+    doubt = doubt_of(edges.size) * DOUBTFUL
+    is_unclear = near.lost[0] > 0.0 or doubtful(problem, found, -doubt, doubt)
+    return (edges, found), (seek_edges, sought), near, is_unclear
 
 
 @shipped(ScaledRod, Vector, MetEquilibria)

@@ -1,7 +1,8 @@
 """Kernel for the states of a rod without difficulties, in one call: search, refinement, and what to judge them by.
 
-A rod has none where a search on few edges is clear: slack, not steep, every place worth a closer look followed, and
-every state that was met stable on finer edges, too. That is most of them. Others are left to `planar_states`.
+A rod has none where a search on few edges is clear, or one on finer edges: slack, not steep, every place worth a closer
+look followed, and every state that was met stable on finer edges, too. That is most of them. Others are left to
+`planar_states`.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.geometry.vertex_table import X, Y
 from curveline.rod.planar.approach import THIN, layer
 from curveline.rod.planar.lateral import lateral_pair
-from curveline.rod.planar.pairs import COUNT, FORCE, alone, joined, pairs_near
+from curveline.rod.planar.pairs import COUNT, DIRECTIONS, FORCE, alone, joined, pairs_near
 from curveline.rod.planar.response import middle_angles, response
 from curveline.rod.planar.richardson import ACROSS, EIGENVALUE, UP
-from curveline.rod.planar.search import divided, may_be_stable, search_edges
+from curveline.rod.planar.search import divided, let_go_aside, may_be_stable, search_edges
 from curveline.rod.planar.sweep import CAPACITY
-from curveline.rod.problem import Bearing, Pose, ScaledRod, copy_into, scale_rod
+from curveline.rod.problem import Bearing, Pose, ScaledRod, copy_into, make_problem, mesh, scale_rod
 from curveline.rod.states.refined import (
     CLEARLY,
     CROSSES,
@@ -39,6 +40,8 @@ from curveline.rod.states.refined import (
 
 EDGES = 24
 """Edges to search with first."""
+FINER = 4
+"""Parts of an edge where that leaves doubts."""
 STEEP = 1.45
 """Clamp angle [rad] from which on more guesses than two arches are tried; the built-in displays stay below."""
 LONG = 2.0
@@ -119,23 +122,45 @@ def is_known(states, vertices, one, near):
 
 
 @njit
-def met_by_search(rod):
-    """What a search meets that may be stable, as `pairs.joined` has it, and the search's edges (n,).
+def met_on(rod, edges):
+    """What a search on `edges (n,)` meets that may be stable, as `pairs.joined` has it.
 
-    Returns False first where the search is not clear.
+    From saddles among them the rod was let go, to nothing new. Returns first whether all that can be told here, and
+    whether finer edges show no more.
     """
-    (edges, found), (_, sought), near, is_unclear = search_edges(rod, EDGES)
+    (_, found), (_, sought), near, is_unclear = search_edges(rod, edges)
     met = np.empty((0, 4)), np.empty(0)
-    if is_unclear or sought.filled[0] > 0.0:
-        return False, edges, met
+    if sought.filled[0] > 0.0:
+        return False, False, met
+    free = make_problem(rod, edges)
     is_promising = may_be_stable(rod, edges, found)
     for i in range(is_promising.size):
         if is_promising[i]:
             met = joined(met, alone(found, i))
+            if found.unstable[i] > 0.0 and let_go_aside(free, found.shapes[i], found):
+                return False, False, met
     if near.filled[0] == 0.0:
-        return True, edges, met
-    is_clear, known, angles = pairs_near(rod, edges, near)
-    return is_clear, edges, joined(met, (known, angles))
+        return True, not is_unclear, met
+    is_followed, known, angles = pairs_near(rod, edges, near)
+    is_told = not np.any(known[:, DIRECTIONS] > 0.0)
+    return is_told, is_followed and not is_unclear, joined(met, (known, angles))
+
+
+@njit
+def met_by_search(rod, edges):
+    """What searches on `edges (n,)`, and on finer ones if need be, meet that may be stable, as `pairs.joined` has it.
+
+    Returns False first where they do not tell.
+    """
+    met = np.empty((0, 4)), np.empty(0)
+    for parts in (1, FINER):
+        is_told, is_clear, more = met_on(rod, divided(edges, parts))
+        met = joined(met, more)
+        if not is_told or not np.any(met[0][:, DIRECTIONS] == 0.0):
+            return False, met
+        if is_clear:
+            return True, met
+    return False, met
 
 
 @shipped(Pose, Bearing, Vector, Matrix, Asked)
@@ -152,7 +177,8 @@ def plain_states(pose, bearing, at, forces, asked):
     rod = scale_rod(pose, bearing, at, forces)
     if layer(rod) < THIN or not is_slack_and_gentle(rod):
         return none
-    is_clear, edges, (known, angles) = met_by_search(rod)
+    edges = mesh(at, EDGES)
+    is_clear, (known, angles) = met_by_search(rod, edges)
     if not is_clear:
         return none
     placement = placement_of(pose, bearing, forces, 0)
@@ -169,6 +195,9 @@ def plain_states(pose, bearing, at, forces, asked):
         cut = divided(edges, n // edges.size)
         coarse = (cut, angles[begin:end].copy(), known[i, FORCE:].copy())
         table, places, numbers = refined(rod, coarse, placement, asked.tolerance, MOST_EDGES)
+        is_saddle = numbers[UNSTABLE] > 0.0 and not numbers[EIGENVALUE] > NEUTRAL
+        if is_saddle and known[i, DIRECTIONS] > 0.0:
+            continue
         if numbers[UNSTABLE] != 0.0 or not numbers[EIGENVALUE] > NEUTRAL:
             return none
         is_there, is_told = is_known(states[:count], vertices, (numbers, table), SAME_CURVE * pose.length)

@@ -17,8 +17,8 @@ from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.approach import THIN, approach, easier, graded_mesh, laid_out, layer, loop_edges
 from curveline.rod.planar.newton import newton
 from curveline.rod.planar.pairs import pairs_near
-from curveline.rod.planar.search import divided, may_be_stable, relax_from, search_edges
-from curveline.rod.planar.sweep import CERTIFY, MetEquilibria, keep, nothing_found
+from curveline.rod.planar.search import divided, let_go_aside, may_be_stable, relax_from, search_edges
+from curveline.rod.planar.sweep import CERTIFY, SAME, MetEquilibria, keep, nothing_found
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh
 from curveline.rod.states.equilibrium import Disturbed, Equilibrium, Outcome, equilibrium_of, refine
 from curveline.rod.states.identity import named, same_curve
@@ -32,8 +32,6 @@ TURNED_EDGES = 48
 
 FALL_EDGES = 12_000
 """Most edges with which a rod leaves a saddle: coarser ones may hold it for stable."""
-NUDGE = 0.01
-"""Disturbance [rad], neither symmetric nor antisymmetric, with which the rod leaves a saddle."""
 
 MetOnEdges = list[tuple[Array, MetEquilibria]]
 """Edges and the equilibria met on them."""
@@ -136,7 +134,11 @@ def _refined(rod: ClampedRod, met: MetOnEdges, tolerance: float, states: list[Eq
         for i in _promising(rod.scaled(), edges, found):
             state = refine(rod, edges, found.shapes[i], found.multipliers[i], tolerance)
             kept = kept and state.outcome is not Outcome.LOST
-            for each in [state] if state.stable else _fallen(state, tolerance):
+            if state.stable:
+                _add(states, state)
+                continue
+            is_saddle = found.unstable[i] > 0.0
+            for each in _beside(state, (edges, found), i, tolerance) if is_saddle else _fallen(state, tolerance):
                 _add(states, each)
     return kept
 
@@ -150,6 +152,19 @@ def _promising(scaled: ScaledRod, edges: Array, found: MetEquilibria) -> Iterato
         yield from np.flatnonzero(unstable == 0.0).tolist()
 
 
+def _beside(saddle: Equilibrium, met: tuple[Array, MetEquilibria], place: int, tolerance: float) -> list[Equilibrium]:
+    """What else the rod goes to, either way, from a `saddle` that it has on coarse edges, too, at a `place`."""
+    rod, (edges, found) = saddle.rod, met
+    beside = nothing_found(edges.size)
+    let_go_aside(make_problem(rod.scaled(), edges), found.shapes[place], beside)
+    known = found.shapes[: int(found.filled[0])]
+    return [
+        refine(rod, edges, beside.shapes[i], beside.multipliers[i], tolerance)
+        for i in range(int(beside.filled[0]))
+        if not (abs(known - beside.shapes[i]).max(axis=1) < SAME).any()
+    ]
+
+
 def _fallen(saddle: Equilibrium, tolerance: float) -> list[Equilibrium]:
     """Where the rod goes, either way, from a `saddle` that coarse edges hold for stable: it lies near a pitchfork."""
     rod, n = saddle.rod, saddle.vertices - 1
@@ -160,9 +175,7 @@ def _fallen(saddle: Equilibrium, tolerance: float) -> list[Equilibrium]:
         phi, force = saddle.start_on(edges)
         if newton(free, phi, force, CERTIFY)[1] > 0:
             found = nothing_found(edges.size)
-            for nudge in (NUDGE, -NUDGE):
-                places = np.cumsum(edges) - 0.5 * edges
-                relax_from(free, phi + nudge * np.sin(2.0 * np.pi * places + 0.4), found)
+            let_go_aside(free, phi, found)
             shapes, forces = found.shapes, found.multipliers
             return [refine(rod, edges, shapes[i], forces[i], tolerance) for i in range(int(found.filled[0]))]
         n *= 2
@@ -205,7 +218,7 @@ def _search_harder(scaled: ScaledRod) -> tuple[MetOnEdges, tuple[int, ...]]:
 
 def _search(scaled: ScaledRod, n: int) -> tuple[MetOnEdges, bool]:
     """What a search with about n edges meets, and a finer rod near folds; False if finer edges may show more."""
-    coarse, sought, near, unclear = search_edges(scaled, n)
+    coarse, sought, near, unclear = search_edges(scaled, divided(mesh(scaled.at, EDGES), n // EDGES))
     if near.filled[0] == 0.0:
         return [coarse, sought], not unclear
     is_followed, known, angles = pairs_near(scaled, coarse[0], near)
