@@ -177,7 +177,7 @@ def plain_states(pose, bearing, at, forces, asked):
     rod = scale_rod(pose, bearing, at, forces)
     if layer(rod) < THIN or not is_slack_and_gentle(rod):
         return none
-    edges = mesh(at, EDGES)
+    edges = mesh(rod.at, EDGES)
     is_clear, (known, angles) = met_by_search(rod, edges)
     if not is_clear:
         return none
