@@ -117,7 +117,7 @@ def _form_of_type(kind: Any) -> Form:
 
 
 def _object(modules: list[str], entries: str) -> bytes:
-    """Link modules in LLVM's language, drop what no entry reaches, and translate the rest."""
+    """Link modules in LLVM's language, drop what no entry reaches, put the counting in line, and translate the rest."""
     from llvmlite import binding as llvm
 
     linked = llvm.parse_assembly(MEMORY + ERRORS)

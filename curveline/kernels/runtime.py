@@ -1,7 +1,8 @@
 """What machine code asks of numba's runtime, written in LLVM's language, so that it runs without numba.
 
 An array's memory has a head of six words: count of references, a function and a value for the end of what it holds, the
-data, their size, and, here, whether the data are apart, as those of a list are, which grows.
+data, their size, and, here, whether the data are apart, as those of a list are, which grows. References are counted
+without a lock, and in line: no two threads have one array, since what a call makes is its own until it is copied.
 """
 
 from __future__ import annotations

@@ -16,7 +16,10 @@ from unittest import mock
 import curveline
 from curveline.kernels.kernel import SHIPPED, Kernel
 from curveline.replay.trials import TrialsRequest
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.problem import Bearing, Pose
 from curveline.rod.spatial.dynamics import Medium
+from curveline.rod.states.planar_states import find_states
 from curveline.sections import Rectangle
 from curveline.shapes.files import read_shape
 
@@ -74,6 +77,8 @@ def rehearse() -> None:
         nodes = (replace(scene.nodes[0], angle=math.radians(angle)), *scene.nodes[1:])
         segments = (replace(scene.segments[0], length=0.66),)
         curveline.simulate(replace(scene, nodes=nodes, segments=segments))
+    past = Pose(0.5, 0.4396361684437719, 0.27157156659462056, 0.27157156659462056, 0.7009933625065874)
+    find_states(ClampedRod(past, Bearing(0.0, 0.222, 0.0)), 1e-4)  # past a pitchfork, which coarse edges have later
     curveline.simulate(SHAPES / "level-up-peak.toml", model="spatial")
     heavy = read_shape(SHAPES / "level-up-peak.toml")
     rod = replace(heavy.display.rod, mass_per_length=15.0)
