@@ -13,6 +13,7 @@ from curveline.rod.models.model_error import (
     Judged,
     asked_of,
     judge,
+    lateral,
     probe,
     space_bound,
     spatial_left_out,
@@ -64,12 +65,16 @@ def model_states(segment: ClampedRod, ask: SearchRequest) -> ModelledStates:
     found = find_states(segment, ask.tolerance, ask.windings, asked)
     model, why = ask.model, [f"the {ask.model} model was asked for"]
     judged: list[Judged] = []
-    if model in (AUTO, PLANAR):
+    if model == PLANAR or (model == AUTO and not segment.needs_space):
         judged = [judge(state) for state in found]
     if model == AUTO:
         model, why = _choice(segment, judged, ask.tolerance)
     if model != PLANAR:
-        judged = [judge(state) for state in _stretched(found, ask.tolerance, why)]
+        # What a planar model leaves out is no matter where all goes to space.
+        judged = [
+            Judged(state, lateral(state), {}) if model == SPATIAL else judge(state)
+            for state in _stretched(found, ask.tolerance, why)
+        ]
         if ask.model == AUTO and model == EXTENSIBLE and _leaving(judged):
             model = SPATIAL
             why.append(_leaving(judged))
