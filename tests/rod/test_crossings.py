@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from curveline.rod.geometry.closest_approach import nearest_parts
 from curveline.rod.geometry.crossings import clearance, crosses_itself, crosses_tails
 
 
@@ -79,3 +80,14 @@ def test_clearance_is_the_gap_of_an_open_ring() -> None:
 def test_neighbours_are_not_in_contact() -> None:
     straight = table([(x, 0.0) for x in np.linspace(0.0, 1.0, 101)])
     assert clearance(straight) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_nearest_parts_are_those_of_all_pairs(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    at = np.linspace(0.0, 1.0, 301)[:, None]
+    points = sum(rng.normal(size=3) / k * np.sin(2.0 * np.pi * k * at + rng.uniform(0.0, 6.0, 3)) for k in range(1, 5))
+    apart, enough = int(rng.integers(5, 60)), float(rng.uniform(0.05, 1.0))
+    distances = np.linalg.norm(points[:, None] - points[None, :], axis=2)
+    expected = min(enough, float(np.min(distances[np.triu_indices(len(points), apart)])))
+    assert nearest_parts(points, apart, enough) == pytest.approx(expected, rel=1e-12)
