@@ -1,4 +1,4 @@
-"""Kernel for the sines and cosines of many angles at once, in a third of the time of the system's, alike on all.
+"""Kernels for sines and cosines of many angles at once and for slight angles, alike on all systems, and faster.
 
 An angle is reduced by a multiple of pi that is subtracted in three parts (Cody and Waite 1980), the first two short
 enough for their products to be exact. Polynomials follow, for up to pi/2, that meet both functions at the Chebyshev
@@ -25,6 +25,24 @@ C0, C1, C2, C3 = 0.041666666666666664, -0.001388888888888889, 2.4801587301587285
 C4, C5, C6, C7 = 2.0876756986472233e-09, -1.1470745434350532e-11, 4.779466094856132e-14, -1.561469859038243e-16
 C8 = 4.0125876448335246e-19
 """Of cos(x) = 1 - x^2 / 2 + x^4 (C0 + C1 x^2 + ...)."""
+
+SLIGHT = 0.25
+"""Tangent up to which an angle is the sum of a few powers of it."""
+T0, T1, T2, T3 = -0.33333333333333304, 0.19999999999938586, -0.14285714265033303, 0.11111108452369065
+T4, T5, T6, T7 = -0.09090740742952762, 0.07686491336172022, -0.06554306272128751, 0.04726258246837694
+"""Of arctan(x) = x + x^3 (T0 + T1 x^2 + ...), up to `SLIGHT`."""
+
+
+@leaf
+def arc_tangent(y, x):
+    """Angle [rad] of the point (x, y) from the first axis; without a call if it is slight, which it mostly is."""
+    if abs(y) > SLIGHT * x:
+        return np.arctan2(y, x)
+    ratio = y / x
+    z = ratio * ratio
+    w = z * z
+    powers = (T0 + z * T1) + w * ((T2 + z * T3) + w * ((T4 + z * T5) + w * (T6 + z * T7)))
+    return ratio + ratio * z * powers
 
 
 @leaf

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from curveline.rod.problem import Array
-from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, energy
+from curveline.rod.spatial.blocks import along_rotations
+from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, energy, inner_slopes
+from curveline.rod.spatial.terms import bend, twist
 
 from .spatial_rods import (
     between_vectors,
@@ -195,3 +197,17 @@ def test_a_free_end_has_no_moment(free: int) -> None:
         step[k] = 1e-5
         ahead, behind = (energy_after(loose, shape, way * step) for way in (1.0, -1.0))
         assert (ahead - behind) / 2e-5 == pytest.approx(assemble(loose, shape)[0][k], rel=1e-5, abs=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_vertex_between_edges_has_the_derivatives_of_its_terms(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rod = random_rod(seed)[0]
+    q, cell = rng.normal(size=4), 0.3
+    q *= np.sign(q[0]) / np.linalg.norm(q)
+    bent = bend.derivatives(q, cell, rod.stiffness, rod.natural)
+    twisted = twist.derivatives(q, cell, rod.stiffness[2], rod.natural[2])
+    slope, bending = (tuple(np.add(one, other).tolist()) for one, other in zip(bent, twisted, strict=True))
+    expected = along_rotations(q, slope, bending)
+    for found, wanted in zip(inner_slopes(rod, cell, q), expected, strict=True):
+        assert found == pytest.approx(wanted, rel=1e-11, abs=1e-11 * max(map(abs, wanted)))

@@ -1,4 +1,4 @@
-"""Sines and cosines of many angles at once against the system's."""
+"""Sines and cosines of many angles at once, and angles of points, against the system's."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from curveline.rod.problem import Array
-from curveline.rod.trigonometry import sines_and_cosines
+from curveline.rod.trigonometry import arc_tangent, sines_and_cosines
 
 BOUND = 4e-16
 
@@ -38,3 +38,12 @@ def test_what_is_not_finite_has_neither() -> None:
     sines, cosines = both(np.array([np.inf, -np.inf, np.nan]))
     assert np.isnan(sines).all()
     assert np.isnan(cosines).all()
+
+
+def test_angles_of_points_are_the_systems() -> None:
+    rng = np.random.default_rng(3)
+    slight = np.geomspace(1e-300, 0.3, 400)
+    points = [*rng.normal(size=(400, 2)), *np.column_stack([slight, np.ones(400)]), [0.0, -1.0], [1.0, 0.0]]
+    for y, x in np.concatenate([points, np.multiply(points, [-1.0, 1.0])]).tolist():
+        assert arc_tangent(y, x) == pytest.approx(np.arctan2(y, x), rel=4e-16, abs=0.0)
+    assert np.isnan(arc_tangent(np.nan, 1.0))

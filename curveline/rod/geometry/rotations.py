@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.kernels.forms import Vector
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.kernel import leaf
 
 
-@shipped(Vector, Vector, Vector)
+@leaf
 def multiply(a, b, out):
     """Overwrite `out (4,)` with the product of the quaternions `a` and `b`; it may be neither of them."""
     out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
@@ -20,7 +19,7 @@ def multiply(a, b, out):
     out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
 
 
-@njit
+@leaf
 def between(a, b, out):
     """Overwrite `out (4,)` with the rotation from frame `a` to frame `b`, seen from `a`: conj(a) b, with w >= 0."""
     out[0] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
@@ -32,7 +31,7 @@ def between(a, b, out):
             out[i] = -out[i]
 
 
-@njit
+@leaf
 def matrix_of(q, out):
     """Overwrite `out (3, 3)` with the matrix of the quaternion `q (4,)`; its columns are m1, m2 and t."""
     w, x, y, z = q[0], q[1], q[2], q[3]
@@ -47,7 +46,7 @@ def matrix_of(q, out):
     out[2, 2] = w * w - x * x - y * y + z * z
 
 
-@shipped(Vector, Vector)
+@leaf
 def exponential(vector, out):
     """Overwrite `out (4,)` with the rotation about `vector (3,)` by its length [rad]."""
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
@@ -57,7 +56,7 @@ def exponential(vector, out):
         out[1 + i] = factor * vector[i]
 
 
-@njit
+@leaf
 def logarithm(q, out):
     """Overwrite `out (3,)` with the vector whose `exponential` is `q (4,)`, with w >= 0; its length is at most pi."""
     sine = np.sqrt(q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
@@ -66,9 +65,34 @@ def logarithm(q, out):
         out[i] = factor * q[1 + i]
 
 
-@njit
+@leaf
 def normalise(q):
     """Make the quaternion `q (4,)` a unit one again."""
     scale = 1.0 / np.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
     for i in range(4):
         q[i] *= scale
+
+
+@leaf
+def product(a, b):
+    """The product of the quaternions `a` and `b`, of four numbers each: see `multiply`."""
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] + a[2] * b[0] + a[3] * b[1] - a[1] * b[3],
+        a[0] * b[3] + a[3] * b[0] + a[1] * b[2] - a[2] * b[1],
+    )
+
+
+@leaf
+def unit(q):
+    """The quaternion `q`, four numbers, made a unit one again."""
+    scale = 1.0 / np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return scale * q[0], scale * q[1], scale * q[2], scale * q[3]
+
+
+@leaf
+def trued(q):
+    """The quaternion `q`, four numbers, made a unit one again that is one but for rounding."""
+    scale = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return scale * q[0], scale * q[1], scale * q[2], scale * q[3]

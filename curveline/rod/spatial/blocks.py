@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.kernels.kernel import njit
+from curveline.kernels.kernel import leaf, njit
 
 
-@njit
+@leaf
 def along_rotations(q, slope, bending):
     """Slope (3) and curvature (6), lower triangle by rows, along rotations, from `slope` (4) and `bending` (10) by q.
 
@@ -38,7 +38,38 @@ def along_rotations(q, slope, bending):
     )
 
 
-@njit
+@leaf
+def turned_vertex(q, moment, rates):
+    """Slope (3) and curvature (6), as `along_rotations` gives them, of a vertex that bends and twists by `q` itself.
+
+    `moment (3)` and `rates (3)` are slope and curvature of its energy by both components of its turn and its twist. The
+    turn is u + v, in the complex plane of the directors, with u = (x + i y) / (w + i z) and v = (x + i y) / (w - i z);
+    rotations by (a, b, c) change them by e (a + i b) and (a + i b) / 2 + v^2 (a - i b) / 2 + i c v, e being 1 / 2 (w +
+    i z)^2, and the twist by Im v a - Re v b + c.
+    """
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    per = 1.0 / (w * w + z * z)
+    v, vi = (x * w - y * z) * per, (y * w + x * z) * per
+    e, ei = 0.5 * (w * w - z * z) * per * per, -w * z * per * per
+    s, si = 0.5 * (v * v - vi * vi), v * vi
+    g, gi, h, hi = e * v + ei * vi, ei * v - e * vi, v * s - vi * si, v * si + vi * s
+    a0, a1, a2 = e + 0.5 + s, si - ei, -vi
+    b0, b1, b2 = ei + si, e + 0.5 - s, v
+    m, n, t = moment
+    k, o, r = rates
+    ka0, ka1, ob0, ob1 = k * a0, k * a1, o * b0, o * b1
+    steady, swing, twisted = 0.5 * (m * v + n * vi), m * (g + h) + n * (gi + hi), t * si
+    return (m * a0 + n * b0 + t * vi, m * a1 + n * b1 - t * v, m * a2 + n * b2 + t), (
+        ka0 * a0 + ob0 * b0 + r * vi * vi + steady + swing + twisted,
+        ka0 * a1 + ob0 * b1 - r * v * vi - m * (gi - hi) + n * (g - h) - t * s,
+        ka1 * a1 + ob1 * b1 + r * v * v + steady - swing - twisted,
+        ka0 * a2 + ob0 * b2 + r * vi + m * (0.5 * ei - 1.5 * si) + n * (0.25 + 1.5 * s - 0.5 * e) + 0.5 * t * v,
+        ka1 * a2 + ob1 * b2 - r * v + m * (1.5 * s - 0.25 + 0.5 * e) + n * (1.5 * si + 0.5 * ei) + 0.5 * t * vi,
+        k * a2 * a2 + o * b2 * b2 + r - 2.0 * steady,
+    )
+
+
+@leaf
 def halved_rotation(single, slope, bending):
     """Slope (4) and Hessian (10), lower triangle by rows, by the components of `single (4,)`, from those by its square.
 
@@ -64,13 +95,13 @@ def halved_rotation(single, slope, bending):
     )
 
 
-@njit
+@leaf
 def _dot(a, b):
     """Scalar product of two of four components."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 
 
-@njit
+@leaf
 def _product(matrix, vector):
     """Product of a symmetric matrix of four rows, lower triangle by rows (10), and a vector (4)."""
     a00, a10, a11, a20, a21, a22, a30, a31, a32, a33 = matrix
@@ -151,7 +182,7 @@ def rotated(block, left, right, out):
                 out[r, c] += half[r, a] * right[c, a]
 
 
-@njit
+@leaf
 def scatter(block, row_edge, column_edge, band):
     """Add a block (4, 4) of two edges' changes and spins to the `band (4n+3, 11)` of the vertices and spins.
 

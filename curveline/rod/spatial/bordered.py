@@ -15,71 +15,71 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.kernels.kernel import njit
-from curveline.rod.geometry.rotations import between, matrix_of, multiply, normalise
-from curveline.rod.spatial.energy import vertex_energy, vertex_slopes
+from curveline.kernels.kernel import leaf
+from curveline.rod.geometry.rotations import product, trued, unit
+from curveline.rod.spatial.energy import inner_slopes, vertex_energy, vertex_slopes
 
 TINY = 1e-290
 
 
-@njit
-def bend_of(turns, i, n, q):
-    """Overwrite `q (4,)` with what vertex `i` of n + 1 bends and twists by: its rotation, at an end twice that."""
+@leaf
+def bend_of(turns, i, n):
+    """What vertex `i` of n + 1 bends and twists by, a quaternion: its rotation, at an end twice that."""
+    w, x, y, z = turns[i, 0], turns[i, 1], turns[i, 2], turns[i, 3]
     if i == 0 or i == n:
-        multiply(turns[i], turns[i], q)
-    else:
-        for r in range(4):
-            q[r] = turns[i, r]
+        return w * w - x * x - y * y - z * z, 2.0 * w * x, 2.0 * w * y, 2.0 * w * z
+    return w, x, y, z
 
 
-@njit
+@leaf
+def tangent_of(frame):
+    """Tangent of an edge that has a `frame (4,)`."""
+    w, x, y, z = frame[0], frame[1], frame[2], frame[3]
+    return 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z
+
+
+@leaf
 def add_edges(rod, frames, forces, system, gap, give):
     """Add the edges' part of the bordered `system`, see `balance`; `gap (3,)` and `give (3, 3)` are the border's."""
     own, _, right = system
-    t, u = np.empty(3), np.empty(3)
-    for axis in range(3):
-        gap[axis] = rod.chord[axis] * rod.held[1]
-        for other in range(3):
-            give[axis, other] = 0.0
+    g0, g1, g2 = rod.chord[0] * rod.held[1], rod.chord[1] * rod.held[1], rod.chord[2] * rod.held[1]
+    s00 = s10 = s11 = s20 = s21 = s22 = 0.0
     for j in range(rod.edges.size):
-        w, x, y, z = frames[j]
-        t[0], t[1], t[2] = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z
-        f0, f1, f2 = forces[j]
-        axial = t[0] * f0 + t[1] * f1 + t[2] * f2
+        t0, t1, t2 = tangent_of(frames[j])
+        f0, f1, f2 = forces[j, 0], forces[j, 1], forces[j, 2]
+        axial = t0 * f0 + t1 * f1 + t2 * f2
         soft = rod.edges[j] / rod.stiffness[3]
         long = rod.edges[j] + soft * axial
-        u[0], u[1], u[2] = t[1] * f2 - t[2] * f1, t[2] * f0 - t[0] * f2, t[0] * f1 - t[1] * f0
-        for r in range(3):
-            right[j, r, 0] += long * u[r]
-            gap[r] -= long * t[r]
-            for c in range(3):
-                give[r, c] -= soft * t[r] * t[c]
-                own[j, r, c] -= soft * u[r] * u[c] + 0.5 * long * (forces[j, r] * t[c] + t[r] * forces[j, c])
-                right[j, r, 1 + c] = -soft * u[r] * t[c]
-            own[j, r, r] += long * axial
-        right[j, 0, 2] += long * t[2]
-        right[j, 0, 3] -= long * t[1]
-        right[j, 1, 1] -= long * t[2]
-        right[j, 1, 3] += long * t[0]
-        right[j, 2, 1] += long * t[1]
-        right[j, 2, 2] -= long * t[0]
+        pull = long * axial
+        u0, u1, u2 = t1 * f2 - t2 * f1, t2 * f0 - t0 * f2, t0 * f1 - t1 * f0
+        v0, v1, v2 = soft * u0, soft * u1, soft * u2
+        h0, h1, h2 = 0.5 * long * f0, 0.5 * long * f1, 0.5 * long * f2
+        k10, k20, k21 = v1 * u0 + h1 * t0 + t1 * h0, v2 * u0 + h2 * t0 + t2 * h0, v2 * u1 + h2 * t1 + t2 * h1
+        own[j, 0, 0] += pull - v0 * u0 - 2.0 * h0 * t0
+        own[j, 1, 1] += pull - v1 * u1 - 2.0 * h1 * t1
+        own[j, 2, 2] += pull - v2 * u2 - 2.0 * h2 * t2
+        own[j, 0, 1] -= k10
+        own[j, 0, 2] -= k20
+        own[j, 1, 2] -= k21
+        own[j, 1, 0] -= k10
+        own[j, 2, 0] -= k20
+        own[j, 2, 1] -= k21
+        right[j, 0, 0] += long * u0
+        right[j, 1, 0] += long * u1
+        right[j, 2, 0] += long * u2
+        right[j, 0, 1], right[j, 0, 2], right[j, 0, 3] = -v0 * t0, long * t2 - v0 * t1, -long * t1 - v0 * t2
+        right[j, 1, 1], right[j, 1, 2], right[j, 1, 3] = -long * t2 - v1 * t0, -v1 * t1, long * t0 - v1 * t2
+        right[j, 2, 1], right[j, 2, 2], right[j, 2, 3] = long * t1 - v2 * t0, -long * t0 - v2 * t1, -v2 * t2
+        g0, g1, g2 = g0 - long * t0, g1 - long * t1, g2 - long * t2
+        s00, s11, s22 = s00 - soft * t0 * t0, s11 - soft * t1 * t1, s22 - soft * t2 * t2
+        s10, s20, s21 = s10 - soft * t1 * t0, s20 - soft * t2 * t0, s21 - soft * t2 * t1
+    gap[0], gap[1], gap[2] = g0, g1, g2
+    give[0, 0], give[0, 1], give[0, 2] = s00, s10, s20
+    give[1, 0], give[1, 1], give[1, 2] = s10, s11, s21
+    give[2, 0], give[2, 1], give[2, 2] = s20, s21, s22
 
 
-@njit
-def add_symmetric(matrix, k00, k10, k11, k20, k21, k22):
-    """Add a symmetric matrix, its lower triangle by rows, to `matrix (3, 3)`."""
-    matrix[0, 0] += k00
-    matrix[0, 1] += k10
-    matrix[0, 2] += k20
-    matrix[1, 0] += k10
-    matrix[1, 1] += k11
-    matrix[1, 2] += k21
-    matrix[2, 0] += k20
-    matrix[2, 1] += k21
-    matrix[2, 2] += k22
-
-
-@njit
+@leaf
 def in_space(frame, derivatives):
     """Slope (3) and curvature (6) by rotations about the axes of space, from those about those of `frame (4,)`."""
     w, x, y, z = frame[0], frame[1], frame[2], frame[3]
@@ -113,7 +113,7 @@ def in_space(frame, derivatives):
     )
 
 
-@njit
+@leaf
 def balance(rod, frames, turns, forces, system, gap, give):
     """Overwrite the bordered system of Newton's method.
 
@@ -122,34 +122,29 @@ def balance(rod, frames, turns, forces, system, gap, give):
     """
     own, beside, right = system
     n = rod.edges.size
-    q = np.empty(4)
+    (b0, b1, b2), (a00, a10, a11, a20, a21, a22) = in_space(
+        rod.frames[0], vertex_slopes(rod, 0, turns[0], bend_of(turns, 0, n))
+    )
     for j in range(n):
-        for r in range(3):
-            right[j, r, 0] = 0.0
-            for c in range(3):
-                own[j, r, c] = 0.0
-    for i in range(n + 1):
-        bend_of(turns, i, n, q)
-        before = frames[i - 1] if i > 0 else rod.frames[0]
-        (m0, m1, m2), (k00, k10, k11, k20, k21, k22) = in_space(before, vertex_slopes(rod, i, turns[i], q))
-        if i > 0:
-            right[i - 1, 0, 0] += m0
-            right[i - 1, 1, 0] += m1
-            right[i - 1, 2, 0] += m2
-            add_symmetric(own[i - 1], k00, k10, k11, k20, k21, k22)
-        if i < n:
-            right[i, 0, 0] -= m0
-            right[i, 1, 0] -= m1
-            right[i, 2, 0] -= m2
-            add_symmetric(own[i], k00, k10, k11, k20, k21, k22)
-            m0, m1, m2 = 0.5 * m0, 0.5 * m1, 0.5 * m2
-            beside[i, 0, 0], beside[i, 0, 1], beside[i, 0, 2] = -k00, m2 - k10, -m1 - k20
-            beside[i, 1, 0], beside[i, 1, 1], beside[i, 1, 2] = -m2 - k10, -k11, m0 - k21
-            beside[i, 2, 0], beside[i, 2, 1], beside[i, 2, 2] = m1 - k20, -m0 - k21, -k22
+        h0, h1, h2 = 0.5 * b0, 0.5 * b1, 0.5 * b2
+        beside[j, 0, 0], beside[j, 0, 1], beside[j, 0, 2] = -a00, h2 - a10, -h1 - a20
+        beside[j, 1, 0], beside[j, 1, 1], beside[j, 1, 2] = -h2 - a10, -a11, h0 - a21
+        beside[j, 2, 0], beside[j, 2, 1], beside[j, 2, 2] = h1 - a20, -h0 - a21, -a22
+        if j < n - 1:
+            slopes = inner_slopes(rod, 0.5 * (rod.edges[j] + rod.edges[j + 1]), turns[j + 1])
+        else:
+            slopes = vertex_slopes(rod, n, turns[n], bend_of(turns, n, n))
+        (m0, m1, m2), (k00, k10, k11, k20, k21, k22) = in_space(frames[j], slopes)
+        right[j, 0, 0], right[j, 1, 0], right[j, 2, 0] = m0 - b0, m1 - b1, m2 - b2
+        a10, a20, a21 = a10 + k10, a20 + k20, a21 + k21
+        own[j, 0, 0], own[j, 1, 1], own[j, 2, 2] = a00 + k00, a11 + k11, a22 + k22
+        own[j, 0, 1], own[j, 0, 2], own[j, 1, 2] = a10, a20, a21
+        own[j, 1, 0], own[j, 2, 0], own[j, 2, 1] = a10, a20, a21
+        b0, b1, b2, a00, a10, a11, a20, a21, a22 = m0, m1, m2, k00, k10, k11, k20, k21, k22
     add_edges(rod, frames, forces, system, gap, give)
 
 
-@njit
+@leaf
 def left_over(rod, right, gap, scale):
     """Largest force left over, over the largest that an edge passes on, `scale`; not a number if any is none."""
     left = 0.0
@@ -164,16 +159,17 @@ def left_over(rod, right, gap, scale):
     return left / scale
 
 
-@njit
+@leaf
 def sweep_forward(system, edges, shift, factor, complement):
     """Factor the blocks of `system`, with `shift` times the metric, carry its right-hand sides along.
 
     `factor` holds what `sweep_backward` needs: pivots (n, 3), the lower triangles (n, 3) of the diagonal blocks, the
-    blocks (n, 3, 3) below them, and the right-hand sides (n, 3, 4). `complement (3, 4)`, which holds the border's part,
-    becomes Schur's, and in its first column what is asked of the border. Returns the number of negative pivots.
+    blocks (n, 3, 3) below them, the right-hand sides (n, 3, 4), and room (n, 3). `complement (3, 4)`, which holds the
+    border's part, becomes Schur's, and in its first column what is asked of the border. Returns the number of negative
+    pivots.
     """
     own, beside, right = system
-    pivots, lower, cross, swept = factor
+    pivots, lower, cross, swept, _ = factor
     negative = 0
     l10 = l20 = l21 = i0 = i1 = i2 = 0.0
     for j in range(edges.size):
@@ -232,32 +228,42 @@ def sweep_forward(system, edges, shift, factor, complement):
     return negative
 
 
-@njit
-def sweep_backward(factor, change, step):
-    """Overwrite the turns `step (n, 3)` with those that `factor` gives for the share (4,) `change` of its sides."""
-    pivots, lower, cross, swept = factor
+@leaf
+def sweep_backward(factor, shares, step):
+    """Overwrite the turns `step (n, 3)`, and those beside in the `factor`, with what it gives for `shares (2, 4)`.
+
+    Either row says how much of each right-hand side is taken, the first one for the step.
+    """
+    pivots, lower, cross, swept, beside = factor
     n = pivots.shape[0]
-    s0 = s1 = s2 = 0.0
+    a0, a1, a2, a3 = shares[0, 0], shares[0, 1], shares[0, 2], shares[0, 3]
+    b1, b2, b3 = shares[1, 1], shares[1, 2], shares[1, 3]
+    s0 = s1 = s2 = t0 = t1 = t2 = x00 = x10 = x20 = x01 = x11 = x21 = x02 = x12 = x22 = 0.0
     for j in range(n - 1, -1, -1):
-        v0 = v1 = v2 = 0.0
-        for c in range(4):
-            v0 += change[c] * swept[j, 0, c]
-            v1 += change[c] * swept[j, 1, c]
-            v2 += change[c] * swept[j, 2, c]
-        v0 *= pivots[j, 0]
-        v1 *= pivots[j, 1]
-        v2 *= pivots[j, 2]
-        if j < n - 1:
-            v0 -= cross[j + 1, 0, 0] * s0 + cross[j + 1, 1, 0] * s1 + cross[j + 1, 2, 0] * s2
-            v1 -= cross[j + 1, 0, 1] * s0 + cross[j + 1, 1, 1] * s1 + cross[j + 1, 2, 1] * s2
-            v2 -= cross[j + 1, 0, 2] * s0 + cross[j + 1, 1, 2] * s1 + cross[j + 1, 2, 2] * s2
-        s2 = v2
-        s1 = v1 - lower[j, 2] * s2
-        s0 = v0 - lower[j, 0] * s1 - lower[j, 1] * s2
+        p, q, r, s = swept[j, 0, 0], swept[j, 0, 1], swept[j, 0, 2], swept[j, 0, 3]
+        v0, w0 = a0 * p + a1 * q + a2 * r + a3 * s, b1 * q + b2 * r + b3 * s
+        p, q, r, s = swept[j, 1, 0], swept[j, 1, 1], swept[j, 1, 2], swept[j, 1, 3]
+        v1, w1 = a0 * p + a1 * q + a2 * r + a3 * s, b1 * q + b2 * r + b3 * s
+        p, q, r, s = swept[j, 2, 0], swept[j, 2, 1], swept[j, 2, 2], swept[j, 2, 3]
+        v2, w2 = a0 * p + a1 * q + a2 * r + a3 * s, b1 * q + b2 * r + b3 * s
+        v0 = v0 * pivots[j, 0] - (x00 * s0 + x10 * s1 + x20 * s2)
+        v1 = v1 * pivots[j, 1] - (x01 * s0 + x11 * s1 + x21 * s2)
+        v2 = v2 * pivots[j, 2] - (x02 * s0 + x12 * s1 + x22 * s2)
+        w0 = w0 * pivots[j, 0] - (x00 * t0 + x10 * t1 + x20 * t2)
+        w1 = w1 * pivots[j, 1] - (x01 * t0 + x11 * t1 + x21 * t2)
+        w2 = w2 * pivots[j, 2] - (x02 * t0 + x12 * t1 + x22 * t2)
+        s2, t2 = v2, w2
+        s1, t1 = v1 - lower[j, 2] * s2, w1 - lower[j, 2] * t2
+        s0, t0 = v0 - lower[j, 0] * s1 - lower[j, 1] * s2, w0 - lower[j, 0] * t1 - lower[j, 1] * t2
         step[j, 0], step[j, 1], step[j, 2] = s0, s1, s2
+        beside[j, 0], beside[j, 1], beside[j, 2] = t0, t1, t2
+        if j > 0:
+            x00, x01, x02 = cross[j, 0, 0], cross[j, 0, 1], cross[j, 0, 2]
+            x10, x11, x12 = cross[j, 1, 0], cross[j, 1, 1], cross[j, 1, 2]
+            x20, x21, x22 = cross[j, 2, 0], cross[j, 2, 1], cross[j, 2, 2]
 
 
-@njit
+@leaf
 def solve_border(complement, right):
     """Overwrite `right (3,)` with what the last three columns of `complement (3, 4)` give it; their negative pivots."""
     a, b, c = complement[0, 1], complement[1, 1], complement[2, 1]
@@ -281,7 +287,7 @@ def solve_border(complement, right):
     return int(a < 0.0) + int(d < 0.0) + int(f < 0.0)
 
 
-@njit
+@leaf
 def advance(rod, frames, turns, step, scale, after, turns_after):
     """Overwrite frames and turns `after` with those that `scale` times the turns `step (n, 3)` lead to.
 
@@ -289,58 +295,50 @@ def advance(rod, frames, turns, step, scale, after, turns_after):
     vertices are carried along: differences of frames have lost as many digits as there are edges.
     """
     n = rod.edges.size
-    turn, before, half, q = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
-    matrix = np.empty((3, 3))
-    before[0] = 1.0
-    before[1] = before[2] = before[3] = 0.0
+    half = 0.5 * scale
+    b0, b1, b2, b3 = 1.0, 0.0, 0.0, 0.0
     for i in range(n + 1):
+        c0, c1, c2, c3 = 1.0, 0.0, 0.0, 0.0
         if i < n:
-            matrix_of(frames[i], matrix)
-            turn[0] = 1.0
-            for r in range(3):
-                turn[1 + r] = (
-                    0.5 * scale * (matrix[0, r] * step[i, 0] + matrix[1, r] * step[i, 1] + matrix[2, r] * step[i, 2])
-                )
-            normalise(turn)
-            multiply(frames[i], turn, after[i])
-            normalise(after[i])
-        else:
-            turn[0] = 1.0
-            turn[1] = turn[2] = turn[3] = 0.0
-        between(before, turns[i], half)
-        multiply(half, turn, q)
-        normalise(q)
-        sign = -1.0 if q[0] < 0.0 else 1.0
-        for r in range(4):
-            turns_after[i, r] = sign * q[r]
-            before[r] = turn[r]
+            w, x, y, z = frames[i, 0], frames[i, 1], frames[i, 2], frames[i, 3]
+            s0, s1, s2 = half * step[i, 0], half * step[i, 1], half * step[i, 2]
+            m0, m1, m2 = w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
+            c1 = m0 * s0 + m1 * s1 + m2 * s2
+            m0, m1, m2 = 2.0 * (x * y - w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z + w * x)
+            c2 = m0 * s0 + m1 * s1 + m2 * s2
+            m0, m1, m2 = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z
+            c3 = m0 * s0 + m1 * s1 + m2 * s2
+            c0, c1, c2, c3 = unit((1.0, c1, c2, c3))
+            after[i, 0], after[i, 1], after[i, 2], after[i, 3] = trued(product((w, x, y, z), (c0, c1, c2, c3)))
+        q = product((b0, -b1, -b2, -b3), (turns[i, 0], turns[i, 1], turns[i, 2], turns[i, 3]))
+        q0, q1, q2, q3 = trued(product(q, (c0, c1, c2, c3)))
+        sign = -1.0 if q0 < 0.0 else 1.0
+        turns_after[i, 0], turns_after[i, 1], turns_after[i, 2], turns_after[i, 3] = (
+            sign * q0,
+            sign * q1,
+            sign * q2,
+            sign * q3,
+        )
+        b0, b1, b2, b3 = c0, c1, c2, c3
 
 
-@njit
+@leaf
 def lagrangian(rod, frames, turns, reaction, penalty):
     """Energy plus the `reaction (3,)` times how far the last vertex is from its place, plus a `penalty` on that."""
     n = rod.edges.size
-    q, gap, force = np.empty(4), np.zeros(3), np.empty(3)
     total = 0.0
     for i in range(n + 1):
-        bend_of(turns, i, n, q)
-        total += vertex_energy(rod, i, q)
-    for axis in range(3):
-        gap[axis] = rod.chord[axis] * rod.held[1]
-        force[axis] = reaction[axis]
-        total += reaction[axis] * gap[axis]
+        total += vertex_energy(rod, i, bend_of(turns, i, n))
+    held = rod.held[1]
+    g0, g1, g2 = held * rod.chord[0], held * rod.chord[1], held * rod.chord[2]
+    f0, f1, f2 = reaction[0], reaction[1], reaction[2]
+    total += f0 * g0 + f1 * g1 + f2 * g2
     for j in range(n - 1, -1, -1):
-        w, x, y, z = frames[j]
-        t0, t1, t2 = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z
-        for axis in range(3):
-            force[axis] += rod.forces[j + 1, axis]
-        axial = t0 * force[0] + t1 * force[1] + t2 * force[2]
+        t0, t1, t2 = tangent_of(frames[j])
+        f0, f1, f2 = f0 + rod.forces[j + 1, 0], f1 + rod.forces[j + 1, 1], f2 + rod.forces[j + 1, 2]
+        axial = t0 * f0 + t1 * f1 + t2 * f2
         strain = axial / rod.stiffness[3]
         total -= rod.edges[j] * axial * (1.0 + 0.5 * strain)
         long = rod.edges[j] * (1.0 + strain)
-        gap[0] -= long * t0
-        gap[1] -= long * t1
-        gap[2] -= long * t2
-    for axis in range(3):
-        total += 0.5 * penalty * rod.held[1] * gap[axis] ** 2
-    return total
+        g0, g1, g2 = g0 - long * t0, g1 - long * t1, g2 - long * t2
+    return total + 0.5 * penalty * held * (g0 * g0 + g1 * g1 + g2 * g2)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.kernels.forms import Matrix
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.spatial.bands import factorise
 from curveline.rod.spatial.bordered import (
     advance,
@@ -51,13 +51,14 @@ SETTLED, EXHAUSTED, BROKEN, KNOWN = 0, 1, 2, 3
 """How a descent ends."""
 
 
-@njit
+@leaf
 def floor_of(rod):
     """What rounding leaves over of the forces."""
     return ROUNDING * rod.edges.size * max(rod.stiffness[0], max(rod.stiffness[1], rod.stiffness[2]))
 
 
 @shipped(SpatialRod)
+@leaf
 def neutral_of(rod):
     """How far below zero an eigenvalue may be to count as zero."""
     n = rod.edges.size
@@ -102,7 +103,7 @@ def definite(band, weights, shift, bounds):
 def room_for(n):
     """Arrays for the bordered system of n edges and for its factor, see `bordered`."""
     system = np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 4))
-    factor = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 4))
+    factor = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 4)), np.empty((n, 3))
     return system, factor
 
 
@@ -125,33 +126,31 @@ def newton_step(rod, factor, complement, gap, step, change):
 
     Of what closes the `gap (3,)`, as much as turns no edge by more than `TURN`.
     """
-    share, asked = np.zeros(4), np.zeros(3)
+    shares, asked, beside = np.zeros((2, 4)), np.zeros(3), factor[4]
     for axis in range(3):
         asked[axis] = complement[axis, 0]
         change[axis] = 0.0
-    share[0] = 1.0
+    shares[0, 0] = 1.0
     if rod.held[1] == 0.0:
-        sweep_backward(factor, share, step)
+        sweep_backward(factor, shares, step)
         return
     solve_border(complement, asked)
     for axis in range(3):
         change[axis] = -gap[axis]
-        share[1 + axis] = -asked[axis]
+        shares[0, 1 + axis] = -asked[axis]
     solve_border(complement, change)
-    closing, part = np.zeros(4), 1.0
     for axis in range(3):
-        closing[1 + axis] = -change[axis]
-    sweep_backward(factor, closing, step)
-    turn = largest(step)
-    if turn > TURN:
-        part = TURN / turn
+        shares[1, 1 + axis] = -change[axis]
+    sweep_backward(factor, shares, step)
+    turn = largest(beside)
+    part = TURN / turn if turn > TURN else 1.0
     for axis in range(3):
-        share[1 + axis] -= part * change[axis]
         change[axis] = asked[axis] + part * change[axis]
-    sweep_backward(factor, share, step)
+        for j in range(step.shape[0]):
+            step[j, axis] += part * beside[j, axis]
 
 
-@njit
+@leaf
 def largest(step):
     """The largest of the turns (n, 3)."""
     most = 0.0
@@ -177,7 +176,7 @@ def searched(rod, frames, turns, step, reaction, after, turns_after):
     return False
 
 
-@njit
+@leaf
 def is_known(frames, known, alike):
     """True if frames (n, 4) are those of one of the shapes `known (k, n, 4)`, but for turns that are `alike`."""
     for k in range(known.shape[0]):
@@ -195,21 +194,31 @@ def is_known(frames, known, alike):
 
 
 @njit
+def begun(rod, shape):
+    """What a relaxation from `shape` begins with: its frames, rotations at the vertices and reaction, and room.
+
+    There is room for frames and rotations after a step, for the step and the forces passed on; for the bordered system
+    and its factor; and for the gap, what the border gives, the complement and the reaction's change.
+    """
+    n = rod.edges.size
+    turns = turns_of(rod, shape)
+    state = shape.frames.copy(), turns, first_reaction(rod, shape, turns)
+    room = np.empty((n, 4)), np.empty((n + 1, 4)), np.empty((n, 3)), np.empty((n, 3))
+    return state, room, room_for(n), (np.empty(3), np.empty((3, 3)), np.empty((3, 4)), np.empty(3))
+
+
+@njit
 def descent(rod, shape, iterations, known, passed):
     """Shape, how it ended, iterations and force left over of a descent, which ends beside a `known` shape (k, n, 4).
 
     Overwrites the frames `passed (n, 4)` with those where little force was left over before there was more again, and
     says last if there were any: a state of finer edges may lie there.
     """
-    n = rod.edges.size
     least, shift, residual = neutral_of(rod), neutral_of(rod), np.inf
-    system, factor = room_for(n)
-    frames, turns = shape.frames.copy(), turns_of(rod, shape)
-    reaction = first_reaction(rod, shape, turns)
-    after, turns_after, step, forces = np.empty((n, 4)), np.empty((n + 1, 4)), np.empty((n, 3)), np.empty((n, 3))
-    gap, give, complement, change = np.empty(3), np.empty((3, 3)), np.empty((3, 4)), np.empty(3)
+    (frames, turns, reaction), (after, turns_after, step, forces), (system, factor), small = begun(rod, shape)
+    gap, give, complement, change = small
     ending, iteration = EXHAUSTED, 0
-    calm, has_passed, calmest = CALM, False, np.empty((n, 4))
+    calm, has_passed, calmest = CALM, False, np.empty(frames.shape)
     while iteration < iterations and ending == EXHAUSTED:
         iteration += 1
         scale = passed_on(rod, reaction, forces)
@@ -261,13 +270,9 @@ def descend_from(rod, shape, iterations):
 @shipped(SpatialRod, Shape, int)
 def newton_from(rod, shape, iterations):
     """Shape, how it ended, iterations and force left over of Newton's method from `shape`: see `relax.newton`."""
-    n = rod.edges.size
     residual = np.inf
-    system, factor = room_for(n)
-    frames, turns = shape.frames.copy(), turns_of(rod, shape)
-    reaction = first_reaction(rod, shape, turns)
-    after, turns_after, step, forces = np.empty((n, 4)), np.empty((n + 1, 4)), np.empty((n, 3)), np.empty((n, 3))
-    gap, give, complement, change = np.empty(3), np.empty((3, 3)), np.empty((3, 4)), np.empty(3)
+    (frames, turns, reaction), (after, turns_after, step, forces), (system, factor), small = begun(rod, shape)
+    gap, give, complement, change = small
     ending, iteration = EXHAUSTED, 0
     while iteration < iterations and ending == EXHAUSTED:
         iteration += 1

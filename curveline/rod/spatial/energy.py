@@ -14,10 +14,17 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.kernels.forms import Matrix, Vector
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.kernel import leaf, shipped
 from curveline.rod.geometry.rotations import between, exponential, matrix_of, multiply, normalise
 from curveline.rod.problem import Array
-from curveline.rod.spatial.blocks import along_rotations, halved_rotation, rotated, scatter, vertex_blocks
+from curveline.rod.spatial.blocks import (
+    along_rotations,
+    halved_rotation,
+    rotated,
+    scatter,
+    turned_vertex,
+    vertex_blocks,
+)
 from curveline.rod.spatial.terms import bend, loads, stretch, twist
 
 BAND = 11
@@ -74,7 +81,7 @@ def positions(rod, shape):
     return out
 
 
-@njit
+@leaf
 def cell_of(rod, i):
     """Length over which vertex `i` bends, and the share of it that is rod: half at a clamp, none at a free end."""
     n = rod.edges.size
@@ -85,7 +92,7 @@ def cell_of(rod, i):
     return 0.5 * (rod.edges[i - 1] + rod.edges[i]), 1.0
 
 
-@njit
+@leaf
 def relative(rod, shape, i, single, q):
     """Overwrite `single (4,)` with the rotation between the frames at vertex `i`, of edges or of edge and clamp.
 
@@ -113,7 +120,7 @@ def relative(rod, shape, i, single, q):
             q[r] = single[r]
 
 
-@njit
+@leaf
 def vertex_energy(rod, i, q):
     """Energy of bending and twist of vertex `i`, which turns by `q (4,)`."""
     cell, share = cell_of(rod, i)
@@ -124,7 +131,21 @@ def vertex_energy(rod, i, q):
     )
 
 
-@njit
+@leaf
+def inner_slopes(rod, cell, q):
+    """As `vertex_slopes`, of a vertex between two edges."""
+    per = 1.0 / cell
+    rates = per * rod.stiffness[0], per * rod.stiffness[1], per * rod.stiffness[2]
+    first, second = bend.turns(q)
+    moment = (
+        rates[0] * (first - cell * rod.natural[0]),
+        rates[1] * (second - cell * rod.natural[1]),
+        rates[2] * (twist.angle(q) - cell * rod.natural[2]),
+    )
+    return turned_vertex(q, moment, rates)
+
+
+@leaf
 def vertex_slopes(rod, i, single, q):
     """Slope (3) and curvature (6), lower triangle by rows, of the energy of vertex `i` by rotations of its frames.
 
@@ -133,6 +154,8 @@ def vertex_slopes(rod, i, single, q):
     cell, share = cell_of(rod, i)
     if share == 0.0:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if share == 1.0:
+        return inner_slopes(rod, cell, q)
     (s0, s1, s2, s3), (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9) = bend.derivatives(q, cell, rod.stiffness, rod.natural)
     (t0, _, _, t3), (b0, _, _, _, _, _, b6, _, _, b9) = twist.derivatives(q, cell, rod.stiffness[2], rod.natural[2])
     slope, bending = (s0 + t0, s1, s2, s3 + t3), (a0 + b0, a1, a2, a3, a4, a5, a6 + b6, a7, a8, a9 + b9)

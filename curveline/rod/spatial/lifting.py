@@ -45,8 +45,9 @@ LARGEST_TURN = 0.5
 
 def clamp_tangents(segment: ClampedRod) -> Array:
     """Tangents (2, 3) of the clamps."""
-    along, yaw = np.array([segment.start, segment.end]), np.array(segment.yaw)
-    return np.column_stack([np.cos(yaw) * np.cos(along), np.cos(yaw) * np.sin(along), np.sin(yaw)])
+    clamps = zip((segment.start, segment.end), segment.yaw, strict=True)
+    rows = [(math.cos(yaw) * math.cos(along), math.cos(yaw) * math.sin(along), math.sin(yaw)) for along, yaw in clamps]
+    return np.array(rows)
 
 
 def spatial_rod(segment: ClampedRod, edges: Array) -> SpatialRod:
@@ -57,8 +58,8 @@ def spatial_rod(segment: ClampedRod, edges: Array) -> SpatialRod:
     carried = np.array([segment.weight_x, -bearing.weight, segment.weight_z]) * length * unit
     forces[:-1] += 0.5 * edges[:, None] * carried
     forces[1:] += 0.5 * edges[:, None] * carried
-    places = np.concatenate([[0.0], np.cumsum(edges)])
     for load in segment.loads:
+        places = np.concatenate([[0.0], np.cumsum(edges)])
         free = (load.at * segment.length - 0.5 * bearing.clamp) / length
         forces[np.argmin(np.abs(places - free))] += np.array([load.x, load.y, load.z]) * unit
     stiffness = [bearing.lateral, bearing.stiffness, bearing.twisting, segment.section.stretching_stiffness * length**2]

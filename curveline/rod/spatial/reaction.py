@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.spatial.bordered import bend_of, in_space, solve_border
 from curveline.rod.spatial.energy import Shape, SpatialRod, relative, vertex_slopes
 
@@ -26,7 +26,7 @@ def turns_of(rod, shape):
     return out
 
 
-@njit
+@leaf
 def passed_on(rod, reaction, out):
     """Overwrite `out (n, 3)` with the forces that the edges pass on; returns the largest component, 1 at least."""
     largest = 1.0
@@ -50,11 +50,11 @@ def first_reaction(rod, shape, turns):
     normal, out = np.zeros((3, 4)), np.zeros(3)
     if rod.held[1] == 0.0:
         return out
-    forces, slopes, q = np.empty((n, 3)), np.zeros((n + 2, 3)), np.empty(4)
+    forces, slopes = np.empty((n, 3)), np.zeros((n + 2, 3))
     passed_on(rod, out, forces)
     for i in range(n + 1):
-        bend_of(turns, i, n, q)
-        (m0, m1, m2), _ = in_space(shape.frames[i - 1] if i > 0 else rod.frames[0], vertex_slopes(rod, i, turns[i], q))
+        before = shape.frames[i - 1] if i > 0 else rod.frames[0]
+        (m0, m1, m2), _ = in_space(before, vertex_slopes(rod, i, turns[i], bend_of(turns, i, n)))
         for at, sign in ((i, 1.0), (i + 1, -1.0)):
             slopes[at, 0] += sign * m0
             slopes[at, 1] += sign * m1

@@ -10,16 +10,17 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.kernels.kernel import njit, shipped
-from curveline.rod.geometry.rotations import between, exponential, matrix_of, multiply
+from curveline.rod.geometry.rotations import between, exponential, multiply
 from curveline.rod.spatial.bordered import (
     advance,
     balance,
     bend_of,
     in_space,
     left_over,
+    tangent_of,
 )
 from curveline.rod.spatial.descent import factored, largest, neutral_of, newton_step, room_for
-from curveline.rod.spatial.energy import Shape, SpatialRod, vertex_slopes
+from curveline.rod.spatial.energy import Shape, SpatialRod, positions, vertex_slopes
 from curveline.rod.spatial.reaction import first_reaction, passed_on, strains, turns_of
 
 REACH = 0.8
@@ -28,8 +29,9 @@ JUMP = 0.35
 """Turn of an edge [rad] beside the tangent by which it may have left its branch."""
 LEAST = np.pi / 192.0
 """Roll [rad] below which a jump is a fall."""
-CLOSE = 1e-7
-"""Largest force that is left over after a step, relative."""
+CLOSE, BESIDE = 1e-7, 1e-3
+"""Largest force that is left over after a step, relative: of a shape at rest, and of one beside it, that is followed on
+for a third less."""
 CORRECTIONS = 7
 EASY = 3
 """Corrections of a step that may be followed by a longer one."""
@@ -39,11 +41,10 @@ EASY = 3
 def clamp_pull(rod, frames, turns, right):
     """Overwrite the first of the right-hand sides (n, 3, 4) with what rolling the last clamp on asks of the edges."""
     n = rod.edges.size
-    q, matrix = np.empty(4), np.empty((3, 3))
-    bend_of(turns, n, n, q)
-    (m0, m1, m2), (k00, k10, k11, k20, k21, k22) = in_space(frames[n - 1], vertex_slopes(rod, n, turns[n], q))
-    matrix_of(rod.frames[1], matrix)
-    t0, t1, t2 = matrix[0, 2], matrix[1, 2], matrix[2, 2]
+    (m0, m1, m2), (k00, k10, k11, k20, k21, k22) = in_space(
+        frames[n - 1], vertex_slopes(rod, n, turns[n], bend_of(turns, n, n))
+    )
+    t0, t1, t2 = tangent_of(rod.frames[1])
     for j in range(n):
         for r in range(3):
             right[j, r, 0] = 0.0
@@ -53,25 +54,30 @@ def clamp_pull(rod, frames, turns, right):
 
 
 @njit
-def corrected(rod, state, spare, room):
+def corrected(rod, state, spare, room, close):
     """Bring a `state` beside a stable equilibrium there; corrections taken, none if it leads to none or far away.
+
+    None, too, where a correction leaves more force over than it met: what lies past a fold wanders. Of the forces, the
+    part `close` may be left over.
 
     The state holds frames (n, 4), turns (n+1, 4) and the reaction (3,); `spare` has room for the first two. In the
     `room`, the bordered system is left as it is in the equilibrium.
     """
     system, factor, step, forces, give = room
     gap, complement, change = np.empty(3), np.empty((3, 4)), np.empty(3)
-    least, off = neutral_of(rod), 0.0
+    least, off, before = neutral_of(rod), 0.0, np.inf
     frames, turns, reaction = state
     for taken in range(1, CORRECTIONS + 1):
         scale = passed_on(rod, reaction, forces)
         balance(rod, frames, turns, forces, system, gap, give)
         residual = left_over(rod, system[2], gap, scale)
-        if not residual < np.inf:
+        if not residual < before:
             return 0
         is_definite = factored(rod, system, least, factor, give, complement)
-        if residual <= CLOSE:
+        if residual <= close:
             return taken if is_definite else 0
+        # The first one may: it closes the gap, too.
+        before = residual if taken > 1 else np.inf
         newton_step(rod, factor, complement, gap, step, change)
         off += largest(step)
         if off > JUMP:
@@ -106,19 +112,21 @@ def predicted(tangents, changes, share, step, change):
             step[j, axis] = share[0] * tangents[0][j, axis] + share[1] * (tangents[0][j, axis] - tangents[1][j, axis])
 
 
-@shipped(SpatialRod, Shape, float, int)
-def roll_through(rod, shape, angle, count):
+@shipped(SpatialRod, Shape, float, int, float)
+def roll_through(rod, shape, angle, count, close):
     """The shapes that a stable one becomes as the last clamp is rolled on, `count` times by `angle` [rad].
 
-    Returns strains (k, n), frames (k, n, 4) and turns (k, n+1, 4) of those that are reached, the shape as far as it
-    goes, the roll that was done, and the number of corrections that were tried.
+    They are at rest but for the part `close` of the forces.
+
+    Returns strains (k, n), frames (k, n, 4), turns (k, n+1, 4) and vertices (k, n+1, 3) of those that are reached, the
+    shape as far as it goes, the roll that was done, and the number of corrections that were tried.
     """
     n, side, least = rod.edges.size, np.sign(angle), neutral_of(rod)
     now = SpatialRod(rod.edges, rod.stiffness, rod.natural, rod.forces, rod.chord, rod.frames.copy(), rod.held)
     turns = turns_of(rod, shape)
     state = shape.frames.copy(), turns, first_reaction(rod, shape, turns)
     trial, spare = (np.empty((n, 4)), np.empty((n + 1, 4)), np.empty(3)), (np.empty((n, 4)), np.empty((n + 1, 4)))
-    out = np.empty((count, n)), np.empty((count, n, 4)), np.empty((count, n + 1, 4))
+    out = np.empty((count, n)), np.empty((count, n, 4)), np.empty((count, n + 1, 4)), np.empty((count, n + 1, 3))
     system, factor = room_for(n)
     step, forces, give = np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
     room = system, factor, step, forces, give
@@ -142,7 +150,7 @@ def roll_through(rod, shape, angle, count):
             advance(now, state[0], state[1], step, side, trial[0], trial[1])
             rolled_to(now, rod.frames[1], side * (done + part), trial[1], trial[0])
             trial[2][:] = state[2] + side * change
-            taken = corrected(now, trial, spare, room)
+            taken = corrected(now, trial, spare, room, close)
             work += CORRECTIONS if taken == 0 else taken
             if taken == 0:
                 size = part = 0.5 * part
@@ -155,10 +163,20 @@ def roll_through(rod, shape, angle, count):
         if part == to_go:
             done = (reached + 1) * abs(angle)
             out[0][reached], out[1][reached], out[2][reached] = strains(now, state[0], state[2]), state[0], state[1]
+            out[3][reached] = positions(now, Shape(out[0][reached], state[0], state[1]))
             reached += 1
         size = 2.0 * size if taken <= EASY else size
     end = Shape(strains(now, state[0], state[2]), state[0], state[1])
-    return out[0][:reached].copy(), out[1][:reached].copy(), out[2][:reached].copy(), end, side * done, work
+    strain, frames, turned, places = out
+    return (
+        strain[:reached].copy(),
+        frames[:reached].copy(),
+        turned[:reached].copy(),
+        places[:reached].copy(),
+        end,
+        side * done,
+        work,
+    )
 
 
 def roll_on(rod: SpatialRod, shape: Shape, angle: float) -> tuple[Shape, float, int]:
@@ -168,5 +186,5 @@ def roll_on(rod: SpatialRod, shape: Shape, angle: float) -> tuple[Shape, float, 
     """
     if angle == 0.0:
         return shape, 0.0, 0
-    *_, end, done, work = roll_through(rod, shape, angle, 1)
+    *_, end, done, work = roll_through(rod, shape, angle, 1, CLOSE)
     return end, done, work

@@ -24,7 +24,7 @@ from curveline.rod.spatial.lifting import spatial_rod
 from curveline.rod.spatial.linking_number import turns
 from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, descend, settle
 from curveline.rod.spatial.richardson import SLIPPED, refined
-from curveline.rod.spatial.rolling import roll_on, roll_through
+from curveline.rod.spatial.rolling import BESIDE, roll_on, roll_through
 from curveline.rod.spatial.stability import lowest_eigenvalue
 from curveline.rod.spatial.starts import ALL_SIDES, ONE_SIDE, Sides, descended, starts
 from curveline.rod.spatial.twisting import spread_twist, spun
@@ -44,7 +44,7 @@ STEP = deg(30.0)
 RANGE = 4.0 * math.pi
 BEYOND = deg(120.0)
 """Roll [rad] up to which all is followed, and by how much beyond what is asked for if that is more."""
-BESIDE = deg(15.0)
+NEXT = deg(15.0)
 """Roll [rad] within which finer edges may have another fold."""
 FINER = 2
 """Times that edges are halved to look closer at a fold."""
@@ -57,15 +57,17 @@ Relaxing = Callable[[SpatialRod, Shape, int], Relaxed]
 
 
 class Met(NamedTuple):
-    """A shape that was met, where its vertices are (n+1, 3), and its energy."""
+    """A shape that was met, where its vertices are (n+1, 3), its `middle` one among them, and its energy."""
 
     vertices: Array
+    middle: tuple[float, ...]
     energy: float
     shape: Shape
 
     def is_near(self, other: Met) -> bool:
         """True if two shapes are the same."""
-        return bool(np.max(np.abs(self.vertices - other.vertices)) < SAME)
+        apart = max(abs(here - there) for here, there in zip(self.middle, other.middle, strict=True))
+        return apart < SAME and bool(np.max(np.abs(self.vertices - other.vertices)) < SAME)
 
     def is_alike(self, other: Met) -> bool:
         """True if two shapes may differ by a motion that costs nothing, such as turning a round rod's arch."""
@@ -100,25 +102,28 @@ class _Survey:
         self.work += relaxed.iterations * self.rod.edges.size
         return relaxed.shape if relaxed.ending is RelaxEnding.SETTLED else None
 
-    def roll_on(self, place: int, shape: Shape, way: int) -> tuple[list[Shape], float, Shape]:
-        """What a stable shape becomes at one place after the other; where it comes to at most, and as what."""
+    def roll_on(self, place: int, shape: Shape, way: int) -> tuple[list[tuple[Shape, Array]], float, Shape]:
+        """What a stable shape becomes at place after place, with its vertices; where it comes to at most, as what."""
         count = len(self.ahead(place, way))
-        *shapes, last, done, work = roll_through(self.rod_at(place), shape, way * STEP, count)
+        *shapes, vertices, last, done, work = roll_through(self.rod_at(place), shape, way * STEP, count, BESIDE)
         self.work += work * self.rod.edges.size
-        return [Shape(*each) for each in zip(*shapes, strict=True)], place + done / STEP, last
+        reached = [Shape(*each) for each in zip(*shapes, strict=True)]
+        return list(zip(reached, vertices, strict=True)), place + done / STEP, last
 
     def ahead(self, place: int, way: int) -> range:
         """The places after one, on the way."""
         return range(place + way, self.places.stop if way > 0 else self.places.start - 1, way)
 
-    def add(self, place: int, shape: Shape) -> bool:
-        """Keep a shape; False if it was met before."""
+    def add(self, place: int, shape: Shape, vertices: Array | None = None) -> bool:
+        """Keep a shape, whose vertices may be known; False if it was met before."""
         rod = self.rod_at(place)
-        here = Met(np.asarray(positions(rod, shape)), self._energy(rod, shape), shape)
+        vertices = np.asarray(positions(rod, shape)) if vertices is None else vertices
+        here = Met(vertices, tuple(vertices[len(vertices) // 2].tolist()), self._energy(rod, shape), shape)
         others = self.met.setdefault(place, [])
         if any(here.is_near(other) for other in others):
             return False
-        if any(here.is_alike(other) for other in others) and lowest_eigenvalue(rod, shape) < NEUTRAL:
+        is_round = not math.isnan(here.energy)
+        if is_round and any(here.is_alike(other) for other in others) and lowest_eigenvalue(rod, shape) < NEUTRAL:
             return False
         others.append(here)
         return True
@@ -205,14 +210,14 @@ def _survey_roll(survey: _Survey) -> None:
 def _follow(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[int, Shape] | None:
     """Follow a shape until it meets what is known or the end; what it falls into, and where, if that is new."""
     shapes, reached, last = survey.roll_on(place, shape, way)
-    for each in shapes:
+    for each, vertices in shapes:
         place += way
-        if not survey.add(place, each):
+        if not (survey.add(0, _at_rest(survey, each)) if place == 0 else survey.add(place, each, vertices)):
             return None
     if not survey.ahead(place, way):
         return None
     place += way
-    if place == 0 and abs(reached) * STEP < BESIDE:
+    if place == 0 and abs(reached) * STEP < NEXT:
         survey.lost.append((reached, last))
     fallen = survey.relax(place, spread_twist(survey.rod, last, (place - reached) * STEP), descend)
     if fallen is None or not survey.add(place, fallen):
@@ -221,6 +226,14 @@ def _follow(survey: _Survey, place: int, shape: Shape, way: int) -> tuple[int, S
         survey.drop_last(place)
         return None
     return place, fallen
+
+
+def _at_rest(survey: _Survey, shape: Shape) -> Shape:
+    """What a shape comes to rest in that was followed to the roll asked for, with little force left over."""
+    rest = survey.relax(0, shape, settle)
+    if rest is None:
+        survey.lost.append((0.0, shape))
+    return rest or shape
 
 
 def _looked_closer(survey: _Survey, place: float, shape: Shape) -> list[Resting]:

@@ -35,10 +35,9 @@ def total_twist(rod, shape):
 
 def spun(frame: Array, angle: float) -> Array:
     """The `frame (4,)` turned by `angle` [rad] about its tangent."""
-    turn, out = np.empty(4), np.empty(4)
-    exponential(np.array([0.0, 0.0, angle]), turn)
-    multiply(frame, turn, out)
-    return out
+    c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
+    w, x, y, z = frame.tolist()
+    return np.array([w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s])
 
 
 def twisted(rod: SpatialRod, shape: Shape, angle: float) -> tuple[SpatialRod, Shape]:

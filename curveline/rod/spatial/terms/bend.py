@@ -8,17 +8,17 @@ frame to the other, which is a turn about an axis across the tangent followed by
 
 from __future__ import annotations
 
-from curveline.kernels.kernel import njit
+from curveline.kernels.kernel import leaf
 
 
-@njit
+@leaf
 def turns(q):
     """Components about m1 and m2 of the turn at a vertex between frames that differ by `q (4,)`."""
     scale = 2.0 * q[0] / (q[0] ** 2 + q[3] ** 2)
     return scale * q[1], scale * q[2]
 
 
-@njit
+@leaf
 def energy(q, cell, stiffness, natural):
     """Bending energy of a vertex; `stiffness (4,)` and `natural (3,)` as in `spatial.SpatialRod`."""
     first, second = turns(q)
@@ -29,7 +29,7 @@ def energy(q, cell, stiffness, natural):
     )
 
 
-@njit
+@leaf
 def derivatives(q, cell, stiffness, natural):
     """Slope (4) and Hessian (10), lower triangle by rows, by the components of `q`."""
     w, x, y, z = q[0], q[1], q[2], q[3]

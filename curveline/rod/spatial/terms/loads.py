@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from curveline.kernels.forms import Matrix
-from curveline.kernels.kernel import njit, shipped
+from curveline.kernels.kernel import leaf, shipped
 
 
 @shipped(Matrix, Matrix)
+@leaf
 def energy(positions, forces):
     """Potential of `forces (n+1, 3)` at `positions (n+1, 3)`."""
     total = 0.0
@@ -16,7 +17,7 @@ def energy(positions, forces):
     return total
 
 
-@njit
+@leaf
 def add_derivatives(forces, gradient):
     """Add the slope by the positions to `gradient (4n+3,)`, whose entries 4i to 4i+2 are those of vertex i."""
     for i in range(forces.shape[0]):

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from curveline.kernels.kernel import njit
+from curveline.kernels.kernel import leaf
 
 
-@njit
+@leaf
 def energy(strain, length, stiffness):
     """Stretching energy of an edge of rest `length`; `stiffness (4,)` as in `spatial.SpatialRod`."""
     return 0.5 * stiffness[3] * strain**2 * length
 
 
-@njit
+@leaf
 def add_derivatives(strain, length, stiffness, gradient, hessian):
     """Add slope (4,) and Hessian (4, 4), lower triangle, by the edge's change along m1, m2, t and its spin."""
     force = stiffness[3] * strain

@@ -6,24 +6,23 @@ to the own frame of that edge is the twist, in the relative quaternion q = (w, x
 
 from __future__ import annotations
 
-import numpy as np
+from curveline.kernels.kernel import leaf
+from curveline.rod.trigonometry import arc_tangent
 
-from curveline.kernels.kernel import njit
 
-
-@njit
+@leaf
 def angle(q):
     """Twist [rad] between frames that differ by `q (4,)`."""
-    return 2.0 * np.arctan2(q[3], q[0])
+    return 2.0 * arc_tangent(q[3], q[0])
 
 
-@njit
+@leaf
 def energy(q, cell, stiffness, natural):
     """Twisting energy of a vertex whose rod has a `stiffness` GJ / EI and a `natural` twist per length."""
     return 0.5 * stiffness * (angle(q) - cell * natural) ** 2 / cell
 
 
-@njit
+@leaf
 def derivatives(q, cell, stiffness, natural):
     """Slope (4) and Hessian (10), lower triangle by rows, by the components of `q`."""
     w, z = q[0], q[3]
