@@ -10,12 +10,14 @@ from curveline.cli.batch import BatchRequest
 from curveline.cli.printing import failures, screen, terminal
 from curveline.cli.printing.progress.progress_bar import Bar
 from curveline.cli.terminal import TERMINAL
-from curveline.errors import EXIT_DONE, EXIT_NO, CurvelineError, InvalidInput
+from curveline.errors import EXIT_DONE, EXIT_NO, InvalidInput
 from curveline.kernels.compile_time import clock
 from curveline.outputs import PICTURES, SWEEP, open_sweep
+from curveline.phrases import counted
 from curveline.shapes.radians import tell_of_radians
-from curveline.simulation.batch import Maker, Order, Simulated, Task, jobs_for, line_of, run
+from curveline.simulation.batch import Maker, Order, jobs_for, line_of
 from curveline.simulation.sweep import Sweep, SweepTally, digests
+from curveline.simulation.sweep_run import Stretch, SweepRun
 from curveline.simulation.sweep_view import view_of
 
 MOST_COMPLAINTS = 5
@@ -46,16 +48,18 @@ def run_sweep(shapes: Sequence[str], ranges: Sequence[str], request: BatchReques
     with ExitStack() as stack:
         sinks = [(digests, tally.add), *_sinks(sweep, request, plot, stack)]
         order = Order(request.settings, tuple(make for make, _ in sinks))
-        answers = stack.enter_context(closing(run(sweep.tasks(), order, jobs, len(sweep))))
+        run = SweepRun(sweep, order, jobs)
+        stretches = stack.enter_context(closing(run.stretches()))
         bar = stack.enter_context(Bar("simulating", len(sweep)))
         if jobs > 1:
             # The first answers wait for the processes to start.
             bar.show()
-        for task, answer in answers:
+        for stretch in stretches:
             with terminal.aside() if request.as_json else ExitStack():
-                _take(task, answer, sinks, tally)
-            bar.reach(task.number)
-    _sum_up(sweep, tally, request, (clock() - begin, jobs))
+                _take(stretch, sinks, tally)
+            bar.reach(stretch.last)
+    helpers = counted(jobs, "thread") if run.is_on_threads else f"{jobs} process{'' if jobs == 1 else 'es'}"
+    _sum_up(sweep, tally, request, (clock() - begin, helpers))
     return EXIT_DONE if tally.good == len(sweep) else EXIT_NO
 
 
@@ -68,27 +72,27 @@ def _sinks(sweep: Sweep, request: BatchRequest, plot: str, stack: ExitStack) -> 
         yield file.make, file.take
 
 
-def _take(task: Task, answer: Simulated | CurvelineError, sinks: Sequence[Sink], tally: SweepTally) -> None:
-    if isinstance(answer, CurvelineError):
-        failures.answer(answer, point=task.number, swept=dict(task.swept))
+def _take(stretch: Stretch, sinks: Sequence[Sink], tally: SweepTally) -> None:
+    if stretch.error is not None:
+        failures.answer(stretch.error, point=stretch.first, swept=dict(stretch.swept))
         tally.failed += 1
         if tally.failed <= MOST_COMPLAINTS:
-            where = ", ".join(f"{key}={value:g}" for key, value in task.swept)
-            screen.note(f"point {task.number}, {where}: {answer.message}")
+            where = ", ".join(f"{key}={value:g}" for key, value in stretch.swept)
+            screen.note(f"point {stretch.first}, {where}: {stretch.error.message}")
         return
-    for (_, take), product in zip(sinks, answer.products, strict=True):
-        take(product)
+    for (_, take), products in zip(sinks, stretch.products, strict=True):
+        for product in products:
+            take(product)
 
 
-def _sum_up(sweep: Sweep, tally: SweepTally, request: BatchRequest, cost: tuple[float, int]) -> None:
+def _sum_up(sweep: Sweep, tally: SweepTally, request: BatchRequest, cost: tuple[float, str]) -> None:
     """The screen, if results are not elsewhere, and beside it how many points are as asked for."""
     if not request.as_json:
         from curveline.cli.printing.reports.sweep_overview import describe
 
-        seconds, jobs = cost
+        seconds, helpers = cost
         screen.result("\n".join(describe(sweep, tally, request.settings)))
-        processes = f"{jobs} process{'' if jobs == 1 else 'es'}"
-        screen.result(f"{seconds:.1f} s on {processes}, {len(sweep) / seconds:.0f} points per second")
+        screen.result(f"{seconds:.1f} s on {helpers}, {len(sweep) / seconds:.0f} points per second")
     for path in request.files:
         screen.note(f"wrote {path}")
     screen.note(f"{tally.good} of {len(sweep)} points as asked for")

@@ -23,7 +23,7 @@ from curveline.scene import Scene
 from curveline.shapes import files
 from curveline.shapes.radians import tell_of_radians
 from curveline.simulation.advice import advice_on
-from curveline.simulation.results import Settings, ShapeReport, document
+from curveline.simulation.results import Document, Settings, ShapeReport, document
 from curveline.simulation.simulate import simulate
 from curveline.system.files import AnyPath
 from curveline.system.portable import cores
@@ -123,10 +123,13 @@ def perform(order: Order, task: Task) -> Simulated | CurvelineError:
 def line_of(task: Task, report: ShapeReport) -> str:
     """A maker: the JSON document of a report on one line; that of a point of a sweep says which, after its shape."""
     whole = document(report)
-    if task.swept:
-        head = {key: whole.pop(key) for key in ("curveline", "shape")}
-        whole = {**head, "point": task.number, "swept": dict(task.swept), **whole}
-    return json.dumps(whole, allow_nan=False)
+    return json.dumps(at_point(whole, task.number, task.swept) if task.swept else whole, allow_nan=False)
+
+
+def at_point(whole: Document, number: int, swept: Iterable[tuple[str, float]]) -> Document:
+    """The document of a report as that of a point of a sweep, with the keys and values that were swept."""
+    head = {key: whole[key] for key in ("curveline", "shape")}
+    return {**head, "point": number, "swept": dict(swept), **{key: whole[key] for key in whole if key not in head}}
 
 
 def report_of(task: Task, report: ShapeReport) -> ShapeReport:

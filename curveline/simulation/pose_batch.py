@@ -167,7 +167,7 @@ def _rows_of(rod: ClampedRod, tolerance: float, poses: Array) -> _Rows:
     asked = Asked(tolerance, math.nan, math.nan, sideways=False)
     counts, states = plain_batch(poses, rod.bearing, *rod.dead_loads(), asked)
     numbers = states[:, TAKEN]
-    names = _names(counts, states, poses)
+    names = names_of(counts, states, poses)
     pieces, all_names, done = [], [], 0
     for place, end in zip(np.flatnonzero(counts == 0).tolist(), np.cumsum(counts)[counts == 0].tolist(), strict=True):
         others = find_states(rod.moved_to(Pose(*poses[place].tolist())), tolerance)
@@ -185,7 +185,7 @@ def _numbers(state: Equilibrium) -> list[float]:
     ]
 
 
-def _names(counts: npt.NDArray[np.int64], states: Array, poses: Array) -> list[str]:
+def names_of(counts: npt.NDArray[np.int64], states: Array, poses: Array) -> list[str]:
     """Names of the states of rods without difficulties: their order tells, of a single one the side."""
     first = np.repeat(np.cumsum(counts) - counts, counts)
     rank, last = np.arange(len(states)) - first, np.repeat(counts, counts) - 1

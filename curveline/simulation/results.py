@@ -129,7 +129,7 @@ def document(report: ShapeReport) -> Document:
         "tolerance_mm": to_mm(report.settings.tolerance),
         "seconds": report.seconds,
         "segments": [_segment_document(report, index) for index in range(len(report.segments))],
-        "provenance": _provenance(report),
+        "provenance": provenance_of(report.scene, report.settings),
     }
 
 
@@ -222,19 +222,31 @@ def _rows(reports: Sequence[ShapeReport]) -> Iterator[_Row]:
 
 def _segment_document(report: ShapeReport, index: int) -> Document:
     segment = report.segments[index]
+    explanation = {"explanation": list(explain(segment))} if report.settings.explained else {}
+    states = [_state_document(report, index, state) for state in segment.states]
+    return segment_document(segment, states, explanation)
+
+
+def segment_document(segment: SegmentStates, states: Sequence[Any], explanation: Document) -> Document:
+    """A segment with what there is to say of its `states`, and an `explanation`, if there is one."""
     bounds = {
         name: {"bound_mm": to_mm(float(bound.bound)), "why": bound.why} for name, bound in segment.left_out.items()
     }
-    explanation = {"explanation": list(explain(segment))} if report.settings.explained else {}
     return {
         "length_mm": to_mm(segment.length),
         "wanted": segment.wanted_name,
         "model": {"kind": segment.model, "terms": list(segment.terms), "left_out": bounds, **explanation},
-        "states": [_state_document(report, index, state) for state in segment.states],
+        "states": states,
     }
 
 
 def _state_document(report: ShapeReport, index: int, state: Equilibrium) -> Document:
+    space = _space_document(report, state, state.space) if state.space is not None else {}
+    return {**state_document(state, curve_mm(report, index, state).tolist()), **space}
+
+
+def state_document(state: Equilibrium, curve: Any) -> Document:
+    """A state by what it has in the plane; `curve` are its points [mm], or what stands for them."""
     return {
         "name": state.name,
         "stable": bool(state.stable),
@@ -253,10 +265,9 @@ def _state_document(report: ShapeReport, index: int, state: Equilibrium) -> Docu
         "mean_height_mm": to_mm(float(state.mean_height)),
         "clearance_mm": _known(to_mm(state.clearance)),
         "max_curvature_per_m": float(state.max_curvature),
-        "curve_mm": curve_mm(report, index, state).tolist(),
+        "curve_mm": curve,
         "clamp_force_N": np.asarray(state.clamp_force, dtype=np.float64).tolist(),
         "clamp_moment_Nmm": [to_nmm(float(moment)) for moment in state.clamp_moment],
-        **(_space_document(report, state, state.space) if state.space is not None else {}),
     }
 
 
@@ -284,15 +295,15 @@ def _without_curves(record: Document) -> Document:
     return record
 
 
-def _provenance(report: ShapeReport) -> Document:
-    settings = report.settings
+def provenance_of(scene: Scene, settings: Settings) -> Document:
+    """Where what was simulated of a scene comes from."""
     asked = {
         "tolerance_mm": to_mm(settings.tolerance),
         "points": settings.points,
         "windings": list(settings.windings),
         "model": settings.model,
     }
-    return provenance(report.scene, asked, settings.argv)
+    return provenance(scene, asked, settings.argv)
 
 
 def provenance(scene: Scene, settings: Document, argv: Sequence[str]) -> Document:

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from functools import cached_property
 from typing import NamedTuple
 
 from curveline.errors import InvalidInput
@@ -20,6 +21,7 @@ from curveline.shapes.toml_document import shown
 from curveline.shapes.toml_location import KeyPath
 from curveline.simulation.batch import Task
 from curveline.simulation.results import ShapeReport
+from curveline.simulation.swept_poses import SweptPoses
 from curveline.system.files import AnyPath
 
 MOST_POINTS = 1_000_000
@@ -73,26 +75,67 @@ class Sweep:
     def tasks(self) -> Iterator[Task]:
         """Every point of the grid, to be simulated."""
         for number, values in self._points():
-            swept = tuple((axis.key, value) for axis, value in zip(self.axes, values, strict=True))
-            yield Task(self.file.scene.path, self._scene(values), number, swept)
+            yield self._task(number, values)
+
+    def task(self, number: int) -> Task:
+        """The point of this number, from 1, to be simulated."""
+        values: list[float] = []
+        left = number - 1
+        for axis in reversed(self.axes):
+            left, index = divmod(left, axis.count)
+            values.insert(0, axis.values()[index])
+        return self._task(number, tuple(values))
+
+    @cached_property
+    def poses(self) -> SweptPoses | None:
+        """The points as poses; None for a sweep over something else."""
+        scene = self.file.scene
+        if not SweptPoses.fit(scene, [axis.path for axis in self.axes]):
+            return None
+        return SweptPoses(scene, [(axis.path, axis.values()) for axis in self.axes])
 
     def check(self, observe: Callable[[int], object]) -> None:
         """Hold every point against the rules for shape files; InvalidInput names the key and the first bad point.
 
         `observe` is told now and then how many points have been looked at.
         """
-        bad = 0
+        bad = seen = 0
         first: InvalidInput | None = None
-        for number, values in self._points():
+        for number, values in self._doubtful():
             try:
                 self._scene(values)
             except InvalidInput as error:
                 bad += 1
                 first = first or self._complaint(number, values, error)
-            observe(number)
+            observe(seen := number)
+        if seen < len(self):
+            observe(len(self))
         if first is not None:
             rest = f" ({bad:,} of {len(self):,} points cannot be used)" if len(self) > 1 else ""
             raise InvalidInput(first.message + rest, first.hint)
+
+    def _doubtful(self) -> Iterator[tuple[int, tuple[float, ...]]]:
+        """The points that may break a rule.
+
+        Rules on a single number are ranges: what its least and its largest value keep to, all do. Rules on several
+        numbers are looked at for all points at once.
+        """
+        if self.poses is None or not all(map(self._is_in_range, self.axes)):
+            return self._points()
+        return itertools.compress(self._points(), (~self.poses.reach()).tolist())
+
+    def _is_in_range(self, axis: SweepAxis) -> bool:
+        """True if the file with the least value of an axis is in order, and with the largest."""
+        try:
+            for value in (min(axis.values()), max(axis.values())):
+                self.file.varied({axis.path: value})
+        except InvalidInput:
+            return False
+        return True
+
+    def _task(self, number: int, values: tuple[float, ...]) -> Task:
+        swept = tuple((axis.key, value) for axis, value in zip(self.axes, values, strict=True))
+        return Task(self.file.scene.path, self._scene(values), number, swept)
 
     def _points(self) -> Iterator[tuple[int, tuple[float, ...]]]:
         return enumerate(itertools.product(*(axis.values() for axis in self.axes)), start=1)
@@ -164,7 +207,7 @@ def _listed(keys: list[str]) -> str:
 
 
 class Digest(NamedTuple):
-    """What a summary needs to know of one segment at one point."""
+    """What a summary needs to know of one segment at one point, or at several that are alike."""
 
     states: str  # kinds of its stable states
     lowest: float  # eigenvalue of its stable states
@@ -172,6 +215,7 @@ class Digest(NamedTuple):
     error: float  # [m], the largest
     has_wanted: bool  # whether the wanted state exists
     short: frozenset[Outcome]  # how states ended that did not converge
+    points: int = 1  # alike in states, `has_wanted` and `short`, that it stands for
 
 
 def digests(task: Task, report: ShapeReport) -> tuple[Digest, ...]:
@@ -198,8 +242,8 @@ class Group:
     error: float = 0.0  # [m]
 
     def add(self, digest: Digest) -> None:
-        """Count one more."""
-        self.points += 1
+        """Count what a digest stands for."""
+        self.points += digest.points
         self.lowest = min(self.lowest, digest.lowest)
         self.highest = max(self.highest, digest.highest)
         self.error = max(self.error, digest.error)
@@ -224,12 +268,13 @@ class SweepTally:
         return cls([{} for _ in range(segments)], [0] * segments)
 
     def add(self, point: Sequence[Digest]) -> None:
-        """Count one point."""
+        """Count one point, by the digests of its segments, or as many as each of these stands for."""
+        count = point[0].points
         for index, digest in enumerate(point):
             self.groups[index].setdefault(digest.states, Group()).add(digest)
-            self.unwanted[index] += not digest.has_wanted
+            self.unwanted[index] += 0 if digest.has_wanted else count
         without = not all(digest.has_wanted for digest in point)
         short = frozenset[Outcome]().union(*(digest.short for digest in point))
-        self.without += without
-        self.short.update(short)
-        self.good += not (without or short)
+        self.without += count if without else 0
+        self.short.update(dict.fromkeys(short, count))
+        self.good += 0 if without or short else count

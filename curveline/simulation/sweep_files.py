@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from array import array
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from curveline.simulation.batch import Maker, Task, line_of
 from curveline.simulation.npz import write_npz
@@ -20,6 +22,7 @@ from curveline.system.files import NewFile
 from curveline.units import to_mm
 
 Row = tuple[Any, ...]
+Array = npt.NDArray[Any]
 
 SCALARS = (
     "wanted",
@@ -114,12 +117,26 @@ def _clamps(state: Mapping[str, Any]) -> Row:
     return (*left, *right, *state["clamp_moment_Nmm"])
 
 
+class RowArrays(NamedTuple):
+    """Rows by column, and the curves (states, points, 2) and depths (states, points) [mm] of the same states."""
+
+    columns: tuple[Array, ...]  # (states,) each, of what `names_of_columns` names
+    clamps: Array  # (states, len(CLAMPS))
+    curves: Array
+    depths: Array
+
+
 def rows_and_curves_of(task: Task, report: ShapeReport) -> tuple[list[Row], bytes, bytes]:
     """A maker: the rows, and the curves (states, points, 2) and depths (states, points) [mm] of the states as bytes."""
     states = [(index, state) for index, segment in enumerate(report.segments) for state in segment.states]
     curves = [curve_mm(report, index, state).tobytes() for index, state in states]
     depths = [depth_mm(report, state).tobytes() for _, state in states]
     return rows_of(task, report), b"".join(curves), b"".join(depths)
+
+
+def names_of_columns(keys: Sequence[str]) -> tuple[str, ...]:
+    """The columns of a row but those of its clamps; `keys` are swept."""
+    return ("point", *keys, "segment", "state", *SCALARS, *SPACE)
 
 
 class CsvFile(SweepFile):
@@ -155,34 +172,59 @@ class NpzFile(SweepFile):
     make = staticmethod(rows_and_curves_of)
 
     def _begin(self) -> None:
-        self._rows: list[Row] = []
-        self._curves = array("d")
-        self._depths = array("d")
+        self._parts: list[RowArrays] = []
+        self._forget()
 
-    def take(self, product: tuple[list[Row], bytes, bytes]) -> None:
-        """The rows, curves and depths of a point."""
+    def _forget(self) -> None:
+        """No rows wait to become arrays."""
+        self._rows: list[Row] = []
+        self._curves, self._depths = array("d"), array("d")
+
+    def take(self, product: tuple[list[Row], bytes, bytes] | RowArrays) -> None:
+        """The rows, curves and depths of a point, or of several as arrays."""
+        if isinstance(product, RowArrays):
+            self._gather()
+            self._parts.append(product)
+            return
         rows, curves, depths = product
         self._rows.extend(rows)
         self._curves.frombytes(curves)
         self._depths.frombytes(depths)
 
+    def _gather(self) -> None:
+        """Make arrays of the rows that wait for that."""
+        if not self._rows:
+            return
+        points, names = self._settings.points, names_of_columns(self._keys)
+        columns = [
+            np.array([math.inf if row[index] is None else row[index] for row in self._rows])
+            for index in range(len(names))
+        ]
+        clamps = np.array([row[len(names) :] for row in self._rows], dtype=np.float64)
+        curves = np.frombuffer(self._curves, dtype=np.float64).reshape(-1, points, 2)
+        depths = np.frombuffer(self._depths, dtype=np.float64).reshape(-1, points)
+        self._parts.append(RowArrays(tuple(columns), clamps, curves, depths))
+        self._forget()
+
     def finish(self) -> None:
         """Write all arrays."""
-        names = ("point", *self._keys, "segment", "state", *SCALARS, *SPACE)
+        self._gather()
+        names, points = names_of_columns(self._keys), self._settings.points
         columns: dict[str, Any] = {
-            name: np.array([row[index] for row in self._rows]) for index, name in enumerate(names)
+            name: self._joined(part.columns[index] for part in self._parts) for index, name in enumerate(names)
         }
-        for name in NOT_ALWAYS_KNOWN:
-            known = [np.inf if value is None else value for value in columns[name]]
-            columns[name] = np.array(known, dtype=np.float64)
-        clamps = np.array([row[len(names) :] for row in self._rows], dtype=np.float64).reshape(-1, len(CLAMPS))
+        clamps = self._joined(part.clamps for part in self._parts).reshape(-1, len(CLAMPS))
         columns["clamp_force_N"], columns["clamp_moment_Nmm"] = clamps[:, :4].reshape(-1, 2, 2), clamps[:, 4:]
-        columns["curve_mm"] = np.frombuffer(self._curves, dtype=np.float64).reshape(-1, self._settings.points, 2)
-        columns["depth_mm"] = np.frombuffer(self._depths, dtype=np.float64).reshape(-1, self._settings.points)
+        columns["curve_mm"] = self._joined(part.curves for part in self._parts).reshape(-1, points, 2)
+        columns["depth_mm"] = self._joined(part.depths for part in self._parts).reshape(-1, points)
         columns["swept_keys"] = np.array(self._keys)
         columns["settings"] = np.array(json.dumps(self._asked_for()))
         with self._file.stream() as stream:
             write_npz(stream, columns)
+
+    @staticmethod
+    def _joined(parts: Iterable[Array]) -> Array:
+        return np.concatenate([*parts] or [np.array([])])
 
     def _asked_for(self) -> Mapping[str, Any]:
         given = self._settings

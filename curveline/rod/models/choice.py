@@ -238,12 +238,8 @@ def _modelled(
     segment: ClampedRod, ask: SearchRequest, model: str, judged: Sequence[Judged], why: list[str]
 ) -> ModelledStates:
     """The states in the order and by the names they are shown by, with bounds and reasons."""
-    bounds: dict[str, Bound] = {}
-    for each in _shown(judged):
-        for name, bound in each.bounds.items():
-            if name not in bounds or bound.bound > bounds[name].bound:
-                bounds[name] = bound
-    terms = _terms(segment, model)
+    bounds = largest_bounds(_shown(judged))
+    terms = terms_of(segment, model)
     said = [f"modelled: {', '.join(terms)}, by the {model} model", *why]
     said += [
         f"left out: {name}, which moves the curve by at most {millimetres(b.bound)}: {b.why}"
@@ -255,7 +251,17 @@ def _modelled(
     return ModelledStates(model, tuple(states), terms, bounds, tuple(said))
 
 
-def _terms(segment: ClampedRod, model: str) -> tuple[str, ...]:
+def largest_bounds(judged: Sequence[Judged]) -> dict[str, Bound]:
+    """The largest bound on each term that is left out, over some states."""
+    bounds: dict[str, Bound] = {}
+    for each in judged:
+        for name, bound in each.bounds.items():
+            if name not in bounds or bound.bound > bounds[name].bound:
+                bounds[name] = bound
+    return bounds
+
+
+def terms_of(segment: ClampedRod, model: str) -> tuple[str, ...]:
     """Names of the terms of a model of the segment."""
     there = {
         "bend": True,
