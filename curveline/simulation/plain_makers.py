@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from curveline._version import __version__
+from curveline.rod.geometry.decimals import curves_as_json
 from curveline.rod.models.choice import largest_bounds, terms_of
 from curveline.rod.models.model_error import judge
 from curveline.rod.planar.richardson import EIGENVALUE
@@ -44,6 +45,7 @@ PlainMaker = Callable[[PlainSweep, PlainStates], list[Any]]
 NO_VERTICES = np.empty((0, 6)), np.empty(0)
 PLACEHOLDER = "\0"
 """What stands for a curve where JSON is made: no name has it."""
+WRITTEN_PLACEHOLDER = json.dumps(PLACEHOLDER)
 MOST_TOLD = 3
 """States from which on one more makes no further kind: peak, middle and valley are all there."""
 
@@ -161,6 +163,7 @@ def _lines(sweep: PlainSweep, states: PlainStates) -> Iterator[str]:
         "seconds": states.seconds,
     }
     count = len(sweep.rods)
+    curves = curves_as_json(states.curves)
     ends = [*_heads(states).tolist(), len(states.point)]
     numbers = states.point[ends[:-1:count]]
     keys = [axis.key for axis in sweep.sweep.axes]
@@ -173,9 +176,9 @@ def _lines(sweep: PlainSweep, states: PlainStates) -> Iterator[str]:
             documents.append(_segment_document(sweep, states, rows, (index, Pose(*poses[index][place]))))
         point = at_point({**whole, "segments": documents}, number, zip(keys, swept[place], strict=True))
         text = json.dumps(point, allow_nan=False)[:-1]
-        parts = text.split(json.dumps(PLACEHOLDER))
-        curves = states.curves[ends[place * count] : ends[(place + 1) * count]].tolist()
-        filled = [piece for part, curve in zip(parts, curves, strict=False) for piece in (part, repr(curve))]
+        parts = text.split(WRITTEN_PLACEHOLDER)
+        own = curves[ends[place * count] : ends[(place + 1) * count]]
+        filled = [piece for part, curve in zip(parts, own, strict=False) for piece in (part, curve)]
         yield "".join([*filled, parts[-1], ', "provenance": ', provenance, "}"])
 
 

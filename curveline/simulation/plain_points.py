@@ -123,7 +123,7 @@ class PlainSweep:
         in_mm: Any = to_mm(curves[: len(facts)])  # type: ignore[arg-type]
         at, segment = np.repeat(np.arange(numbers.size), counts), np.full(len(facts), index)
         states = PlainStates(numbers[at], segment, names, names == wanted, facts, in_mm, 0.0)
-        sound = self._are_plain(facts, is_weighed=not math.isnan(asked.weight))
+        sound = self._are_plain(facts, is_weighed=not math.isnan(asked.weight)) & np.isfinite(in_mm).all(axis=(1, 2))
         if sound.all():
             return counts, states
         is_whole = np.ones(numbers.size, dtype=np.bool_)

@@ -1,13 +1,13 @@
-"""The points of a sweep, computed many at a time on threads or processes; the answers come in order either way.
+"""The points of a sweep, computed many at a time on threads, or one by one on processes; the answers come in order.
 
-Where rods have no difficulties, a kernel finds the states at many points at once, and threads share them: it needs no
-interpreter meanwhile. Text is made by the interpreter, which only other processes have to themselves.
+Where rods have no difficulties, a kernel finds the states at many points at once and writes their curves, and threads
+share that: it needs no interpreter meanwhile. Scenes with difficulties need it all the time, each a process of its own.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from itertools import pairwise
@@ -17,21 +17,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curveline.errors import CurvelineError
-from curveline.kernels import cache, readiness
+from curveline.kernels import readiness
 from curveline.simulation import batch
 from curveline.simulation.batch import Order, Task, line_of
 from curveline.simulation.plain_makers import PLAIN_MAKERS
 from curveline.simulation.plain_points import PlainSweep
 from curveline.simulation.sweep import Sweep
 from curveline.simulation.sweep_files import rows_and_curves_of
-from curveline.system.workers import WorkerDied
 
 PROBES = 32
 """Points, spread over all of them, that tell whether most of a sweep are plain."""
 MOSTLY = 0.75
 """Part of these from which on it pays to look at many points at once."""
-TEXT_AT_ONCE = 16
-"""Points of which a process makes text at once: some 10 ms of work, and not too long where scenes have difficulties."""
 AHEAD = 4
 """Blocks of points per thread that may be under way while the answers wait for the slowest."""
 
@@ -61,17 +58,14 @@ class SweepRun:
         self._order = order
         self._jobs = jobs
         self._plain = self._as_plain()
-        is_text = line_of in order.makers
-        self.is_on_threads = self._plain is not None and jobs > 1 and not is_text
+        self.is_on_threads = self._plain is not None and jobs > 1
         """Whether threads share the work, not processes."""
 
     def stretches(self) -> Stretches:
         """All points in order. Close the iterator if it is not drawn to its end: that ends threads and processes."""
         if self._plain is None:
-            return self._by_scene(self._sweep.tasks(), len(self._sweep))
-        if self._jobs == 1:
-            return self._here(self._plain)
-        return self._on_threads(self._plain) if self.is_on_threads else self._on_processes(self._plain)
+            return self._by_scene()
+        return self._on_threads(self._plain) if self.is_on_threads else self._here(self._plain)
 
     def _as_plain(self) -> PlainSweep | None:
         """The sweep as one of plain points; None if it is none, or if most of its points are not."""
@@ -86,19 +80,20 @@ class SweepRun:
         numbers = np.unique(np.linspace(1, len(sweep), PROBES).astype(np.int64))
         return plain if plain.states(numbers)[0].mean() >= MOSTLY else None
 
-    def _by_scene(self, tasks: Iterable[Task], total: int, *, jobs: int = 0) -> Stretches:
-        """Points one by one, on processes."""
-        with closing(batch.run(tasks, self._order, jobs or self._jobs, total)) as answers:
+    def _by_scene(self) -> Stretches:
+        sweep = self._sweep
+        with closing(batch.run(sweep.tasks(), self._order, self._jobs, len(sweep))) as answers:
             for task, answer in answers:
                 yield _stretch_of(task, answer)
 
     def _here(self, plain: PlainSweep) -> Stretches:
         for first, last in _blocks(len(self._sweep), plain.at_once):
-            yield from _resolved(plain, self._order, first, last)
+            for each in _pieces(plain, self._order, first, last):
+                yield each if isinstance(each, Stretch) else _looked_at(self._sweep, self._order, each)
 
     def _on_threads(self, plain: PlainSweep) -> Stretches:
         blocks = _blocks(len(self._sweep), plain.at_once)
-        waiting: deque[Future[list[Stretch | int]] | Stretch] = deque()
+        waiting: deque[Future[list[Stretch | int]] | Future[Stretch] | Stretch] = deque()
         with ThreadPoolExecutor(self._jobs) as threads:
             try:
                 while True:
@@ -107,55 +102,25 @@ class SweepRun:
                     if not waiting:
                         return
                     next_one = waiting.popleft()
-                    if isinstance(next_one, Stretch):
-                        yield next_one
+                    found = next_one if isinstance(next_one, Stretch) else next_one.result()
+                    if isinstance(found, Stretch):
+                        yield found
                         continue
-                    found = [
-                        threads.submit(_looked_at, self._sweep, self._order, each) if isinstance(each, int) else each
-                        for each in next_one.result()
+                    # Points with difficulties are looked at next, in their places, by whoever has time.
+                    parts = [
+                        each
+                        if isinstance(each, Stretch)
+                        else threads.submit(_looked_at, self._sweep, self._order, each)
+                        for each in found
                     ]
-                    waiting.extendleft(reversed(found))
+                    waiting.extendleft(reversed(parts))
             finally:
                 threads.shutdown(cancel_futures=True)
-
-    def _on_processes(self, plain: PlainSweep) -> Stretches:
-        from curveline.system.workers import Workers
-
-        blocks = list(_blocks(len(self._sweep), min(TEXT_AT_ONCE, plain.at_once)))
-        work = _Work(plain, self._order)
-        with cache.shared(), Workers(work, min(self._jobs, len(blocks))) as workers:
-            for block, answer in workers.map(blocks, len(blocks)):
-                if isinstance(answer, WorkerDied):
-                    # One of its points is to blame: which one, shows when they are looked at one by one.
-                    numbers = range(block[0], block[1] + 1)
-                    yield from self._by_scene(map(self._sweep.task, numbers), len(numbers), jobs=2)
-                else:
-                    yield from answer
-
-
-class _Work:
-    """What a process does with a block of points."""
-
-    def __init__(self, plain: PlainSweep, order: Order) -> None:
-        self._plain = plain
-        self._order = order
-
-    def __call__(self, block: tuple[int, int]) -> list[Stretch]:
-        return list(_resolved(self._plain, self._order, *block))
 
 
 def _blocks(total: int, size: int) -> Iterator[tuple[int, int]]:
     """The first and the last number of blocks of at most `size` points that are `total` together."""
     return ((first, min(first + size - 1, total)) for first in range(1, total + 1, size))
-
-
-def _resolved(plain: PlainSweep, order: Order, first: int, last: int) -> Iterator[Stretch]:
-    """What became of the points of a block."""
-    for each in _pieces(plain, order, first, last):
-        if isinstance(each, Stretch):
-            yield each
-        else:
-            yield from _looked_at(plain.sweep, order, each)  # type: ignore[misc]
 
 
 def _pieces(plain: PlainSweep, order: Order, first: int, last: int) -> list[Stretch | int]:
@@ -174,10 +139,10 @@ def _pieces(plain: PlainSweep, order: Order, first: int, last: int) -> list[Stre
     return found
 
 
-def _looked_at(sweep: Sweep, order: Order, number: int) -> list[Stretch | int]:
+def _looked_at(sweep: Sweep, order: Order, number: int) -> Stretch:
     """What became of a single point."""
     task = sweep.task(number)
-    return [_stretch_of(task, batch.perform(order, task))]
+    return _stretch_of(task, batch.perform(order, task))
 
 
 def _stretch_of(task: Task, answer: batch.Simulated | CurvelineError) -> Stretch:

@@ -214,8 +214,8 @@ def test_a_dead_worker_costs_its_point_and_no_more(run: Run, monkeypatch: pytest
         )
 
     monkeypatch.setattr(batch, "perform", killed)
-    # With further turns every point is a task of its own.
-    code, out, err = run("simulate", PEAK, "--sweep", "nodes.1.angle_deg=10:30:3", "--json", "--turns", "1")
+    # With a model of its own every point is a task of its own.
+    code, out, err = run("simulate", PEAK, "--sweep", "nodes.1.angle_deg=10:30:3", "--json", "--model", "extensible")
     assert code == 1
     documents = [json.loads(line) for line in out.splitlines()]
     assert [each["point"] for each in documents] == [1, 2, 3]

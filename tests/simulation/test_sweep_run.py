@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import io
-import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from itertools import chain, product
 from pathlib import Path
@@ -21,8 +20,6 @@ from curveline.simulation.results import Settings
 from curveline.simulation.sweep import Sweep, SweepTally, digests
 from curveline.simulation.sweep_files import NpzFile, rows_and_curves_of, rows_of
 from curveline.simulation.sweep_run import Stretch, SweepRun
-from curveline.system import workers
-from curveline.system.workers import WorkerDied
 
 ROW = """name = "row"
 display = "quad"
@@ -142,12 +139,12 @@ def test_points_together_are_points_one_by_one(
 
 
 @pytest.mark.parametrize("makers", [MAKERS, (digests, rows_of, rows_and_curves_of)])
-def test_threads_and_processes_come_to_the_same(monkeypatch: pytest.MonkeyPatch, makers: tuple[Any, ...]) -> None:
+def test_threads_come_to_the_same(monkeypatch: pytest.MonkeyPatch, makers: tuple[Any, ...]) -> None:
     monkeypatch.setattr(sweep_run, "MOSTLY", 0.0)
     monkeypatch.setattr("curveline.simulation.plain_points.MOST_AT_ONCE", 5)
     sweep, order = Sweep(*MIXED), Order(Settings(points=3), makers)
     run = SweepRun(sweep, order, 3)
-    assert run.is_on_threads == (line_of not in makers)
+    assert run.is_on_threads
     found, expected = list(run.stretches()), list(SweepRun(sweep, order, 1).stretches())
     for place, make in enumerate(makers):
         one, other = (products(each, place) for each in (found, expected))
@@ -196,31 +193,6 @@ def test_kernels_are_compiled_before_threads_share_the_work(monkeypatch: pytest.
     monkeypatch.setattr(batch, "perform", lambda order, task: looked_at.append(task.number) or perform(order, task))
     SweepRun(Sweep(*PLAIN), Order(Settings(), (digests,)), 2)
     assert looked_at == [1]
-
-
-def test_of_a_block_that_kills_only_the_point_to_blame_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Dying:
-        """Workers that die of the point 3, whatever else they have."""
-
-        def __init__(self, function: Callable[[Any], Any], count: int) -> None:
-            self.function = function
-
-        def __enter__(self) -> Dying:
-            return self
-
-        def __exit__(self, *error: object) -> None:
-            pass
-
-        def map(self, tasks: Iterable[Any], total: int) -> Iterator[tuple[Any, Any]]:
-            for task in tasks:
-                is_fatal = task.number == 3 if isinstance(task, Task) else task[0] <= 3 <= task[1]
-                yield task, WorkerDied("it was killed", "fewer") if is_fatal else self.function(task)
-
-    monkeypatch.setattr(workers, "Workers", Dying)
-    found = list(SweepRun(Sweep(*PLAIN), Order(Settings(points=3), (digests, line_of)), 2).stretches())
-    assert [(each.first, str(each.error)) for each in found if each.error] == [(3, "it was killed")]
-    numbers = [json.loads(line)["point"] for text in products(found, 1) for line in text.split("\n")]
-    assert numbers == [number for number in range(1, 36) if number != 3]
 
 
 def test_who_stops_drawing_ends_the_threads() -> None:
