@@ -22,6 +22,10 @@ from curveline.rod.spatial.dynamics import Medium
 from curveline.rod.states.planar_states import find_states
 from curveline.sections import Rectangle
 from curveline.shapes.files import read_shape
+from curveline.simulation.batch import Order, line_of
+from curveline.simulation.results import Settings
+from curveline.simulation.sweep import Sweep
+from curveline.simulation.sweep_run import SweepRun
 
 SHAPES = Path(__file__).parents[2] / "shapes"
 
@@ -72,6 +76,8 @@ def rehearse() -> None:
     for shape in ("level-up-peak", "roofline", "space/leaning", "space/pushed", "space/twisted"):
         curveline.simulate(SHAPES / f"{shape}.toml")
     curveline.simulate_poses("level-up-peak", [(0.5, 0.0, 0.5, -0.5, 0.6)])
+    swept = Sweep("level-up-peak", ["nodes.1.angle_deg=20:30:2"])
+    list(SweepRun(swept, Order(Settings(points=5), (line_of,)), 1).stretches())
     scene = read_shape(SHAPES / "level-asymmetric-peak.toml")
     for angle in (-51.0, -48.0):  # near a fold
         nodes = (replace(scene.nodes[0], angle=math.radians(angle)), *scene.nodes[1:])

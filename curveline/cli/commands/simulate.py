@@ -117,7 +117,7 @@ def simulate(
             min=0,
             max=MOST_JOBS,
             metavar="N",
-            help="Processes to compute with; 0 is one per core, the default for many hundred shapes or points.",
+            help="Threads or processes to take; 0 is one per core, the default for many hundred shapes or points.",
         ),
     ] = None,
 ) -> None:
