@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from itertools import groupby, pairwise
 from typing import Any
 
 import numpy as np
@@ -30,13 +32,15 @@ from curveline.rod.states.refined import (
     SHARPEST,
     SPREAD,
 )
+from curveline.simulation import sweep_view
 from curveline.simulation.batch import Maker, at_point, line_of
 from curveline.simulation.plain_points import PlainStates, PlainSweep
 from curveline.simulation.results import provenance_of, segment_document, state_document
 from curveline.simulation.simulate import SegmentStates
-from curveline.simulation.sweep import Digest, digests
+from curveline.simulation.sweep import Digest, digests, kinds_of
 from curveline.simulation.sweep_files import NOT_ALWAYS_KNOWN, Row, RowArrays, names_of_columns, rows_and_curves_of
 from curveline.simulation.sweep_files import rows_of as rows_of_point
+from curveline.simulation.sweep_view import StateValue, SweepView, combination, values_in
 from curveline.units import to_mj, to_mm, to_nmm
 
 PlainMaker = Callable[[PlainSweep, PlainStates], list[Any]]
@@ -66,8 +70,7 @@ def digests_of(sweep: PlainSweep, states: PlainStates) -> list[tuple[Digest, ...
         cells = np.flatnonzero(groups.ravel() == group)[:, None] * count + np.arange(count)
         digest = []
         for cell, column in zip(cells[0].tolist(), cells.T, strict=True):
-            names = states.name[heads[cell] : heads[cell] + sizes[cell]].tolist()
-            words = ", ".join(dict.fromkeys(name.partition("-")[0] for name in names))
+            words = kinds_of(states.name[heads[cell] : heads[cell] + sizes[cell]].tolist())
             extremes = float(lowest[column].min()), float(highest[column].max()), float(error[column].max())
             digest.append(Digest(words, *extremes, bool(wanted[cell]), frozenset(), len(column)))
         found.append(tuple(digest))
@@ -99,6 +102,28 @@ def lines_of(sweep: PlainSweep, states: PlainStates) -> list[str]:
     return ["\n".join(_lines(sweep, states))]
 
 
+def values_of(view: SweepView, sweep: PlainSweep, states: PlainStates) -> list[tuple[int, list[StateValue]]]:
+    """A maker: what a figure over one key shows of each point."""
+    (rows,), swept = rows_of(sweep, states), len(sweep.sweep.axes)
+    return [values_in(view, own, (number, swept)) for number, own in groupby(rows, key=lambda row: int(row[0]))]
+
+
+def combinations_of(view: SweepView, sweep: PlainSweep, states: PlainStates) -> list[tuple[int, list[str]]]:
+    """A maker: what a figure over two keys shows of each point."""
+    count = len(sweep.rods)
+    heads = _heads(states).tolist()
+    names = states.name.tolist()
+    kinds = [kinds_of(names[begin:end]) for begin, end in pairwise([*heads, len(names)])]
+    numbers = states.point[heads[::count]].tolist()
+    return [combination(view, number, kinds[count * i : count * (i + 1)]) for i, number in enumerate(numbers)]
+
+
+VIEW_MAKERS: Mapping[Callable[..., Any], Callable[..., list[Any]]] = {
+    sweep_view.values_of: values_of,
+    sweep_view.combinations_of: combinations_of,
+}
+"""For makers of what figures show, which are told how, those that make it of many points."""
+
 PLAIN_MAKERS: Mapping[Maker, PlainMaker] = {
     digests: digests_of,
     rows_and_curves_of: arrays_of,
@@ -106,6 +131,13 @@ PLAIN_MAKERS: Mapping[Maker, PlainMaker] = {
     line_of: lines_of,
 }
 """For makers of what is to be known of a point, those that make it of many."""
+
+
+def plain_maker(make: Maker) -> PlainMaker | None:
+    """What makes of many points what `make` makes of one; None if there is no such maker."""
+    if isinstance(make, partial) and make.func in VIEW_MAKERS:
+        return partial(VIEW_MAKERS[make.func], *make.args)
+    return PLAIN_MAKERS.get(make)
 
 
 def _heads(states: PlainStates) -> Any:

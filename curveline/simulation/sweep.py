@@ -6,7 +6,7 @@ import itertools
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
@@ -218,16 +218,19 @@ class Digest(NamedTuple):
     points: int = 1  # alike in states, `has_wanted` and `short`, that it stands for
 
 
+def kinds_of(names: Iterable[str]) -> str:
+    """The kinds of states that have these names; further crossings and loops are many, and count as one kind."""
+    return ", ".join(dict.fromkeys(name.partition("-")[0] for name in names)) or "none"
+
+
 def digests(task: Task, report: ShapeReport) -> tuple[Digest, ...]:
     """A maker: the digest of every segment."""
     found = []
     for segment in report.segments:
-        # Further crossings and loops are many; a summary counts them as one kind.
-        kinds = dict.fromkeys(state.name.partition("-")[0] for state in segment.states)
         values = [state.lowest_eigenvalue for state in segment.states] or [math.nan]
         error = max((state.error for state in segment.states), default=0.0)
         short = frozenset(state.outcome for state in segment.states) - {Outcome.CONVERGED}
-        names = ", ".join(kinds) or "none"
+        names = kinds_of(state.name for state in segment.states)
         found.append(Digest(names, min(values), max(values), error, segment.wanted is not None, short))
     return tuple(found)
 

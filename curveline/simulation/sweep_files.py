@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curveline.simulation.batch import Maker, Task, line_of
-from curveline.simulation.npz import write_npz
+from curveline.simulation.npz import Pieces, write_npz
 from curveline.simulation.results import Settings, ShapeReport, curve_mm, depth_mm, document
 from curveline.simulation.sweep import Sweep
 from curveline.system.files import NewFile
@@ -215,8 +215,8 @@ class NpzFile(SweepFile):
         }
         clamps = self._joined(part.clamps for part in self._parts).reshape(-1, len(CLAMPS))
         columns["clamp_force_N"], columns["clamp_moment_Nmm"] = clamps[:, :4].reshape(-1, 2, 2), clamps[:, 4:]
-        columns["curve_mm"] = self._joined(part.curves for part in self._parts).reshape(-1, points, 2)
-        columns["depth_mm"] = self._joined(part.depths for part in self._parts).reshape(-1, points)
+        columns["curve_mm"] = Pieces([part.curves for part in self._parts] or [np.empty((0, points, 2))])
+        columns["depth_mm"] = Pieces([part.depths for part in self._parts] or [np.empty((0, points))])
         columns["swept_keys"] = np.array(self._keys)
         columns["settings"] = np.array(json.dumps(self._asked_for()))
         with self._file.stream() as stream:

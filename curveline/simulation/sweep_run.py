@@ -20,7 +20,7 @@ from curveline.errors import CurvelineError
 from curveline.kernels import readiness
 from curveline.simulation import batch
 from curveline.simulation.batch import Order, Task, line_of
-from curveline.simulation.plain_makers import PLAIN_MAKERS
+from curveline.simulation.plain_makers import plain_maker
 from curveline.simulation.plain_points import PlainSweep
 from curveline.simulation.sweep import Sweep
 from curveline.simulation.sweep_files import rows_and_curves_of
@@ -70,7 +70,7 @@ class SweepRun:
     def _as_plain(self) -> PlainSweep | None:
         """The sweep as one of plain points; None if it is none, or if most of its points are not."""
         order, sweep = self._order, self._sweep
-        if not all(make in PLAIN_MAKERS for make in order.makers) or not PlainSweep.fits(sweep, order.settings):
+        if not all(map(plain_maker, order.makers)) or not PlainSweep.fits(sweep, order.settings):
             return None
         if readiness.is_first_run():
             # Kernels are compiled once, here.
@@ -128,6 +128,7 @@ def _pieces(plain: PlainSweep, order: Order, first: int, last: int) -> list[Stre
     begin = perf_counter()
     is_plain, states = plain.states(np.arange(first, last + 1))
     states = states._replace(seconds=(perf_counter() - begin) / (last + 1 - first))
+    makers = [make for make in map(plain_maker, order.makers) if make is not None]
     changes = first + 1 + np.flatnonzero(is_plain[1:] != is_plain[:-1])
     found: list[Stretch | int] = []
     for start, end in pairwise([first, *changes.tolist(), last + 1]):
@@ -135,7 +136,7 @@ def _pieces(plain: PlainSweep, order: Order, first: int, last: int) -> list[Stre
             found += range(start, end)
             continue
         part = states.part(start, end)
-        found.append(Stretch(start, end - 1, tuple(PLAIN_MAKERS[make](plain, part) for make in order.makers)))
+        found.append(Stretch(start, end - 1, tuple(make(plain, part) for make in makers)))
     return found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from curveline.shapes.toml_document import nearest
 from curveline.simulation.batch import Maker, Task
 from curveline.simulation.results import ShapeReport
 from curveline.simulation.sweep import Sweep, SweepAxis, digests
-from curveline.simulation.sweep_files import CLAMPS, COLUMNS, rows_of
+from curveline.simulation.sweep_files import CLAMPS, COLUMNS, Row, rows_of
 
 USUAL = "mean_height_mm"
 """What is shown over one key, unless something else is asked for."""
@@ -105,15 +105,21 @@ class StateValue(NamedTuple):
 
 def values_of(view: SweepView, task: Task, report: ShapeReport) -> tuple[int, list[StateValue]]:
     """A maker: the number of the point, from 0, and the value of every state of the segments that are shown."""
+    return values_in(view, rows_of(task, report), (task.number, len(task.swept)))
+
+
+def values_in(view: SweepView, rows: Iterable[Row], point: tuple[int, int]) -> tuple[int, list[StateValue]]:
+    """What `values_of` makes of the rows of a point, which has a number from 1, and how many values were swept."""
+    number, swept = point
     found = []
-    for row in rows_of(task, report):
-        cells = dict(zip(COLUMNS, row[1 + len(task.swept) :], strict=True))
+    for row in rows:
+        cells = dict(zip(COLUMNS, row[1 + swept :], strict=True))
         index = cells["segment"] - 1
         if index in view.segments:
             value = math.nan if cells[view.plot] is None else float(cells[view.plot])
             shown = not (cells["winding"] or cells["crosses_itself"] or cells["wraps_clamp"])
             found.append(StateValue(index, cells["state"], value, bool(cells["stable"]), shown))
-    return task.number - 1, found
+    return number - 1, found
 
 
 @dataclass
@@ -146,8 +152,12 @@ class ValueCurves:
 
 def combinations_of(view: SweepView, task: Task, report: ShapeReport) -> tuple[int, list[str]]:
     """A maker: the number of the point, from 0, and the kinds of states of the segments that are shown."""
-    found = digests(task, report)
-    return task.number - 1, [_sorted(found[index].states) for index in view.segments]
+    return combination(view, task.number, [digest.states for digest in digests(task, report)])
+
+
+def combination(view: SweepView, number: int, kinds: Sequence[str]) -> tuple[int, list[str]]:
+    """What `combinations_of` makes of the kinds of states of every segment at the point of a number from 1."""
+    return number - 1, [_sorted(kinds[index]) for index in view.segments]
 
 
 def _sorted(states: str) -> str:

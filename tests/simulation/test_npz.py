@@ -8,7 +8,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from curveline.simulation.npz import write_npz
+from curveline.simulation.npz import Pieces, write_npz
 
 ARRAYS = {
     "curve_mm": np.random.default_rng(1).normal(0.0, 1.0, (50, 201, 2)),
@@ -53,3 +53,13 @@ def test_the_same_arrays_give_the_same_bytes(written: io.BytesIO) -> None:
     again = io.BytesIO()
     write_npz(again, ARRAYS)
     assert again.getvalue() == written.getvalue()
+
+
+@pytest.mark.parametrize("parts", [[0, 20, 0, 1], [50], [0, 0], [0]])
+def test_an_array_in_pieces_is_the_array(parts: list[int]) -> None:
+    curves = ARRAYS["curve_mm"][: sum(parts)]
+    pieces = np.split(curves, np.cumsum(parts)[:-1])
+    one, other = io.BytesIO(), io.BytesIO()
+    write_npz(one, {"curve_mm": Pieces(pieces), "depth_mm": Pieces([np.abs(each) for each in pieces])})
+    write_npz(other, {"curve_mm": curves, "depth_mm": np.abs(curves)})
+    assert one.getvalue() == other.getvalue()

@@ -20,6 +20,7 @@ from curveline.simulation.results import Settings
 from curveline.simulation.sweep import Sweep, SweepTally, digests
 from curveline.simulation.sweep_files import NpzFile, rows_and_curves_of, rows_of
 from curveline.simulation.sweep_run import Stretch, SweepRun
+from curveline.simulation.sweep_view import gathering, view_of
 
 ROW = """name = "row"
 display = "quad"
@@ -136,6 +137,16 @@ def test_points_together_are_points_one_by_one(
     assert [number for each in found for number in range(each.first, each.last + 1)] == list(range(1, len(sweep) + 1))
     assert together <= many(found) <= len(sweep) - (axes is MIXED[1])
     assert known(sweep, settings, found) == known(sweep, settings, one_by_one(sweep, order))
+
+
+@pytest.mark.parametrize("axes", [MIXED[1], PLAIN[1][:1], [*PLAIN[1], "segments.1.length_mm=660:660:1"]])
+def test_figures_show_the_same_of_points_together(monkeypatch: pytest.MonkeyPatch, axes: list[str]) -> None:
+    monkeypatch.setattr(sweep_run, "MOSTLY", 0.0)
+    sweep = Sweep("level-up-peak", axes)
+    order = Order(Settings(), (digests, gathering(view_of(sweep)).make))
+    found = list(SweepRun(sweep, order, 1).stretches())
+    assert many(found) > 5
+    assert repr(products(found, 1)) == repr(products(one_by_one(sweep, order), 1))
 
 
 @pytest.mark.parametrize("makers", [MAKERS, (digests, rows_of, rows_and_curves_of)])
