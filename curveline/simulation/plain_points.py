@@ -33,7 +33,7 @@ from curveline.units import to_mm
 SCENE_POINTS = 201 * 128
 """Points of curves that are computed at once, of one state per point of the sweep: some 10 ms of work, and 1 MB."""
 MOST_AT_ONCE = 128
-FLAGS = npt.NDArray[np.bool_]
+Flags = npt.NDArray[np.bool_]
 
 
 class PlainStates(NamedTuple):
@@ -46,7 +46,7 @@ class PlainStates(NamedTuple):
     point: Numbers  # (s,) from 1
     segment: Numbers  # (s,) from 0
     name: npt.NDArray[np.str_]  # (s,)
-    wanted: FLAGS  # (s,)
+    wanted: Flags  # (s,)
     facts: Array
     curves: Array
     seconds: float
@@ -105,7 +105,7 @@ class PlainSweep:
         """Points that are best computed together."""
         return max(1, min(MOST_AT_ONCE, SCENE_POINTS // max(1, self.points)))
 
-    def states(self, numbers: Numbers) -> tuple[FLAGS, PlainStates]:
+    def states(self, numbers: Numbers) -> tuple[Flags, PlainStates]:
         """Which of the points `numbers (m,)`, from 1 and rising, are plain, and the states at those."""
         found = [self._of_segment(index, numbers) for index in range(len(self.rods))]
         is_plain = np.logical_and.reduce([counts > 0 for counts, _ in found])
@@ -130,11 +130,11 @@ class PlainSweep:
         is_whole[at[~sound]] = False
         return counts * is_whole, states.of_rows(is_whole[at])
 
-    def _are_plain(self, facts: Array, *, is_weighed: bool) -> FLAGS:
+    def _are_plain(self, facts: Array, *, is_weighed: bool) -> Flags:
         """True for the states that `model_states` takes as the planar model has them."""
         coarse, fine, moved = facts[:, COARSE_LATERAL], facts[:, FINE_LATERAL], facts[:, MOVED_BY_STRETCH]
         lowest = fine + (fine - coarse) / 3.0
-        plain: FLAGS = lowest > HONESTY * np.abs(fine - coarse) + PRECISION * np.abs(fine)
+        plain: Flags = lowest > HONESTY * np.abs(fine - coarse) + PRECISION * np.abs(fine)
         stretch = SAFETY * moved if self.settings.model == AUTO else 0.0
         plain &= np.isfinite(moved) & (facts[:, ERROR] + stretch <= self.settings.tolerance)
         if is_weighed:

@@ -224,7 +224,9 @@ class NpzFile(SweepFile):
 
     @staticmethod
     def _joined(parts: Iterable[Array]) -> Array:
-        return np.concatenate([*parts] or [np.array([])])
+        whole = np.concatenate([*parts] or [np.array([])])
+        # Words are as long as the longest that is there.
+        return np.array(whole.tolist()) if whole.dtype.kind == "U" else whole
 
     def _asked_for(self) -> Mapping[str, Any]:
         given = self._settings
