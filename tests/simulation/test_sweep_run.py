@@ -182,6 +182,21 @@ def test_a_point_that_fails_is_told_in_its_place(monkeypatch: pytest.MonkeyPatch
     assert [each.first for each in found] == sorted(each.first for each in found)
 
 
+def test_words_are_as_long_as_the_longest_that_is_there() -> None:
+    sweep, settings = Sweep(*PLAIN), Settings(points=3)
+    (found,) = SweepRun(sweep, Order(settings, (rows_and_curves_of,)), 1).stretches()
+    (arrays,) = found.products[0]
+    padded = arrays._replace(columns=tuple(x.astype("<U20") if x.dtype.kind == "U" else x for x in arrays.columns))
+    contents = []
+    for each in (arrays, padded):
+        file = Stored()
+        whole = NpzFile(file, sweep, settings)  # type: ignore[arg-type]
+        whole.take(each)
+        whole.finish()
+        contents.append(file.content.getvalue())
+    assert contents[0] == contents[1]
+
+
 def test_most_points_decide_and_so_does_what_is_asked_for() -> None:
     order = Order(Settings(), (digests,))
     assert SweepRun(Sweep(*PLAIN), order, 2).is_on_threads
