@@ -27,7 +27,7 @@ from curveline.units import deg, mm
 
 NARROW = ((2.0, 850.0), (2.2, 700.0), (2.4, 780.0))
 """Widths [mm] of rods that are 2.4 mm thick, and lengths [mm] between level nodes: planar states do not stay."""
-SPATIAL_SCENES = 6
+SPATIAL_SCENES = 60
 """Few: today each takes a quarter of a second."""
 
 MOST_DEG = (45.0, 45.0, 15.0, 15.0, 30.0)
