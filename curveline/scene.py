@@ -208,6 +208,8 @@ class Display(_Measured):
     digest: str = ""  # sha256 of the display file
     path: str = ""  # absolute, of the display file; empty for a built-in one
     down: Vector = DOWN  # unit vector along which gravity acts, if it does
+    clamp_stiffness: float = math.inf  # [N m/rad] of a bearing, against a turn of the rod at its mouth
+    clamp_play: float = 0.0  # [rad] by which the rod turns there, either way, before it meets that stiffness
 
     @property
     def weight(self) -> Vector:

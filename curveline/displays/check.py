@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +22,7 @@ from curveline.displays.lint import Suspicion, suspicions
 from curveline.notebook import html_of
 from curveline.planning.reachability import Access
 from curveline.scene import Display
-from curveline.units import to_mm
+from curveline.units import deg, to_deg, to_mm, to_nmm
 
 KINDS_HEAD = ("from home into", "states", "possible", "reason")
 
@@ -44,6 +45,8 @@ class DisplayCheck:
             "nodes": display.node_count,
             "span_mm": to_mm(display.span),
             "clamp_mm": to_mm(display.clamp),
+            "clamp_stiffness_Nmm_per_deg": clamp_stiffness_as_given(display),
+            "clamp_play_deg": to_deg(display.clamp_play),
             "gravity": list(display.down) if display.gravity else None,
             "rod": rod_document(display),
             "budget": {
@@ -77,6 +80,11 @@ def check_of(display: Display) -> DisplayCheck:
     """Work out what a display can do, and look for what is odd in its file."""
     ability = ability_of(display)
     return DisplayCheck(display, ability, tuple(suspicions(display, ability)))
+
+
+def clamp_stiffness_as_given(display: Display) -> float | None:
+    """Moment with which a bearing tilts by one degree [N mm], None for a rigid one."""
+    return None if math.isinf(display.clamp_stiffness) else to_nmm(display.clamp_stiffness * deg(1.0))
 
 
 def rod_document(display: Display) -> dict[str, Any]:

@@ -28,6 +28,8 @@ from curveline.units import gpa, mm, rounded_down, to_deg, to_gpa, to_mm, told_a
 
 SPANS = (mm(100.0), mm(3000.0))
 """Spans outside of these are more likely a wrong unit than a display."""
+SOFTEST_CLAMP = 0.5
+"""Part of the span that a bearing gives as much as, from which on it hardly holds the rod's direction."""
 LARGEST_CLAMP = 0.2
 """Share of the span from which on a bearing leaves little rod to bend."""
 LEAST_EXCESS = 0.02
@@ -206,6 +208,10 @@ def _geometry(display: Display) -> Iterator[Suspicion]:
         yield Suspicion(
             "long-clamp", "clamp_mm", message, "count the rod in one bearing, both sides of its pivot together"
         )
+    give = display.rod.bending_stiffness / display.clamp_stiffness
+    if give > SOFTEST_CLAMP * span:
+        message = f"a bearing gives as much as {to_mm(give):.3g} mm of rod, of a span of {to_mm(span):g} mm"
+        yield Suspicion("soft-clamp", "clamp_stiffness_Nmm_per_deg", message, "is it in N mm per degree?")
 
 
 def _motors(display: Display) -> Iterator[Suspicion]:

@@ -23,7 +23,7 @@ from typing import Any
 from curveline.kernels.cache import source_digest
 from curveline.kernels.entries import entries, symbol
 from curveline.kernels.forms import Form, class_at, dimensions, form_of
-from curveline.kernels.kernel import SHIPPED, Kernel
+from curveline.kernels.kernel import LEAVES, SHIPPED, Kernel
 from curveline.kernels.object_file import FOLDER, INDEX, NEEDED, Library, object_name
 from curveline.kernels.runtime import ERRORS, MEMORY
 
@@ -49,6 +49,8 @@ def compile_into(name: str) -> None:
         import_module(module.name)
     kernels = sorted(SHIPPED, key=lambda kernel: kernel.path)
     compiled = [_compiled(kernel) for kernel in kernels]
+    for leaf in LEAVES:
+        check_leaf(leaf)
     machine_code = _object([one.library.get_llvm_str() for one in compiled], entries(compiled))
     index = {
         "sources": source_digest(),
@@ -78,6 +80,13 @@ def _keep(folder: Path, files: dict[str, bytes]) -> None:
     for old in folder.glob("*.o"):
         if old.name not in files:
             old.unlink(missing_ok=True)
+
+
+def check_leaf(leaf: Kernel) -> None:
+    """Raise TypeError for a compiled leaf that gives arrays: it counts no references, so that they would be freed."""
+    for one in leaf.dispatcher.overloads.values():
+        if "array" in str(one.signature.return_type):
+            raise TypeError(f"{leaf.path} gives arrays: let it be one of njit")
 
 
 def _compiled(kernel: Kernel) -> Any:

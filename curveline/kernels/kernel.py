@@ -21,6 +21,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 SHIPPED: list[Kernel] = []
 """All kernels that are shipped as machine code, of the modules that were imported."""
+LEAVES: list[Kernel] = []
+"""All kernels that make no arrays and give none, of these modules."""
 
 
 class Kernel:
@@ -72,7 +74,9 @@ def njit(function: F) -> F:
 
 def leaf(function: F) -> F:
     """As `njit`, for one that makes no arrays and gives none."""
-    return cast(F, Kernel(function, makes_arrays=False))
+    kernel = Kernel(function, makes_arrays=False)
+    LEAVES.append(kernel)
+    return cast(F, kernel)
 
 
 def shipped(*kinds: Any) -> Callable[[F], F]:

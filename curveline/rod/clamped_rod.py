@@ -114,6 +114,11 @@ class ClampedRod:
         return self.pose.end - self.pose.start + 2.0 * math.pi * self.winding
 
     @property
+    def has_giving_clamps(self) -> bool:
+        """True if the bearings tilt under the rod's moment."""
+        return self.bearing.give > 0.0 or self.bearing.play > 0.0
+
+    @property
     def is_extensible(self) -> bool:
         """True if the rod may stretch in the plane."""
         return self.bearing.compliance > 0.0

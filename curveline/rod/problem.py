@@ -12,7 +12,8 @@ with phi_{-1}, phi_n the clamp angles. Two constraints close the chord, and a th
     sum_j (1 + strain_j) edges_j cos phi_j = targets_0,    sum_j (1 + strain_j) edges_j sin phi_j = targets_1,
     sum_j (1 + strain_j) (height_0j cos phi_j + height_1j sin phi_j) = targets_2
 
-A uniform natural curvature adds a constant to the energy of a clamped planar rod, so it does not appear here.
+A uniform natural curvature adds a constant to the energy of a planar rod whose clamps do not give, so it does not
+appear here; for clamps that give see `planar.clamps`.
 
 The axial strains are no unknowns. With the multipliers lambda_k, the thrust on edge j times its length is
 
@@ -47,7 +48,9 @@ class ScaledRod(NamedTuple):
 
     `weight` is w L^3 / EI (downwards); `at (m,)` sorted fractions of the free length at which dead loads
     `forces (m, 2)`, F L^2 / EI, act; `chord (2,)` leads from clamp to clamp; `ends (2,)` are the clamp angles [rad];
-    `compliance` is EI / (EA L^2), 0 for an inextensible rod.
+    `compliance` is EI / (EA L^2), 0 for an inextensible rod. A clamp gives as much as the length `give` of rod,
+    EI / (k L) for its stiffness k, after a `play` [rad] to either side; then the `natural` curvature, times L, and the
+    `reach` from pivot to mouth matter.
     """
 
     weight: float
@@ -56,6 +59,10 @@ class ScaledRod(NamedTuple):
     chord: Vector
     ends: Vector
     compliance: float = 0.0
+    give: float = 0.0
+    play: float = 0.0
+    natural: float = 0.0
+    reach: float = 0.0
 
 
 class Pose(NamedTuple):
@@ -81,6 +88,8 @@ class Bearing(NamedTuple):
     compliance: float = 0.0  # [m^2], EI / EA; 0 for an inextensible rod
     lateral: float = 0.0  # [N m^2], EI out of the plane
     twisting: float = 0.0  # [N m^2], GJ
+    give: float = 0.0  # [m] of rod that turns as much under a moment as a bearing does: EI over the bearing's stiffness
+    play: float = 0.0  # [rad] by which a bearing tilts, either way, before it meets that stiffness
 
     def held_in_plane(self) -> Bearing:
         """The same of a rod that cannot leave its plane."""
@@ -94,8 +103,8 @@ class Problem(NamedTuple):
     and `height (2, n)` coefficients of cos(phi), sin(phi) in the load potential and in the third constraint; `targets
     (k,)` of the constraints, whose third is there if k is 3; `ends (2,)` clamp angles [rad]; `compliance (n,)` strain
     of an edge per thrust on it as defined above, of all edges or of none; `held (2,)` 1 for each of the chord's
-    constraints that is there, 0 for a last end that slides along that axis. In the `room (8, n)` kernels keep what a
-    call needs.
+    constraints that is there, 0 for a last end that slides along that axis; `clamps (6,)` is what `planar.clamps` asks
+    for. In the `room (8, n)` kernels keep what a call needs.
     """
 
     edges: Vector
@@ -106,7 +115,12 @@ class Problem(NamedTuple):
     ends: Vector
     compliance: Vector
     held: Vector
+    clamps: Vector
     room: Matrix
+
+
+GIVE, PLAY, NATURAL, REACH, PUSH, LIFT = range(6)
+"""Places in a problem's `clamps`: as of the `ScaledRod`; then the loads' pull at the first mouth, times the reach."""
 
 
 @shipped(Pose, Bearing, Vector, Matrix)
@@ -123,7 +137,32 @@ def scale_rod(pose, bearing, at, forces):
     )
     places = (at * pose.length - half) / free
     ends = np.array([pose.start, pose.end])
-    return ScaledRod(bearing.weight * free * unit, places, forces * unit, chord, ends, bearing.compliance / free**2)
+    return ScaledRod(
+        bearing.weight * free * unit,
+        places,
+        forces * unit,
+        chord,
+        ends,
+        bearing.compliance / free**2,
+        bearing.give / free,
+        bearing.play,
+        bearing.natural * free,
+        half / free,
+    )
+
+
+@njit
+def stretching_by(rod, compliance):
+    """The same rod with another `compliance`."""
+    weight, at, forces, chord, ends, _, give, play, natural, reach = rod
+    return ScaledRod(weight, at, forces, chord, ends, compliance, give, play, natural, reach)
+
+
+@njit
+def weighing(rod, weight):
+    """The same rod with another `weight`."""
+    _, at, forces, chord, ends, compliance, give, play, natural, reach = rod
+    return ScaledRod(weight, at, forces, chord, ends, compliance, give, play, natural, reach)
 
 
 @shipped(ScaledRod, Vector)
@@ -149,7 +188,11 @@ def make_problem(rod, edges):
         beyond -= edges[j]
     height, room = np.zeros((2, n)), np.zeros((ROWS, n))
     targets, held = rod.chord.copy(), np.ones(2)
-    return Problem(edges, stiffness, loads, height, targets, rod.ends, rod.compliance / edges, held, room)
+    clamps = np.array([rod.give, rod.play, rod.natural, rod.reach, 0.0, rod.weight * rod.reach])
+    for p in range(rod.at.size):
+        clamps[PUSH] -= rod.forces[p, 0] * rod.reach
+        clamps[LIFT] -= rod.forces[p, 1] * rod.reach
+    return Problem(edges, stiffness, loads, height, targets, rod.ends, rod.compliance / edges, held, clamps, room)
 
 
 @leaf
@@ -182,8 +225,8 @@ def released(problem):
 @njit
 def _constrained(problem, height, targets):
     """The same rod under other constraints."""
-    edges, stiffness, loads, _, _, ends, compliance, held, room = problem
-    return Problem(edges, stiffness, loads, height, targets, ends, compliance, held, room)
+    edges, stiffness, loads, _, _, ends, compliance, held, clamps, room = problem
+    return Problem(edges, stiffness, loads, height, targets, ends, compliance, held, clamps, room)
 
 
 @leaf
@@ -257,12 +300,22 @@ def mean_height(problem, phi):
 
 
 @leaf
+def _seen_ends(problem, phi):
+    """Angles of both mouths: of clamps that give, as the edges beside them go on."""
+    if problem.clamps[GIVE] == 0.0 and problem.clamps[PLAY] == 0.0:
+        return problem.ends[0], problem.ends[1]
+    n = phi.size
+    return 1.5 * phi[0] - 0.5 * phi[1], 1.5 * phi[n - 1] - 0.5 * phi[n - 2]
+
+
+@leaf
 def sharpest_turn(problem, phi):
     """Largest turn between neighbouring edges [rad]: near pi it is an artefact of the discrete rod, not a curve."""
-    sharpest = 2.0 * abs(phi[0] - problem.ends[0])
+    start, end = _seen_ends(problem, phi)
+    sharpest = 2.0 * max(abs(phi[0] - start), abs(end - phi[phi.size - 1]))
     for j in range(1, phi.size):
         sharpest = max(sharpest, abs(phi[j] - phi[j - 1]))
-    return max(sharpest, 2.0 * abs(problem.ends[1] - phi[phi.size - 1]))
+    return sharpest
 
 
 @leaf
@@ -286,14 +339,15 @@ def refine_angles(problem, phi, parts):
     """Angles of the same curve on edges cut into `parts` (even) each, by linear interpolation in arc length."""
     n = phi.size
     fine = np.empty(n * parts)
+    start, end = _seen_ends(problem, phi)
     for j in range(n):
         for i in range(parts):
             at = (i + 0.5) / parts - 0.5
             if at < 0.0:
                 fraction = -at if j > 0 else -2.0 * at
-                other = phi[j - 1] if j > 0 else problem.ends[0]
+                other = phi[j - 1] if j > 0 else start
             else:
                 fraction = at if j < n - 1 else 2.0 * at
-                other = phi[j + 1] if j < n - 1 else problem.ends[1]
+                other = phi[j + 1] if j < n - 1 else end
             fine[j * parts + i] = phi[j] + fraction * (other - phi[j])
     return fine

@@ -185,6 +185,8 @@ def _display(data: bytes, path: str) -> Display:
         node_count=model.nodes,
         span=mm(model.span_mm),
         clamp=mm(model.clamp_mm),
+        clamp_stiffness=_clamp_stiffness(model.clamp_stiffness_Nmm_per_deg),
+        clamp_play=deg(model.clamp_play_deg),
         gravity=model.gravity is not False,
         down=_down(model.gravity),
         rod=rod_of(model.rod),
@@ -195,6 +197,11 @@ def _display(data: bytes, path: str) -> Display:
         ),
         digest=hashlib.sha256(data).hexdigest(),
     )
+
+
+def _clamp_stiffness(per_degree: float | None) -> float:
+    """In N m/rad from N mm/deg; infinite where the file gives none."""
+    return math.inf if per_degree is None else nmm(per_degree) / deg(1.0)
 
 
 def _refuse_empty(document: Document, hint: str) -> None:

@@ -10,12 +10,12 @@ from curveline.notebook import html_of
 from curveline.rod.clamped_rod import ClampedRod, DeadLoad
 from curveline.rod.models.choice import AUTO as AUTO
 from curveline.rod.models.choice import MODELS as MODELS
-from curveline.rod.models.choice import SearchRequest, model_states
+from curveline.rod.models.choice import SearchRequest, beyond, model_states
 from curveline.rod.models.model_error import Bound
 from curveline.rod.models.no_state_reason import why_none
 from curveline.rod.problem import Bearing, Pose
 from curveline.rod.section import Section
-from curveline.rod.states.equilibrium import PLANAR, Equilibrium
+from curveline.rod.states.equilibrium import PLANAR, SPATIAL, Equilibrium
 from curveline.scene import Display, Node, Scene
 from curveline.units import to_mj, to_mm
 
@@ -77,6 +77,8 @@ def clamped_rod(
         natural=float(rod.natural_curvature),
         lateral=float(rod.lateral_bending_stiffness),
         twisting=float(rod.twisting_stiffness),
+        give=float(rod.bending_stiffness / display.clamp_stiffness),
+        play=float(display.clamp_play),
     )
     section = Section(rod.stretching_stiffness, rod.thickness, rod.polar_gyration, rod.weight_per_length)
     return ClampedRod(Pose(*map(float, pose)), bearing, loads, section=section, weight_x=aside, weight_z=front)
@@ -118,10 +120,24 @@ def simulate(
     return [_segment_states(scene, index, ask) for index in range(len(scene.segments))]
 
 
+def check_model(rod: ClampedRod, model: str) -> None:
+    """Refuse, by InvalidInput, a rod between clamps that give where it needs space: they are modelled in the plane."""
+    if not rod.has_giving_clamps:
+        return
+    hint = "leave clamp_stiffness_Nmm_per_deg and clamp_play_deg out of the display file to have rigid clamps"
+    if model == SPATIAL:
+        raise InvalidInput("the spatial model has no clamps that give, and this display's do", hint)
+    if there := beyond(rod):
+        raise InvalidInput(
+            f"clamps that give are modelled in the plane, and this shape has {' and '.join(there)}", hint
+        )
+
+
 def _segment_states(scene: Scene, index: int, ask: SearchRequest) -> SegmentStates:
     """The states of the segment between nodes `index` and `index` + 1."""
     segment = scene.segments[index]
     rod = scene_rod(scene, index)
+    check_model(rod, ask.model)
     found = model_states(rod, ask)
     states = tuple(
         state.but(wanted=True) if state.name == segment.state and state.simple and state.stable else state

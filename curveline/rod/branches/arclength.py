@@ -18,6 +18,7 @@ import numpy as np
 from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.branches.control_path import ControlPath, counts_along, problem_at
+from curveline.rod.planar.clamps import gives, link, mouth_shift
 from curveline.rod.planar.modes import from_zero, lowest_eigenvalue, modes_below, second_variation
 from curveline.rod.planar.newton import TINY, Effort, newton
 from curveline.rod.problem import COSINE, SINE, Array, Bearing, coefficients, copy_into
@@ -81,13 +82,18 @@ def residual(problem, point):
     out = np.empty(n + 2)
     for a in range(2):
         out[n + a] = -problem.targets[a]
-    before = problem.ends[0]
+    before, end = problem.ends[0], problem.ends[1]
+    if gives(problem):
+        for side in range(2):
+            angle, _ = link(problem, point[:n], point[n : n + 2], side)
+            out[n : n + 2] += np.array(mouth_shift(problem, angle, side))
+            before, end = (angle, end) if side == 0 else (before, angle)
     sines_and_cosines(point[:n], problem.room[SINE], problem.room[COSINE])
     for j in range(n):
         cosine, sine = problem.room[COSINE, j], problem.room[SINE, j]
         along, across = coefficients(problem, point[n : n + 2], j)
         stretch = 1.0 - problem.compliance[j] * (along * cosine + across * sine)
-        after = point[j + 1] if j + 1 < n else problem.ends[1]
+        after = point[j + 1] if j + 1 < n else end
         turns = (point[j] - before) * problem.stiffness[j] - (after - point[j]) * problem.stiffness[j + 1]
         out[j] = turns + (across * cosine - along * sine) * stretch
         out[n] += problem.edges[j] * cosine * stretch

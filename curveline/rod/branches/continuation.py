@@ -29,7 +29,7 @@ from curveline.rod.branches.control_path import (
     problem_at,
     rod_at,
 )
-from curveline.rod.geometry.vertex_table import CURVATURE
+from curveline.rod.geometry.vertex_table import ANGLE, CURVATURE
 from curveline.rod.planar.lateral import lateral_eigenvalue_below, lateral_modes_below, lateral_variation
 from curveline.rod.planar.modes import from_zero, lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, descend, newton
@@ -127,7 +127,7 @@ def node_loads(path, fraction, bearing, free, phi, multipliers):
         sharpest = max(sharpest, abs(table[i, CURVATURE] / length - bearing.natural))
     for side in range(2):
         x, y = (start_x, start_y) if side == 0 else (end_x, end_y)
-        angle = pose.start if side == 0 else pose.end
+        angle = table[0 if side == 0 else phi.size, ANGLE]
         # Seen from the node, the rod leaves the left one along its tangent and the right one against it.
         sign = 1.0 if side == 0 else -1.0
         bend = table[0 if side == 0 else phi.size, CURVATURE] / length

@@ -75,7 +75,7 @@ def model_states(segment: ClampedRod, ask: SearchRequest) -> ModelledStates:
             Judged(state, lateral(state), {}) if model == SPATIAL else judge(state)
             for state in _stretched(found, ask.tolerance, why)
         ]
-        if ask.model == AUTO and model == EXTENSIBLE and _leaving(judged):
+        if ask.model == AUTO and model == EXTENSIBLE and _leaving(judged) and not segment.has_giving_clamps:
             model = SPATIAL
             why.append(_leaving(judged))
     if model == SPATIAL:
@@ -104,7 +104,8 @@ def _choice(segment: ClampedRod, judged: Sequence[Judged], tolerance: float) -> 
     """The smallest model that the scene allows, and why."""
     if segment.needs_space:
         return SPATIAL, [f"the segment needs all three dimensions for {' and '.join(beyond(segment))}"]
-    if unstable := _leaving(judged):
+    unstable = _leaving(judged)
+    if unstable and not segment.has_giving_clamps:
         return SPATIAL, [unstable]
     for state, _, bounds in _shown(judged):
         stretch = bounds["stretch"].bound
@@ -112,6 +113,8 @@ def _choice(segment: ClampedRod, judged: Sequence[Judged], tolerance: float) -> 
             both = f"{millimetres(stretch)}, and its error is {millimetres(state.error)}"
             limit = f"together more than the tolerance of {millimetres(tolerance)}"
             return EXTENSIBLE, [f"stretch might move {state.name} by {both}: {limit}"]
+    if unstable:
+        return PLANAR, ["clamps that give are modelled in the plane"]
     return PLANAR, ["nothing points out of the plane, no state leaves it, and stretch is within the tolerance"]
 
 
@@ -269,6 +272,7 @@ def terms_of(segment: ClampedRod, model: str) -> tuple[str, ...]:
         "lateral bend": model == SPATIAL,
         "twist": model == SPATIAL,
         "gravity": bool(segment.weight) or (model == SPATIAL and bool(segment.weight_x or segment.weight_z)),
+        "giving clamps": segment.has_giving_clamps,
         "loads": any(load.x or load.y or (model == SPATIAL and load.z) for load in segment.loads),
     }
     return tuple(name for name, is_there in there.items() if is_there)

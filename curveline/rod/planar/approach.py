@@ -13,7 +13,7 @@ import numpy as np
 from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import shipped
 from curveline.rod.planar.newton import Effort, descend
-from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, sharpest_turn
+from curveline.rod.problem import Array, ScaledRod, make_problem, mesh, sharpest_turn, stretching_by
 
 THIN = 0.03
 """Thickness of the layers, in units of the length, below which the edges are graded."""
@@ -116,7 +116,18 @@ def easier(rod, share):
     if heaviest > LIGHT_LOAD:
         factor = (LIGHT_LOAD / heaviest) ** (1.0 - share)
     chord = rod.chord * ((1.0 - slack) / span) if span > 0.0 else rod.chord
-    return ScaledRod(np.sign(rod.weight) * weight, rod.at, rod.forces * factor, chord, rod.ends, rod.compliance)
+    return ScaledRod(
+        np.sign(rod.weight) * weight,
+        rod.at,
+        rod.forces * factor,
+        chord,
+        rod.ends,
+        rod.compliance,
+        rod.give,
+        rod.play,
+        rod.natural,
+        rod.reach,
+    )
 
 
 @shipped(ScaledRod, Vector, Vector, Vector)
@@ -155,8 +166,7 @@ def soften(rod, edges, phi, multipliers):
     """
     for power in np.arange(-SOFTENING, 0.5, 0.5):
         compliance = rod.compliance * 10.0**power
-        softer = ScaledRod(rod.weight, rod.at, rod.forces, rod.chord, rod.ends, compliance)
-        free = make_problem(softer, edges)
+        free = make_problem(stretching_by(rod, compliance), edges)
         if descend(free, phi, multipliers, DESCEND) < 0:
             return False
     return True

@@ -25,6 +25,7 @@ import numpy as np
 from curveline.kernels.forms import Matrix, Vector
 from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.geometry.vertex_table import ANGLE
+from curveline.rod.planar.clamps import link
 from curveline.rod.planar.modes import (
     FIRST_WIDTH,
     Bracket,
@@ -65,8 +66,8 @@ def lateral_variation(problem, phi, multipliers, lateral):
         blocks[j, 1] += 0.5 * (across * cosine - along * sine) * stretched
         lift[j] = problem.edges[j] * stretched
     for i in range(n + 1):
-        before = problem.ends[0] if i == 0 else phi[i - 1]
-        after = problem.ends[1] if i == n else phi[i]
+        before = link(problem, phi, multipliers, 0)[0] if i == 0 else phi[i - 1]
+        after = link(problem, phi, multipliers, 1)[0] if i == n else phi[i]
         turn = after - before
         s, c = np.sin(0.5 * turn), np.cos(0.5 * turn)
         rate_bend, rate_twist = bend * problem.stiffness[i], twist * problem.stiffness[i]

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.kernels.kernel import leaf, njit
+from curveline.rod.planar.clamps import gives, link
 from curveline.rod.planar.newton import TINY, border_of
-from curveline.rod.problem import COSINE, SINE, coefficients
+from curveline.rod.problem import COSINE, REACH, SINE, coefficients
 from curveline.rod.trigonometry import sines_and_cosines
 
 FIRST_WIDTH = 40.0
@@ -48,6 +49,16 @@ def second_variation(problem, phi, multipliers):
         if give > 0.0:
             for a in range(k):
                 for b in range(k):
+                    corner[a, b] += give * reach[a] * reach[b]
+    if gives(problem):
+        for side in range(2):
+            angle, give = link(problem, phi, multipliers, side)
+            j, rate = side * (n - 1), stiffness[side * n]
+            reach[0], reach[1] = -problem.clamps[REACH] * np.sin(angle), problem.clamps[REACH] * np.cos(angle)
+            diagonal[j] -= give * rate * rate
+            for a in range(2):
+                border[a, j] += give * rate * reach[a]
+                for b in range(2):
                     corner[a, b] += give * reach[a] * reach[b]
     return diagonal, border, corner
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import leaf, njit, shipped
+from curveline.rod.planar.clamps import gives, link, link_energies, mouth_shift
 from curveline.rod.problem import (
     COSINE,
     FORWARD_HEIGHT,
@@ -20,6 +21,7 @@ from curveline.rod.problem import (
     FORWARD_Y,
     GRADIENT,
     INVERSE,
+    REACH,
     SINE,
     STEP,
     Problem,
@@ -59,7 +61,7 @@ def eliminate(problem, phi, multipliers, shift):
     Schur complement C H^-1 C^T, plus what the constraints give by stretching, as the numbers 00, 01, 11, 02, 12, 22;
     and its right-hand side (3,). A third constraint that is not there has a row of the unit matrix.
     """
-    edges, stiffness, loads, height, targets, ends, compliance, _, room = problem
+    edges, stiffness, loads, height, targets, ends, compliance, _, _, room = problem
     sines_and_cosines(phi, room[SINE], room[COSINE])
     n = phi.size
     is_high = multipliers.size == 3
@@ -71,11 +73,26 @@ def eliminate(problem, phi, multipliers, shift):
     gradient = forward_x = forward_y = forward_h = 0.0
     inverse = 0.0
     negative = 0
+    yields = gives(problem)
+    start, end = ends[0], ends[1]
+    soft_start = soft_end = 0.0
+    if yields:
+        start, soft_start = link(problem, phi, multipliers, 0)
+        end, soft_end = link(problem, phi, multipliers, 1)
+        for side in range(2):
+            give, angle = (soft_start, start) if side == 0 else (soft_end, end)
+            reach_x, reach_y = mouth_shift(problem, angle, side)
+            slope_x, slope_y = -problem.clamps[REACH] * np.sin(angle), problem.clamps[REACH] * np.cos(angle)
+            miss_x += reach_x
+            miss_y += reach_y
+            xx += give * slope_x * slope_x
+            xy += give * slope_x * slope_y
+            yy += give * slope_y * slope_y
     stiff, here = stiffness[0], phi[0]
-    bend = (here - ends[0]) * stiff
+    bend = (here - start) * stiff
     for j in range(n):
         sine, cosine, edge = room[SINE, j], room[COSINE, j], edges[j]
-        ahead, after = stiffness[j + 1], phi[j + 1] if j + 1 < n else ends[1]
+        ahead, after = stiffness[j + 1], phi[j + 1] if j + 1 < n else end
         bend_ahead = (after - here) * ahead
         along, across = loads[0, j] + push * edge, loads[1, j] + lift * edge
         reach_x, reach_y, reach_h = edge * cosine, edge * sine, 0.0
@@ -104,6 +121,11 @@ def eliminate(problem, phi, multipliers, shift):
             hh += give * reach_h * reach_h
         miss_x += reach_x * stretch
         miss_y += reach_y * stretch
+        if yields and (j == 0 or j == n - 1):
+            give, angle, rate = (soft_start, start, stiff) if j == 0 else (soft_end, end, ahead)
+            diagonal -= give * rate * rate
+            slope_x -= give * rate * problem.clamps[REACH] * np.sin(angle)
+            slope_y += give * rate * problem.clamps[REACH] * np.cos(angle)
         # The recurrences hang on each other by one division an edge.
         ratio = -stiff * inverse
         diagonal += ratio * stiff
@@ -262,14 +284,22 @@ def energy(problem, phi, multipliers):
 @leaf
 def energy_and_gaps(problem, phi, multipliers):
     """The `energy`, and (3,) how far the constraints are from their targets, 0 for one that is not there."""
-    edges, stiffness, loads, height, targets, ends, compliance, held, room = problem
+    edges, stiffness, loads, height, targets, ends, compliance, held, _, room = problem
     sines_and_cosines(phi, room[SINE], room[COSINE])
     n = phi.size
     is_high = multipliers.size == 3
     stretches = compliance[0] > 0.0
     miss_x, miss_y, miss_h = -targets[0], -targets[1], -targets[2] if is_high else 0.0
     total = 0.0
-    before = ends[0]
+    before, end = ends[0], ends[1]
+    if gives(problem):
+        before, end = link(problem, phi, multipliers, 0)[0], link(problem, phi, multipliers, 1)[0]
+        for side in range(2):
+            strained, potential = link_energies(problem, end if side else before, side)
+            x, y = mouth_shift(problem, end if side else before, side)
+            total += strained + potential
+            miss_x += x
+            miss_y += y
     for j in range(n):
         sine, cosine, edge = room[SINE, j], room[COSINE, j], edges[j]
         turn = phi[j] - before
@@ -286,7 +316,7 @@ def energy_and_gaps(problem, phi, multipliers):
         if is_high:
             miss_h += (height[0, j] * cosine + height[1, j] * sine) * stretch
         before = phi[j]
-    turn = ends[1] - before
+    turn = end - before
     return total + 0.5 * turn * turn * stiffness[n], (miss_x * held[0], miss_y * held[1], miss_h)
 
 

@@ -13,6 +13,7 @@ from curveline.kernels.forms import Matrix, Vector
 from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.geometry.hermite import weights
 from curveline.rod.geometry.vertex_table import ANGLE, COLUMNS, CURVATURE, STRAIN, STRAIN_SLOPE, X, Y
+from curveline.rod.planar.clamps import gives, link, link_energies
 from curveline.rod.planar.modes import around, from_zero, lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, newton, thrust_on
 from curveline.rod.problem import COSINE, SINE, Problem, halved, largest_change, make_problem, refine_angles
@@ -58,11 +59,13 @@ def vertex_table(problem, phi, multipliers):
     table[n, STRAIN_SLOPE] = table[n - 1, STRAIN_SLOPE]
     table[0, STRAIN] = table[1, STRAIN] - problem.edges[0] * table[0, STRAIN_SLOPE]
     table[n, STRAIN] = table[n - 1, STRAIN] + problem.edges[n - 1] * table[n, STRAIN_SLOPE]
-    table[0, ANGLE] = problem.ends[0]
-    table[n, ANGLE] = problem.ends[1]
+    start, _ = link(problem, phi, multipliers, 0)
+    end, _ = link(problem, phi, multipliers, 1)
+    table[0, ANGLE] = start
+    table[n, ANGLE] = end
     # The derivative of the discrete energy by the clamp angle: the end moment, second order accurate.
-    table[0, CURVATURE] = (phi[0] - problem.ends[0]) * problem.stiffness[0]
-    table[n, CURVATURE] = (problem.ends[1] - phi[n - 1]) * problem.stiffness[n]
+    table[0, CURVATURE] = (phi[0] - start) * problem.stiffness[0]
+    table[n, CURVATURE] = (end - phi[n - 1]) * problem.stiffness[n]
     return table
 
 
@@ -77,7 +80,12 @@ def level_scalars(problem, phi, multipliers, table):
     out[LAST_CURVATURE] = table[n, CURVATURE]
     strained = 0.0
     potential = 0.0
-    before = problem.ends[0]
+    before, end = table[0, ANGLE], table[n, ANGLE]
+    if gives(problem):
+        for side in range(2):
+            own, loaded = link_energies(problem, table[side * n, ANGLE], side)
+            strained += own
+            potential += loaded
     for j in range(n):
         # The table's edges are stretched and turned already, which spares a sine and a cosine.
         potential += problem.loads[0, j] * (table[j + 1, X] - table[j, X]) / problem.edges[j]
@@ -86,7 +94,7 @@ def level_scalars(problem, phi, multipliers, table):
         before = phi[j]
         if problem.compliance[j] > 0.0:
             strained += 0.5 * problem.compliance[j] * thrust_on(problem, phi, multipliers, j) ** 2
-    out[STRAIN_ENERGY] = strained + 0.5 * (problem.ends[1] - before) ** 2 * problem.stiffness[n]
+    out[STRAIN_ENERGY] = strained + 0.5 * (end - before) ** 2 * problem.stiffness[n]
     out[LOAD_POTENTIAL] = potential
     out[EIGENVALUE] = 0.0
     return out

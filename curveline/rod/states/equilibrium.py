@@ -150,10 +150,11 @@ class Equilibrium:
         places = np.linspace(0.0, rod.length, points)
         out = np.empty((points, 2))
         interpolate(self.vertices_table, self.edges, places - half, out)
+        start, end = self.angles[0], self.angles[-1]
         before = places < half
-        out[before] = places[before, None] * [math.cos(rod.start), math.sin(rod.start)]
+        out[before] = places[before, None] * [math.cos(start), math.sin(start)]
         after = places > rod.length - half
-        back = (rod.length - places[after, None]) * [math.cos(rod.end), math.sin(rod.end)]
+        back = (rod.length - places[after, None]) * [math.cos(end), math.sin(end)]
         out[after] = np.array(rod.chord) - back
         return out
 

@@ -21,7 +21,16 @@ from curveline.rod.planar.response import middle_angles, response
 from curveline.rod.planar.richardson import ACROSS, EIGENVALUE, UP
 from curveline.rod.planar.search import divided, let_go_aside, may_be_stable, search_edges
 from curveline.rod.planar.sweep import CAPACITY
-from curveline.rod.problem import Bearing, Pose, ScaledRod, copy_into, make_problem, mesh, scale_rod
+from curveline.rod.problem import (
+    Bearing,
+    Pose,
+    copy_into,
+    make_problem,
+    mesh,
+    scale_rod,
+    stretching_by,
+    weighing,
+)
 from curveline.rod.states.refined import (
     CLEARLY,
     CROSSES,
@@ -86,10 +95,10 @@ def judged(rod, lateral, asked, state, numbers):
     if asked.sideways:
         numbers[COARSE_LATERAL], numbers[FINE_LATERAL] = lateral_pair(rod, edges, angles, table, (forces, lateral))
     if not np.isnan(asked.stretching):
-        other = ScaledRod(rod.weight, rod.at, rod.forces, rod.chord, rod.ends, asked.stretching)
+        other = stretching_by(rod, asked.stretching)
         numbers[MOVED_BY_STRETCH] = response(rod, other, edges, angles.copy(), forces.copy()) * length
     if not np.isnan(asked.weight):
-        other = ScaledRod(asked.weight, rod.at, rod.forces, rod.chord, rod.ends, rod.compliance)
+        other = weighing(rod, asked.weight)
         numbers[MOVED_BY_WEIGHT] = response(rod, other, edges, angles.copy(), forces.copy()) * length
 
 

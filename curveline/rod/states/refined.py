@@ -54,7 +54,7 @@ class Placement(NamedTuple):
     """What a curve has in SI, where its left pivot is the origin.
 
     The free length, its natural curvature [1/m], stiffness EI [N m^2], weight [N], the sum of its loads [N], how far it
-    turns from clamp to clamp [rad], the straight tails behind the clamps, where it begins, and the right pivot [m].
+    turns from clamp to clamp [rad], the straight tails behind the clamps, a clamp's length, and the right pivot [m].
     """
 
     length: float
@@ -65,8 +65,7 @@ class Placement(NamedTuple):
     lift: float
     turn: float
     tail: float
-    start_x: float
-    start_y: float
+    clamp: float
     chord_x: float
     chord_y: float
 
@@ -74,7 +73,7 @@ class Placement(NamedTuple):
 @shipped(Pose, Bearing, Matrix, int)
 def placement_of(pose, bearing, forces, winding):
     """The `Placement` of a rod that bears dead loads `forces (m, 2)` [N], with so many further turns."""
-    half, length = 0.5 * bearing.clamp, pose.length - bearing.clamp
+    length = pose.length - bearing.clamp
     push = lift = 0.0
     for i in range(forces.shape[0]):
         push += forces[i, 0]
@@ -88,8 +87,7 @@ def placement_of(pose, bearing, forces, winding):
         lift,
         pose.end - pose.start + 2.0 * np.pi * winding,
         bearing.clamp + TAIL * np.hypot(pose.x, pose.y),
-        half * np.cos(pose.start),
-        half * np.sin(pose.start),
+        bearing.clamp,
         pose.x,
         pose.y,
     )
@@ -119,11 +117,13 @@ def in_metres(table, edges, placement, numbers):
     The `edges (m,)` lie between its vertices [m]; what there is to say goes to the `numbers`.
     """
     inverse = 1.0 / placement.length
+    half = 0.5 * placement.clamp
+    start_x, start_y = half * np.cos(table[0, ANGLE]), half * np.sin(table[0, ANGLE])
     sharpest = 0.0
     least, most = table[0, ANGLE], table[0, ANGLE]
     for j in range(table.shape[0]):
-        table[j, X] = table[j, X] * placement.length + placement.start_x
-        table[j, Y] = table[j, Y] * placement.length + placement.start_y
+        table[j, X] = table[j, X] * placement.length + start_x
+        table[j, Y] = table[j, Y] * placement.length + start_y
         table[j, CURVATURE] *= inverse
         table[j, STRAIN_SLOPE] *= inverse
         sharpest = max(sharpest, abs(table[j, CURVATURE] - placement.natural))

@@ -1,0 +1,145 @@
+"""Clamps that give: bearings that tilt about their pivots, held against collocation, which knows nothing of edges."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+from curveline.rod.branches.continuation import follow, start_along
+from curveline.rod.branches.control_path import straight_path
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.planar.richardson import interpolate
+from curveline.rod.problem import Array, Bearing, Pose
+from curveline.rod.states.equilibrium import Equilibrium
+from curveline.rod.states.planar_states import find_states
+
+from .rods import STIFFNESS, WEIGHT, solve_level
+
+POSE = Pose(0.5, 0.06, 0.5, -0.35, 0.64)
+BEARING = Bearing(0.02, STIFFNESS, WEIGHT)
+CLAMPS = {
+    "stiff": {"give": 0.002},
+    "soft": {"give": 0.02},
+    "very soft": {"give": 0.2},
+    "loose": {"give": 0.01, "play": 0.05},
+    "loose and rigid": {"play": 0.05},
+    "curved": {"give": 0.02, "natural": 1.5},
+    "curved and loose": {"give": 0.01, "play": 0.05, "natural": 1.5},
+    "hinged by play": {"give": 0.01, "play": 1.5, "natural": 1.5},
+}
+
+
+def rod_of(name: str, pose: Pose = POSE) -> ClampedRod:
+    return ClampedRod(pose, BEARING._replace(**CLAMPS[name]))
+
+
+def collocated(state: Equilibrium) -> tuple[Array, Array]:
+    """Positions at 101 equal steps of the free rod, and moments on the rod at its mouths, by scipy's collocation.
+
+    The unknowns are x, y, the angle, the bending moment and both parts of the force in the rod, in SI.
+    """
+    rod = state.rod
+    bearing, length, half = rod.bearing, rod.free_length, 0.5 * rod.clamp
+
+    def slopes(_: Array, u: Array) -> Array:
+        _, _, angle, moment, across, up = u
+        cosine, sine = np.cos(angle), np.sin(angle)
+        bend = moment / bearing.stiffness + bearing.natural
+        return np.array([cosine, sine, bend, across * sine - up * cosine, 0.0 * up, 0.0 * up + bearing.weight])
+
+    def tilted(moment: float) -> float:
+        """Angle of a bearing from where its motor holds it, under a moment about its pivot."""
+        if bearing.play == 0.0:
+            return moment * bearing.give / bearing.stiffness
+        return moment * bearing.give / bearing.stiffness + bearing.play * math.tanh(moment / SMOOTH)
+
+    def ends(a: Array, b: Array) -> Array:
+        out = []
+        for u, pivot, angle, side in ((a, (0.0, 0.0), rod.start, 1.0), (b, rod.chord, rod.end, -1.0)):
+            cosine, sine = math.cos(u[2]), math.sin(u[2])
+            about = side * u[3] + half * (cosine * u[5] - sine * u[4])
+            out += [u[0] - pivot[0] - side * half * cosine, u[1] - pivot[1] - side * half * sine]
+            out += [u[2] - angle - tilted(about)]
+        return np.array(out)
+
+    places = np.linspace(0.0, length, 101)
+    at = np.concatenate([[0.0], np.cumsum(state.edges)])
+    table = state.vertices_table
+    guess = [np.interp(places, at, table[:, i]) for i in range(4)]
+    guess[3] = (guess[3] - bearing.natural) * bearing.stiffness
+    push, lift = -state.clamp_force[0]
+    guess += [np.full(places.size, push), lift + bearing.weight * places]
+    found = solve_bvp(slopes, ends, places, np.array(guess), tol=1e-9, max_nodes=50_000)
+    assert found.success, found.message
+    curve = found.sol(places)
+    return curve[:2].T, np.array([-curve[3, 0], curve[3, -1]])
+
+
+SMOOTH = 1e-6
+"""Moment [N m] over which the collocation spreads the play."""
+
+
+@pytest.mark.parametrize("name", CLAMPS)
+def test_states_are_those_of_collocation(name: str) -> None:
+    rod = rod_of(name)
+    states = find_states(rod, 1e-7)
+    assert [state.name for state in states] == ["peak", "valley"]
+    for state in states:
+        curve, moments = collocated(state)
+        ours = state.curve(6401)[100:6301:62]
+        assert np.abs(np.linalg.norm(ours - curve, axis=1)).max() < 3e-6
+        assert state.clamp_moment == pytest.approx(moments, abs=2e-5)
+
+
+SLOPES = {
+    "y": (1e-4, lambda wrench, _: wrench[4]),
+    "end": (1e-4, lambda wrench, _: wrench[5]),
+    # The potential is that over the first mouth, which the motor of the first node lifts.
+    "start": (1e-4, lambda wrench, rod: wrench[2] - WEIGHT * rod.free_length * 0.5 * rod.clamp * math.cos(rod.start)),
+}
+
+
+@pytest.mark.parametrize("field", SLOPES)
+@pytest.mark.parametrize("name", CLAMPS)
+def test_nodes_pull_as_the_energy_rises(name: str, field: str) -> None:
+    rod = rod_of(name)
+    step, slope = SLOPES[field]
+    there, back = (rod.pose._replace(**{field: getattr(rod.pose, field) + sign * step}) for sign in (1.0, -1.0))
+    for place, state in enumerate(find_states(rod, 1e-8)):
+        rise = (
+            find_states(rod.moved_to(there), 1e-8)[place].energy - find_states(rod.moved_to(back), 1e-8)[place].energy
+        )
+        branch = follow(
+            straight_path(rod.pose, rod.pose), rod.bearing, *start_along(straight_path(rod.pose, rod.pose), state, 192)
+        )
+        assert slope(branch.wrenches[0], rod) == pytest.approx(rise / (2.0 * step), abs=3e-4)
+
+
+@pytest.mark.parametrize("name", ["soft", "loose", "curved and loose"])
+def test_the_edges_converge_with_their_square(name: str) -> None:
+    rod = rod_of(name)
+    peak = find_states(rod, 1e-9)[0]
+    errors = []
+    for n in (32, 64, 128, 256):
+        level = solve_level(rod, n, *peak.start_on(np.full(n, 1.0 / n)))
+        table = level.table[:, :2] * rod.free_length
+        places = np.linspace(0.0, rod.free_length, n + 1)
+        exact = np.empty((n + 1, 2))
+        interpolate(peak.vertices_table, peak.edges, places, exact)
+        gone = 0.5 * rod.clamp * np.array([math.cos(level.table[0, 2]), math.sin(level.table[0, 2])])
+        errors.append(np.linalg.norm(table + gone - exact, axis=1).max())
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert orders == pytest.approx([2.0, 2.0, 2.0], abs=0.1)
+
+
+@pytest.mark.parametrize(("give", "limit"), [(0.0, 50.3), (0.005, 50.7), (0.01, 51.3), (0.02, 52.8), (0.04, 57.2)])
+def test_the_limit_of_the_asymmetric_peak_is_that_of_another_solver(give: float, limit: float) -> None:
+    # Level nodes, the left one at 40 deg, 700 mm: how far the right one may turn before the peak is gone.
+    rod = ClampedRod(Pose(0.5, 0.0, math.radians(40.0), math.radians(20.0), 0.7), BEARING._replace(give=give))
+    (peak,) = (state for state in find_states(rod, 1e-5) if state.name == "peak")
+    path = straight_path(rod.pose, rod.pose._replace(end=math.radians(70.0)))
+    branch = follow(path, rod.bearing, *start_along(path, peak))
+    assert 20.0 + 50.0 * branch.reached == pytest.approx(limit, abs=0.05)

@@ -1,0 +1,101 @@
+"""Displays whose bearings tilt: from the file to states, plans and loads, and what is refused as it needs space."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import curveline
+from curveline.displays.check import check_of
+from curveline.errors import InvalidInput
+from curveline.scene import Scene
+from curveline.sections import Rectangle
+from curveline.shapes.files import builtin_text
+
+SHAPES = Path(__file__).parents[2] / "shapes"
+STIFFNESS, PLAY = "clamp_stiffness_Nmm_per_deg = 25.0", "clamp_play_deg = 0.5"
+
+
+def soft(folder: Path, *lines: str, shape: str = "level-asymmetric-peak") -> Scene:
+    """A shape of the project on the display `single` whose file has these `lines` besides."""
+    display = builtin_text("single").replace("clamp_mm", "\n".join([*lines, "clamp_mm"]), 1)
+    (folder / "soft.toml").write_text(display)
+    text = (SHAPES / f"{shape}.toml").read_text().replace('"single"', '"soft.toml"')
+    (folder / "shape.toml").write_text(text)
+    return curveline.read_shape(folder / "shape.toml")
+
+
+def test_a_file_says_how_much_the_bearings_give(tmp_path: Path) -> None:
+    display = soft(tmp_path, STIFFNESS, PLAY).display
+    assert display.clamp_stiffness == pytest.approx(0.025 * 180.0 / math.pi)
+    assert display.clamp_play == pytest.approx(math.radians(0.5))
+    document = check_of(display).document()
+    assert document["clamp_stiffness_Nmm_per_deg"] == pytest.approx(25.0)
+    assert document["clamp_play_deg"] == pytest.approx(0.5)
+
+
+def test_a_file_that_says_nothing_has_rigid_bearings(tmp_path: Path) -> None:
+    display = soft(tmp_path).display
+    assert (display.clamp_stiffness, display.clamp_play) == (math.inf, 0.0)
+    assert check_of(display).document()["clamp_stiffness_Nmm_per_deg"] is None
+
+
+def test_bearings_that_give_move_the_curve_and_are_named(tmp_path: Path) -> None:
+    (rigid,), (giving,) = curveline.simulate(soft(tmp_path)), curveline.simulate(soft(tmp_path, STIFFNESS, PLAY))
+    assert "giving clamps" in giving.terms
+    assert "giving clamps" not in rigid.terms
+    assert giving.model == "planar"
+    for before, after in zip(rigid.states, giving.states, strict=True):
+        assert 0.005 < abs(before.curve(101) - after.curve(101)).max() < 0.05
+
+
+def test_a_very_stiff_bearing_is_a_rigid_one(tmp_path: Path) -> None:
+    (rigid,) = curveline.simulate(soft(tmp_path))
+    (stiff,) = curveline.simulate(soft(tmp_path, "clamp_stiffness_Nmm_per_deg = 1e6"))
+    for before, after in zip(rigid.states, stiff.states, strict=True):
+        assert abs(before.curve(101) - after.curve(101)).max() < 1e-6
+
+
+def test_a_plan_ends_in_the_shape_and_runs_with_errors_do(tmp_path: Path) -> None:
+    plan = curveline.plan(soft(tmp_path, STIFFNESS, PLAY))
+    trials = curveline.monte_carlo(plan, curveline.TrialsRequest(runs=20, jobs=1))
+    assert (trials.share.count, trials.share.runs) == (20, 20)
+
+
+def test_a_push_snaps_earlier_between_soft_bearings(tmp_path: Path) -> None:
+    rigid, giving = (curveline.load(soft(tmp_path, *lines)) for lines in ((), (STIFFNESS,)))
+    assert rigid.snap is not None
+    assert giving.snap is not None
+    assert 0.5 * rigid.snap.force < giving.snap.force < 0.95 * rigid.snap.force
+    with pytest.raises(InvalidInput, match="a fall is computed between rigid clamps"):
+        curveline.fall(giving)
+
+
+@pytest.mark.parametrize("model", ["auto", "planar"])
+def test_what_points_out_of_the_plane_is_refused(tmp_path: Path, model: str) -> None:
+    scene = soft(tmp_path, STIFFNESS)
+    leaning = replace(scene, nodes=(replace(scene.nodes[0], yaw=0.1), *scene.nodes[1:]))
+    with pytest.raises(InvalidInput, match="this shape has the yaw of its clamps") as refusal:
+        curveline.simulate(leaning, model=model)
+    assert "clamp_stiffness_Nmm_per_deg" in (refusal.value.hint or "")
+
+
+def test_the_spatial_model_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="the spatial model has no clamps that give"):
+        curveline.simulate(soft(tmp_path, PLAY), model="spatial")
+
+
+def test_a_state_that_would_leave_its_plane_is_listed_and_not_followed(tmp_path: Path) -> None:
+    scene = soft(tmp_path, STIFFNESS, shape="level-up-peak")
+    narrow = replace(scene.display.rod, section=Rectangle(0.002, 0.0024))
+    (segment,) = curveline.simulate(replace(scene, display=replace(scene.display, rod=narrow)))
+    assert segment.model == "planar"
+    assert any(state.leaves_plane and not state.stable for state in segment.states)
+
+
+def test_a_bearing_softer_than_the_rod_looks_odd(tmp_path: Path) -> None:
+    warnings = check_of(soft(tmp_path, "clamp_stiffness_Nmm_per_deg = 1.0").display).document()["warnings"]
+    assert "soft-clamp" in [each["code"] for each in warnings]
