@@ -18,6 +18,8 @@ import numpy as np
 from curveline.kernels.kernel import leaf
 from curveline.rod.problem import GIVE, LIFT, NATURAL, PLAY, PUSH, REACH
 
+LOOSE = 1e-6
+"""Stiffness [EI/L] against a tilt within the play: of none at both ends, edges without forces would turn at no cost."""
 TURNS = 30
 """Most steps of Newton's for the angle of a link."""
 CLOSE = 1e-15
@@ -32,11 +34,11 @@ def gives(problem):
 
 @leaf
 def _spring(clamps, tilt):
-    """Moment of a bearing that is tilted by `tilt` [rad], and its slope; none within its play."""
+    """Moment of a bearing that is tilted by `tilt` [rad], and its slope; next to none within its play."""
     beyond = abs(tilt) - clamps[PLAY]
     if beyond <= 0.0 or clamps[GIVE] == 0.0:
-        return 0.0, 0.0
-    return np.copysign(beyond, tilt) / clamps[GIVE], 1.0 / clamps[GIVE]
+        return LOOSE * tilt, LOOSE
+    return LOOSE * tilt + np.copysign(beyond, tilt) / clamps[GIVE], LOOSE + 1.0 / clamps[GIVE]
 
 
 @leaf
@@ -90,10 +92,13 @@ def link_energies(problem, angle, side):
     """Energy of the spring of a `side` whose link has an `angle`, with the natural curvature's; that of the loads."""
     clamps = problem.clamps
     tilt = angle - problem.ends[side]
-    moment, _ = _spring(clamps, tilt)
+    beyond = max(abs(tilt) - clamps[PLAY], 0.0)
+    strained = 0.5 * LOOSE * tilt * tilt
+    if clamps[GIVE] > 0.0:
+        strained += 0.5 * beyond * beyond / clamps[GIVE]
     x, y = mouth_shift(problem, angle, side)
     share = 1.0 - side
     # The loads' coefficients hold the link's length already, as the shift does.
     inverse = share / clamps[REACH] if clamps[REACH] > 0.0 else 0.0
     potential = (clamps[PUSH] * x + clamps[LIFT] * y) * inverse
-    return 0.5 * moment * moment * clamps[GIVE] + (1.0 - 2.0 * side) * clamps[NATURAL] * tilt, potential
+    return strained + (1.0 - 2.0 * side) * clamps[NATURAL] * tilt, potential
