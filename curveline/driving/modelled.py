@@ -11,10 +11,15 @@ from curveline.radio.protocol.codes import Counts
 
 
 class ModelledDisplay(Protocol):
-    """A display that is modelled; `rod` names the states that its segments were last seen in, `disk` may be full."""
+    """A display that is modelled; `rod` names the states that its segments were last seen in, `disk` may be full.
+
+    `clamp` [N mm/deg] and `play` [deg] are how its bearings give in truth; None for what its file says.
+    """
 
     rod: list[str]
     disk: Disk
+    clamp: float | None
+    play: float | None
 
     @property
     def known_rod(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from curveline.driving.modelled import ModelledDisplay
@@ -13,10 +13,12 @@ from curveline.listening import Listener
 from curveline.phrases import alike, spans
 from curveline.plan_file import Plan
 from curveline.radio.protocol.codes import Counts
+from curveline.units import deg, nmm
 
 if TYPE_CHECKING:
     from curveline.replay.playback import Playback, Snap
     from curveline.replay.tour_checks import ShapeCheck
+    from curveline.scene import Display
 
     PlayedBack = tuple[Playback | None, tuple[ShapeCheck, ...]]
 
@@ -53,12 +55,21 @@ def play_back_run(played: PlayedPlan, display: ModelledDisplay | None, begin: fl
         return None, ()
     from curveline.replay.tour_checks import CarriedOut, play_back
 
+    described = in_truth(described, display)
     listener.computing()
     motion = [(seconds - begin, counts) for seconds, counts in display.motion()]
     before = [(BEFORE, counts) for counts in played.way]
     playback, checks = play_back(CarriedOut(played.plan, described, played.first), [*before, *motion], display.rod)
     display.rod = list(playback.states)
     return playback, checks
+
+
+def in_truth(described: Display, display: ModelledDisplay) -> Display:
+    """The display as it is, where that differs from what its file says."""
+    stiffness, play = described.clamp_stiffness, described.clamp_play
+    if display.clamp is not None:
+        stiffness = nmm(display.clamp) / deg(1.0)
+    return replace(described, clamp_stiffness=stiffness, clamp_play=play if display.play is None else deg(display.play))
 
 
 def rod_lines(playback: Playback | None, promised: Promise) -> Iterator[str]:

@@ -21,8 +21,9 @@ NAMES = "a name alone, such as mock:stall, is answered with how it is written; t
 class MockSpec:
     """What kind of display and air to model; `spread` is the largest part by which a motor is slower than told.
 
-    With `keys` the nodes hold the master key of the site's key file instead of the mock's open one; with `repower` all
-    of them are switched off and on before anything else.
+    `clamp` [N mm/deg] and `play` [deg] are how its bearings give, whatever the display's file says. With `keys` the
+    nodes hold the master key of the site's key file instead of the mock's open one; with `repower` all of them are
+    switched off and on before anything else.
     """
 
     weather: Weather = field(default_factory=Weather)
@@ -33,6 +34,8 @@ class MockSpec:
     fresh: bool = False
     keys: bool = False
     repower: bool = False
+    clamp: float | None = None
+    play: float | None = None
     mishaps: tuple[Mishap, ...] = ()
 
 
@@ -116,6 +119,20 @@ def _slowness(text: str) -> float:
     return value
 
 
+def _stiffness(text: str) -> float:
+    value = float(text)
+    if not 1e-6 <= value <= 1e6:
+        raise ValueError
+    return value
+
+
+def _play(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value <= 45.0:
+        raise ValueError
+    return value
+
+
 def _whole(text: str) -> int:
     if not re.fullmatch(r"[0-9]{1,9}", text):
         raise ValueError
@@ -133,6 +150,8 @@ _READERS: Mapping[str, tuple[Callable[[str], object], str]] = {
     "seed": (_whole, "<whole number>"),
     "nodes": (_whole, "<whole number>"),
     "spread": (_slowness, "<number from 0 to 0.9>"),
+    "clamp": (_stiffness, "<N mm per degree>"),
+    "play": (_play, "<degrees from 0 to 45>"),
 }
 _NODE = "=(?P<node>[1-9][0-9]{0,2})"
 _STEP = "@step(?P<step>[1-9][0-9]{0,4})"
