@@ -1,4 +1,4 @@
-"""A modelled display whose bearings give, whatever its file says: what the rod does then, and with a file that says so."""
+"""A modelled display whose bearings give, whatever its file says, and plans for a file that says so."""
 
 from __future__ import annotations
 
