@@ -167,10 +167,10 @@ class DisplayTable(Table):
     span_mm: Length = Field(description="distance between neighbouring nodes")
     clamp_mm: float = Field(ge=0.0, le=1e9, description="rod held straight by a node's bearing, 0 for none")
     clamp_stiffness_Nmm_per_deg: Positive | None = Field(
-        default=None, description="moment with which the rod turns by one degree in a bearing; none for a rigid one"
+        default=None, description="moment under which a bearing tilts by one degree; none for a rigid one"
     )
     clamp_play_deg: float = Field(
-        default=0.0, ge=0.0, le=45.0, description="how far the rod turns in a bearing, either way, at no moment"
+        default=0.0, ge=0.0, le=45.0, description="how far a bearing tilts, either way, at no moment"
     )
     gravity: Annotated[bool | list[float], PlainValidator(_flag_or_direction)] = Field(
         description="true if the display stands upright, false for no weight, or [x, y, z], the direction of gravity"

@@ -28,7 +28,13 @@ from curveline.units import rounded_down, rounded_up, to_deg, to_mm
 
 REFERENCE = "single"
 """The built-in display whose numbers a new one begins with."""
-EXAMPLES = {"bending_stiffness_Nmm2": 28000.0, "diameter_mm": 6.0, "inner_diameter_mm": 4.0, "shear_modulus_GPa": 0.9}
+EXAMPLES = {
+    "bending_stiffness_Nmm2": 28000.0,
+    "clamp_stiffness_Nmm_per_deg": 50.0,
+    "diameter_mm": 6.0,
+    "inner_diameter_mm": 4.0,
+    "shear_modulus_GPa": 0.9,
+}
 """Numbers for keys that have no default, to be seen and not used."""
 INSTEAD_OF = {"bending_stiffness_Nmm2": "youngs_modulus_GPa", "diameter_mm": "width_mm and thickness_mm"}
 """Keys that say in another way what others say."""

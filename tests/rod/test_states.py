@@ -237,6 +237,16 @@ def test_a_state_just_before_its_fold_is_found_and_none_after(angle_deg: float, 
         assert states[1].lowest_eigenvalue == pytest.approx(eigenvalue, rel=0.06)
 
 
+def test_a_state_that_only_fine_edges_have_beside_a_saddle_is_found() -> None:
+    # All but symmetric, 0.02 % before its fold, beside a cusp: coarse edges have passed it and show the saddle alone.
+    rod = rod_between(
+        (0.5, 4.4055149e-07), -1.0868559222744378, 1.0868546426965187, 0.87743012, 0.02, 0.00290677, 0.2163167
+    )
+    states = find_states(rod, 1e-4)
+    assert [state.name for state in states] == ["peak", "valley"]
+    assert 0.0 < states[0].lowest_eigenvalue < 0.05
+
+
 @pytest.mark.parametrize(("share", "count"), [(0.999, 2), (0.9999, 2), (0.99999, 2), (1.00001, 1), (1.001, 1)])
 def test_a_symmetric_state_ends_at_its_pitchfork_and_not_before(share: float, count: int) -> None:
     # Reference C: with 1.32 spans of rod and both ends turned against each other that is at 57.73902789 deg.

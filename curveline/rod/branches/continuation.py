@@ -108,8 +108,7 @@ def node_loads(path, fraction, bearing, free, phi, multipliers):
 
     All six are slopes of the energy, by what the motors move. That is why the push along the tangent is not the force
     in the rod outside the bearing: straightening the rod as it enters pushes it out again, by EI kappa^2 / 2 (Bigoni
-    et al. 2015, Mech. Mater. 80: Eshelby-like forces); what has a curvature of its own enters at none and takes that
-    much less. Of a rod that stretches it leaves out the energy of stretching.
+    et al. 2015, Mech. Mater. 80: Eshelby-like forces). Of a rod that stretches it leaves out the energy of stretching.
     """
     pose = pose_at(path, fraction)
     forces = forces_at(path, fraction)
@@ -132,8 +131,7 @@ def node_loads(path, fraction, bearing, free, phi, multipliers):
         # Seen from the node, the rod leaves the left one along its tangent and the right one against it.
         sign = 1.0 if side == 0 else -1.0
         bend = table[0 if side == 0 else phi.size, CURVATURE] / length
-        strained = 0.5 * bearing.stiffness * (bend**2 - bearing.natural**2)
-        out[3 * side] = x * np.cos(angle) + y * np.sin(angle) - sign * strained
+        out[3 * side] = x * np.cos(angle) + y * np.sin(angle) - sign * 0.5 * bearing.stiffness * bend**2
         out[1 + 3 * side] = y
         across = y * np.cos(angle) - x * np.sin(angle)
         out[2 + 3 * side] = sign * (half * across - bearing.stiffness * (bend - bearing.natural))

@@ -20,7 +20,7 @@ from curveline.rod.planar.pairs import COUNT, DIRECTIONS, FORCE, alone, joined, 
 from curveline.rod.planar.response import middle_angles, response
 from curveline.rod.planar.richardson import ACROSS, EIGENVALUE, UP
 from curveline.rod.planar.search import divided, let_go_aside, may_be_stable, search_edges
-from curveline.rod.planar.sweep import CAPACITY
+from curveline.rod.planar.sweep import BARELY, CAPACITY
 from curveline.rod.problem import (
     Bearing,
     Pose,
@@ -205,7 +205,7 @@ def plain_states(pose, bearing, at, forces, asked):
         coarse = (cut, angles[begin:end].copy(), known[i, FORCE:].copy())
         table, places, numbers = refined(rod, coarse, placement, asked.tolerance, MOST_EDGES)
         is_saddle = numbers[UNSTABLE] > 0.0 and not numbers[EIGENVALUE] > NEUTRAL
-        if is_saddle and known[i, DIRECTIONS] > 0.0:
+        if is_saddle and known[i, DIRECTIONS] > 0.0 and numbers[EIGENVALUE] < BARELY:
             continue
         if numbers[UNSTABLE] != 0.0 or not numbers[EIGENVALUE] > NEUTRAL:
             return none

@@ -18,7 +18,7 @@ from curveline.rod.planar.approach import THIN, approach, easier, graded_mesh, l
 from curveline.rod.planar.newton import newton
 from curveline.rod.planar.pairs import pairs_near
 from curveline.rod.planar.search import divided, let_go_aside, may_be_stable, relax_from, search_edges
-from curveline.rod.planar.sweep import CERTIFY, SAME, MetEquilibria, keep, nothing_found
+from curveline.rod.planar.sweep import BARELY, CERTIFY, SAME, MetEquilibria, keep, nothing_found
 from curveline.rod.problem import Array, ScaledRod, make_problem, mesh
 from curveline.rod.states.equilibrium import Disturbed, Equilibrium, Outcome, equilibrium_of, refine
 from curveline.rod.states.identity import named, same_curve
@@ -137,7 +137,8 @@ def _refined(rod: ClampedRod, met: MetOnEdges, tolerance: float, states: list[Eq
             if state.stable:
                 _add(states, state)
                 continue
-            is_saddle = found.unstable[i] > 0.0
+            # Nearer to a fold the coarse rod may lack what is beside the saddle.
+            is_saddle = found.unstable[i] > 0.0 and state.lowest_eigenvalue < BARELY
             for each in _beside(state, (edges, found), i, tolerance) if is_saddle else _fallen(state, tolerance):
                 _add(states, each)
     return kept
