@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import curveline
+from curveline.cli.app import app
 from curveline.displays.check import check_of
 from curveline.errors import InvalidInput
 from curveline.scene import Scene
@@ -57,6 +61,23 @@ def test_a_very_stiff_bearing_is_a_rigid_one(tmp_path: Path) -> None:
     (stiff,) = curveline.simulate(soft(tmp_path, "clamp_stiffness_Nmm_per_deg = 1e6"))
     for before, after in zip(rigid.states, stiff.states, strict=True):
         assert abs(before.curve(101) - after.curve(101)).max() < 1e-6
+
+
+def test_a_sweep_has_the_curves_of_its_points(tmp_path: Path) -> None:
+    soft(tmp_path, STIFFNESS, PLAY)
+    swept = ["simulate", str(tmp_path / "shape.toml"), "--sweep", "nodes.1.angle_deg=30:40:3", "--json"]
+    lines = [json.loads(line) for line in CliRunner().invoke(app, swept).stdout.splitlines()]
+    assert len(lines) == 3
+    for line in lines:
+        scene = curveline.read_shape(tmp_path / "shape.toml")
+        left = replace(scene.nodes[0], angle=math.radians(line["swept"]["nodes.1.angle_deg"]))
+        (segment,) = curveline.simulate(replace(scene, nodes=(left, *scene.nodes[1:])))
+        (found,) = line["segments"]
+        assert "giving clamps" in found["model"]["terms"]
+        for state, told in zip(segment.states, found["states"], strict=True):
+            points = np.array(told["curve_mm"])
+            origin = points[0]
+            assert points - origin == pytest.approx(1e3 * state.curve(len(points)), abs=1e-6)
 
 
 def test_a_plan_ends_in_the_shape_and_runs_with_errors_do(tmp_path: Path) -> None:

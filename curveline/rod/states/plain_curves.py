@@ -6,7 +6,7 @@ import numpy as np
 
 from curveline.kernels.forms import Matrix, Stack, Vector
 from curveline.kernels.kernel import njit, shipped
-from curveline.rod.geometry.vertex_table import X, Y
+from curveline.rod.geometry.vertex_table import ANGLE, X, Y
 from curveline.rod.planar.richardson import interpolate
 from curveline.rod.problem import Bearing, Pose, copy_into
 from curveline.rod.states.plain_states import PLAIN_NUMBERS, VERTICES, Asked, in_order, plain_states
@@ -27,12 +27,13 @@ def curve_between(pose, clamp, state, out):
         places[i] = i * step
     places[count - 1] = length
     interpolate(vertices, edges, places - half, out)
+    start, end = vertices[0, ANGLE], vertices[vertices.shape[0] - 1, ANGLE]
     for i in range(count):
         if places[i] < half:
-            out[i, X], out[i, Y] = places[i] * np.cos(pose.start), places[i] * np.sin(pose.start)
+            out[i, X], out[i, Y] = places[i] * np.cos(start), places[i] * np.sin(start)
         if places[i] > length - half:
             back = length - places[i]
-            out[i, X], out[i, Y] = pose.x - back * np.cos(pose.end), pose.y - back * np.sin(pose.end)
+            out[i, X], out[i, Y] = pose.x - back * np.cos(end), pose.y - back * np.sin(end)
 
 
 @njit
