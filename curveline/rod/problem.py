@@ -300,9 +300,15 @@ def mean_height(problem, phi):
 
 
 @leaf
+def gives(problem):
+    """True for a rod whose clamps do not stand where the motors hold them."""
+    return problem.clamps[GIVE] > 0.0 or problem.clamps[PLAY] > 0.0
+
+
+@leaf
 def _seen_ends(problem, phi):
     """Angles of both mouths: of clamps that give, as the edges beside them go on."""
-    if problem.clamps[GIVE] == 0.0 and problem.clamps[PLAY] == 0.0:
+    if not gives(problem):
         return problem.ends[0], problem.ends[1]
     n = phi.size
     return 1.5 * phi[0] - 0.5 * phi[1], 1.5 * phi[n - 1] - 0.5 * phi[n - 2]

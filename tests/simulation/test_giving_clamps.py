@@ -47,6 +47,15 @@ def test_a_file_that_says_nothing_has_rigid_bearings(tmp_path: Path) -> None:
     assert check_of(display).document()["clamp_stiffness_Nmm_per_deg"] is None
 
 
+def test_a_check_says_how_much_the_bearings_give(tmp_path: Path) -> None:
+    for lines, said in (((), 0), ((STIFFNESS,), 1), ((STIFFNESS, PLAY), 2)):
+        soft(tmp_path, *lines)
+        text = CliRunner().invoke(app, ["display", "check", str(tmp_path / "soft.toml")]).stdout
+        assert text.count("bearings tilt by") == said
+    assert "bearings tilt by one degree under 25 N mm" in text
+    assert "bearings tilt by 0.5 deg either way at no moment" in text
+
+
 def test_bearings_that_give_move_the_curve_and_are_named(tmp_path: Path) -> None:
     (rigid,), (giving,) = curveline.simulate(soft(tmp_path)), curveline.simulate(soft(tmp_path, STIFFNESS, PLAY))
     assert "giving clamps" in giving.terms

@@ -18,10 +18,10 @@ import numpy as np
 from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.branches.control_path import ControlPath, counts_along, problem_at
-from curveline.rod.planar.clamps import gives, link, mouth_shift
+from curveline.rod.planar.clamps import link, mouth_shift
 from curveline.rod.planar.modes import from_zero, lowest_eigenvalue, modes_below, second_variation
 from curveline.rod.planar.newton import TINY, Effort, newton
-from curveline.rod.problem import COSINE, SINE, Array, Bearing, coefficients, copy_into
+from curveline.rod.problem import COSINE, SINE, Array, Bearing, coefficients, copy_into, gives
 from curveline.rod.trigonometry import sines_and_cosines
 
 CORRECT = Effort(turn=0.3, close=1e-7, iterations=8)

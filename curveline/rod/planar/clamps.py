@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.kernels.kernel import leaf
-from curveline.rod.problem import GIVE, LIFT, NATURAL, PLAY, PUSH, REACH
+from curveline.rod.problem import GIVE, LIFT, NATURAL, PLAY, PUSH, REACH, gives
 
 LOOSE = 1e-6
 """Stiffness [EI/L] against a tilt within the play: of none at both ends, edges without forces would turn at no cost."""
@@ -24,12 +24,6 @@ TURNS = 30
 """Most steps of Newton's for the angle of a link."""
 CLOSE = 1e-15
 """The last step's size [rad]."""
-
-
-@leaf
-def gives(problem):
-    """True for a rod whose clamps do not stand where the motors hold them."""
-    return problem.clamps[GIVE] > 0.0 or problem.clamps[PLAY] > 0.0
 
 
 @leaf

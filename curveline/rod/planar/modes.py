@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.kernels.kernel import leaf, njit
-from curveline.rod.planar.clamps import gives, link
+from curveline.rod.planar.clamps import link
 from curveline.rod.planar.newton import TINY, border_of
-from curveline.rod.problem import COSINE, REACH, SINE, coefficients
+from curveline.rod.problem import COSINE, REACH, SINE, coefficients, gives
 from curveline.rod.trigonometry import sines_and_cosines
 
 FIRST_WIDTH = 40.0

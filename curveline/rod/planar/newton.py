@@ -13,7 +13,7 @@ import numpy as np
 
 from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import leaf, njit, shipped
-from curveline.rod.planar.clamps import gives, link, link_energies, mouth_shift
+from curveline.rod.planar.clamps import link, link_energies, mouth_shift
 from curveline.rod.problem import (
     COSINE,
     FORWARD_HEIGHT,
@@ -27,6 +27,7 @@ from curveline.rod.problem import (
     Problem,
     coefficients,
     copy_into,
+    gives,
 )
 from curveline.rod.trigonometry import sines_and_cosines
 

@@ -13,10 +13,10 @@ from curveline.kernels.forms import Matrix, Vector
 from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.geometry.hermite import weights
 from curveline.rod.geometry.vertex_table import ANGLE, COLUMNS, CURVATURE, STRAIN, STRAIN_SLOPE, X, Y
-from curveline.rod.planar.clamps import gives, link, link_energies
+from curveline.rod.planar.clamps import link, link_energies
 from curveline.rod.planar.modes import around, from_zero, lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, newton, thrust_on
-from curveline.rod.problem import COSINE, SINE, Problem, halved, largest_change, make_problem, refine_angles
+from curveline.rod.problem import COSINE, SINE, Problem, gives, halved, largest_change, make_problem, refine_angles
 from curveline.rod.trigonometry import sines_and_cosines
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)

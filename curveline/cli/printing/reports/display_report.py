@@ -8,10 +8,10 @@ from collections.abc import Iterator, Sequence
 from curveline.cli.printing import screen
 from curveline.cli.printing.tables import fitting
 from curveline.displays.capability import AxisReach, Held, longest_budget, reaches, straight_budget
-from curveline.displays.check import DisplayCheck, rod_document
+from curveline.displays.check import DisplayCheck, clamp_stiffness_as_given, rod_document
 from curveline.phrases import wrapped
 from curveline.scene import Display
-from curveline.units import to_mm
+from curveline.units import to_deg, to_mm
 
 AXIS_HEAD = ("axis", "from", "to", "unit", "counts", "per unit", "per s", "takes s")
 BUDGET_HEAD = ("rod, mm", "a segment", "all of them", "each tail")
@@ -25,6 +25,10 @@ def describe(checked: DisplayCheck) -> Iterator[str]:
     across = to_mm((display.node_count - 1) * display.span)
     bearing = f"{to_mm(display.clamp):g} mm of rod in each bearing"
     yield f"{display.node_count} nodes, {to_mm(display.span):g} mm apart, {across:g} mm across; {bearing}"
+    if stiffness := clamp_stiffness_as_given(display):
+        yield f"bearings tilt by one degree under {stiffness:g} N mm"
+    if display.clamp_play > 0.0:
+        yield f"bearings tilt by {to_deg(display.clamp_play):g} deg either way at no moment"
     yield from _rod_lines(display)
     yield from _table(BUDGET_HEAD, list(_budget_rows(display)))
     yield from _axis_lines(display)
