@@ -57,6 +57,17 @@ def _measured(value: Any) -> Any:
 
 
 @dataclass(frozen=True)
+class Profile:
+    """A curvature that varies along the rod: `values` [1/m] at `places` [m] from its left end, a smooth curve between.
+
+    Beyond the first and the last place it stays as it is there.
+    """
+
+    places: tuple[float, ...]
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Rod(_Measured):
     """The flexible rod.
 
@@ -73,6 +84,7 @@ class Rod(_Measured):
     shear_modulus: float  # [Pa]
     lateral_curvature: float = 0.0  # [1/m] of the free rod out of the plane, positive where it turns towards the viewer
     is_stiffness_measured: bool = False
+    profile: Profile | None = None  # of natural curvature beside the uniform one, where it varies along the rod
 
     @property
     def width(self) -> float:
@@ -210,6 +222,15 @@ class Display(_Measured):
     down: Vector = DOWN  # unit vector along which gravity acts, if it does
     clamp_stiffness: float = math.inf  # [N m/rad] of a bearing, against a turn of the rod at its mouth
     clamp_play: float = 0.0  # [rad] by which the rod turns there, either way, before it meets that stiffness
+
+    def material_at(self, node: int, feed: float) -> float:
+        """What of the rod a `node`, from 0, holds that has fed `feed` [m]: arc length from the rod's left end [m].
+
+        At home the rod lies centred. It is 0 for a rod that is alike all along, which is as it was, however it is fed.
+        """
+        if self.rod.profile is None:
+            return 0.0
+        return 0.5 * (self.rod.total_length - self.span * (self.node_count - 1)) + node * self.span - feed
 
     @property
     def weight(self) -> Vector:

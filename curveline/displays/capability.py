@@ -11,6 +11,7 @@ from curveline.drive_settings import AXES, UNITS, AxisDrive, drive_settings
 from curveline.errors import InvalidInput
 from curveline.plan_file import MAX_COUNT
 from curveline.planning.actuator_loads import actuator_load_of, clamp_loads_of_state
+from curveline.planning.layout import middle_begin
 from curveline.planning.reachability import Access, entries_of, has_home
 from curveline.planning.remedies import remedy
 from curveline.planning.verification import Verifier
@@ -252,7 +253,7 @@ def leaving(display: Display, length: float) -> frozenset[str]:
 
 
 def _level_states(display: Display, length: float) -> Showable:
-    rod = clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), length)
+    rod = clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), length, middle_begin(display, length))
     return showable_states(rod, DEFAULT_TOLERANCE)
 
 

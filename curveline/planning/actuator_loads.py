@@ -51,16 +51,20 @@ def clamp_loads_of(branch: Branch) -> ClampLoads:
 def clamp_loads_of_state(state: Equilibrium) -> ClampLoads:
     """What a state, in the plane or out of it, asks of motors that act in it: see `continuation.node_loads`.
 
-    Straightening the rod as it enters a bearing pushes it out, however it bends and twists: by half of the product of
-    moments and curvatures, which the stiffness in the plane bounds for a rod that is stiffer otherwise.
+    Straightening the rod as it enters a bearing pushes it out, however it bends and twists: by half of its stiffness
+    times the square of its curvature, of which the natural one is a part. Of a rod that is out of the plane that is
+    bounded, with the stiffness in the plane, which is the least.
     """
     rod = state.rod
     asked = []
     for side, angle in enumerate((rod.start, rod.end)):
         sign = 1.0 - 2.0 * side
         (x, y), moment = state.clamp_force[side], state.clamp_moment[side]
-        held = state.space.moments[side] if state.space is not None else np.array([0.0, 0.0, moment])
-        push = 0.5 * float(np.sum(np.square(held))) / rod.stiffness
+        natural = rod.stiffness * rod.mouth_curvatures[side]
+        held = -sign * moment + natural
+        if state.space is not None:
+            held = math.hypot(*state.space.moments[side]) + abs(natural)
+        push = 0.5 * held**2 / rod.stiffness
         across = y * math.cos(angle) - x * math.sin(angle)
         asked += [x * math.cos(angle) + y * math.sin(angle) - sign * push, y, moment + sign * 0.5 * rod.clamp * across]
     asks = np.array(asked)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from curveline.planning.actuator_loads import ClampLoads, actuator_load_of
 from curveline.planning.glances import past
-from curveline.planning.layout import rounded_pose
+from curveline.planning.layout import middle_begin, rounded_pose
 from curveline.planning.verification import LEAST_PAST_FOLD, Refused, Verifier
 from curveline.rod.branches.control_path import between
 from curveline.rod.problem import Pose
@@ -161,8 +161,9 @@ def _tilted(biases: tuple[float, float], wanted: str) -> tuple[float, float]:
 def _poses(verifier: Verifier, wanted: str, biases: tuple[float, float], length: float) -> tuple[Pose, Pose]:
     """Where a funnel begins and ends."""
     start, end = _tilted(biases, wanted)
-    span = verifier.display.span
-    return rounded_pose(span, 0.0, 0.0, 0.0, length), rounded_pose(span, 0.0, start, end, length)
+    display = verifier.display
+    span, begin = display.span, middle_begin(display, length)
+    return rounded_pose(span, 0.0, 0.0, 0.0, length, begin), rounded_pose(span, 0.0, start, end, length, begin)
 
 
 def _headroom(verifier: Verifier, wanted: str, biases: tuple[float, float], length: float) -> float:

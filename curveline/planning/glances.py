@@ -37,7 +37,7 @@ class Glances:
     def __init__(self, bearing: Bearing, states: Callable[[Pose], Sequence[Equilibrium]]) -> None:
         self._bearing = bearing
         self._states = states
-        self._level: dict[float, list[Held]] = {}
+        self._level: dict[Pose, list[Held]] = {}
         self._seen: dict[tuple[Pose, Pose], Glance] = {}
 
     def glance(self, level: Pose, biased: Pose, share: float) -> Glance:
@@ -56,13 +56,13 @@ class Glances:
 
     def _held_at(self, level: Pose) -> list[Held]:
         """The states between level nodes, followed from the nearest length at which they are known."""
-        if level.length not in self._level:
+        if level not in self._level:
             if self._level:
-                nearest = min(self._level, key=lambda length: abs(length - level.length))
-                way = straight_path(level._replace(length=nearest), level)
+                nearest = min(self._level, key=lambda pose: abs(pose.length - level.length))
+                way = straight_path(nearest, level)
                 ends = [travel(way, self._bearing, *held) for held in self._level[nearest]]
                 held = [(angles, forces) for reached, angles, forces, _ in ends if reached == 1.0]
             else:
                 held = [coarse_start(state) for state in self._states(level)]
-            self._level[level.length] = held
-        return self._level[level.length]
+            self._level[level] = held
+        return self._level[level]

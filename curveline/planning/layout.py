@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -18,8 +18,8 @@ from curveline.scene import Display, Node, Scene
 from curveline.units import to_deg, to_mm
 
 DIGITS = 9
-SAME = 1e-9
-"""Lengths [m] and angles [rad] that differ by less are the same."""
+SAME = 2.5 * 10.0**-DIGITS
+"""Lengths [m] and angles [rad] that differ by less are the same: by no more than rounding, also of a sum of two."""
 
 
 @dataclass(frozen=True)
@@ -37,15 +37,16 @@ class Layout:
 
 @dataclass(frozen=True)
 class Box:
-    """The poses between `low` and `high`, each number for itself."""
+    """The poses between `low` and `high`, each number for itself, but where of the rod it begins and where it ends
+    instead of where it begins and how long it is."""
 
     low: Pose
     high: Pose
 
     def corners(self) -> Iterator[Pose]:
         """Every mixture of the extremes; one for a box without extent."""
-        sides = [(low,) if high - low < SAME else (low, high) for low, high in zip(self.low, self.high, strict=True)]
-        yield from itertools.starmap(Pose, itertools.product(*sides))
+        sides = [(low,) if high - low < SAME else (low, high) for low, high in self._extremes()]
+        yield from map(_pose_between, itertools.product(*sides))
 
     def edges(self, before: Pose, after: Pose) -> Iterator[tuple[Pose, Pose]]:
         """Every edge, from the corner nearest to `before` outwards, so that each begins where another has ended.
@@ -56,7 +57,7 @@ class Box:
         root, last = self._nearest(before), self._nearest(after)
         if root != before:
             yield before, root
-        axes = [axis for axis, (low, high) in enumerate(zip(self.low, self.high, strict=True)) if high - low >= SAME]
+        axes = [axis for axis, (low, high) in enumerate(self._extremes()) if high - low >= SAME]
         for size in range(len(axes)):
             for moved in itertools.combinations(axes, size):
                 here = self._across(root, moved)
@@ -68,15 +69,33 @@ class Box:
 
     def _nearest(self, pose: Pose) -> Pose:
         """The corner nearest to a pose."""
-        sides = zip(self.low, self.high, pose, strict=True)
-        return Pose(*(low if high - low < SAME or here - low <= high - here else high for low, high, here in sides))
+        sides = zip(self._extremes(), _sides(pose), strict=True)
+        return _pose_between(
+            low if high - low < SAME or here - low <= high - here else high for (low, high), here in sides
+        )
 
     def _across(self, corner: Pose, axes: Sequence[int]) -> Pose:
         """The corner on the other side in some of the numbers."""
-        numbers = list(corner)
-        for axis in axes:
-            numbers[axis] = self.low[axis] if corner[axis] == self.high[axis] else self.high[axis]
-        return Pose(*numbers)
+        numbers = list(_sides(corner))
+        for axis, (low, high) in enumerate(self._extremes()):
+            if axis in axes:
+                numbers[axis] = low if abs(numbers[axis] - high) < SAME else high
+        return _pose_between(numbers)
+
+    def _extremes(self) -> Iterator[tuple[float, float]]:
+        """Low and high, of what each pose is independently."""
+        return zip(_sides(self.low), _sides(self.high), strict=True)
+
+
+def _sides(pose: Pose) -> tuple[float, ...]:
+    """A pose in numbers that the axes of two nodes set one by one: the rod's end instead of its length."""
+    return (*pose[:4], pose.begin + pose.length, pose.begin)
+
+
+def _pose_between(sides: Iterable[float]) -> Pose:
+    """The pose of such numbers."""
+    *others, end, begin = sides
+    return rounded_pose(*others, end - begin, begin)
 
 
 def home(display: Display) -> Layout:
@@ -111,8 +130,16 @@ def tails_of(display: Display, layout: Layout) -> tuple[float, float]:
 def pose_of(display: Display, layout: Layout, segment: int) -> Pose:
     """What the two nodes of a segment impose on its rod."""
     left, right = layout.nodes[segment : segment + 2]
-    length = display.span + layout.feeds[segment] - layout.feeds[segment + 1]
-    return rounded_pose(display.span, right.height - left.height, left.angle, right.angle, length)
+    feed = layout.feeds[segment]
+    length, begin = display.span + feed - layout.feeds[segment + 1], display.material_at(segment, feed)
+    return rounded_pose(display.span, right.height - left.height, left.angle, right.angle, length, begin)
+
+
+def middle_begin(display: Display, length: float) -> float:
+    """Where of the rod's material the middle segment begins, were all of them of this `length` [m]."""
+    middle = (display.node_count - 1) // 2
+    feeds = centred(display, (), (length,) * (display.node_count - 1)).feeds
+    return display.material_at(middle, feeds[middle])
 
 
 def rests(before: Layout, after: Layout, segment: int) -> bool:
@@ -129,10 +156,15 @@ def box_of(display: Display, before: Layout, after: Layout, segment: int) -> Box
     fed = before.feeds[segment], after.feeds[segment]
     taken = before.feeds[segment + 1], after.feeds[segment + 1]
     span = display.span
+    lengths, begins = (span + min(fed) - max(taken), span + max(fed) - min(taken)), (0.0, 0.0)
+    if display.rod.profile is not None:
+        begins = display.material_at(segment, max(fed)), display.material_at(segment, min(fed))
+        ends = display.material_at(segment + 1, max(taken)), display.material_at(segment + 1, min(taken))
+        lengths = ends[0] - begins[0], ends[1] - begins[1]
     angles = (one.angle, other.angle), (two.angle, another.angle)
     return Box(
-        rounded_pose(span, lows[1] - highs[0], min(angles[0]), min(angles[1]), span + min(fed) - max(taken)),
-        rounded_pose(span, highs[1] - lows[0], max(angles[0]), max(angles[1]), span + max(fed) - min(taken)),
+        rounded_pose(span, lows[1] - highs[0], min(angles[0]), min(angles[1]), lengths[0], begins[0]),
+        rounded_pose(span, highs[1] - lows[0], max(angles[0]), max(angles[1]), lengths[1], begins[1]),
     )
 
 

@@ -103,8 +103,8 @@ class Setup:
         """Of each segment, left to right: the states that are known at the start and at the end."""
         pairs = (self.targets[[0, -1], segment : segment + 2] for segment in range(len(self.plan.wanted)))
         return tuple(
-            (Landmarks(_segment_of(self.display, start)), Landmarks(_segment_of(self.display, end)))
-            for start, end in pairs
+            (Landmarks(_segment_of(self.display, start, segment)), Landmarks(_segment_of(self.display, end, segment)))
+            for segment, (start, end) in enumerate(pairs)
         )
 
 
@@ -265,15 +265,15 @@ def _uneven(targets: Array, draws: Array) -> Array:
 
 def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
     """How the rod of a segment ends whose nodes' axes take `values (m, nodes, 3)`."""
-    poses = _poses(setup.display, values[:, segment : segment + 2])
-    first, last = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in (0, -1))
+    poses = _poses(setup.display, values[:, segment : segment + 2], segment)
+    first, last = (_segment_of(setup.display, values[place, segment : segment + 2], segment) for place in (0, -1))
     if np.any(~has_spare(poses, first.bearing) & (_detour(poses, first.bearing) > DETOUR)):
         return TAUT
     at_start, at_end = setup.landmarks[segment]
     state, events = move_through(poses, first, at_start.state(first, setup.plan.granted[segment]), bow)
     # A rod that is all but straight has nowhere to fall to: it buckles again with more rod to spare.
     gone = [event.place for event in events if event.kind == FELL and event.state is None]
-    places = (_segment_of(setup.display, values[place, segment : segment + 2]) for place in gone)
+    places = (_segment_of(setup.display, values[place, segment : segment + 2], segment) for place in gone)
     if not all(_is_nearly_straight(place) for place in places):
         return LOST
     if setup.plan.wanted[segment] == STRAIGHT and _is_nearly_straight(last):
@@ -281,17 +281,20 @@ def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
     return at_end.name_of(last, state)
 
 
-def _poses(display: Display, values: Array) -> Array:
-    """What two neighbouring nodes impose, (m, 5) as `Pose` has it, from their axes' `values (m, 2, 3)`."""
+def _poses(display: Display, values: Array, segment: int) -> Array:
+    """What the nodes of a segment, from 0, impose, (m, 6) as `Pose` has it, from their axes' `values (m, 2, 3)`."""
     (left_feed, left_angle, left_height), (right_feed, right_angle, right_height) = values.transpose(1, 2, 0)
     span = np.full(len(values), display.span)
-    return np.column_stack([span, right_height - left_height, left_angle, right_angle, span + left_feed - right_feed])
+    begins = np.array([display.material_at(segment, feed) for feed in left_feed.tolist()])
+    lengths = span + left_feed - right_feed
+    return np.column_stack([span, right_height - left_height, left_angle, right_angle, lengths, begins])
 
 
-def _segment_of(display: Display, values: Array) -> ClampedRod:
-    """The rod between two nodes whose axes have `values (2, 3)`."""
+def _segment_of(display: Display, values: Array, segment: int) -> ClampedRod:
+    """The rod of a segment, from 0, whose nodes' axes have `values (2, 3)`."""
     left, right = (Node(float(height), float(angle)) for _, angle, height in values)
-    return clamped_rod(display, (left, right), display.span + float(values[0, 0] - values[1, 0]))
+    length = display.span + float(values[0, 0] - values[1, 0])
+    return clamped_rod(display, (left, right), length, display.material_at(segment, float(values[0, 0])))
 
 
 def _is_nearly_straight(rod: ClampedRod) -> bool:

@@ -190,9 +190,9 @@ def _segments(plan: Plan, display: Display, counts: tuple[Counts, ...]) -> list[
     """All segments, with the nodes where the plan's drive has them at `counts`."""
     stretches = []
     for index in range(len(counts) - 1):
-        nodes, length = segment_at(display, plan.drive, counts[index : index + 2])
+        nodes, length, begin = segment_at(display, plan.drive, counts[index : index + 2], index)
         origin = np.array([index * display.span, nodes[0].height])
-        stretches.append(_SegmentAt(nodes, clamped_rod(display, nodes, length), origin))
+        stretches.append(_SegmentAt(nodes, clamped_rod(display, nodes, length, begin), origin))
     return stretches
 
 

@@ -57,7 +57,7 @@ def replay(display: Display, motion: Motion, before: Sequence[str] = ()) -> Play
     starts, ends, snaps = [], [], []
     for segment in range(display.node_count - 1):
         course = list(_course(motion, segment))
-        rods = [clamped_rod(display, *segment_at(display, drive, pair)) for _, pair in course]
+        rods = [clamped_rod(display, *segment_at(display, drive, pair, segment)) for _, pair in course]
         start = known_state(rods[0], before[segment] if segment < len(before) else "")
         state, events = move_through(np.array([each.pose for each in rods]), rods[0], start)
         first = events[0].state if start is None and events and events[0].place == 0 else start
@@ -97,11 +97,14 @@ def name_of(segment: ClampedRod, held: State | None) -> str:
     return LOST if state is None else state.name
 
 
-def segment_at(display: Display, drive: DriveSettings, counts: Sequence[Counts]) -> tuple[tuple[Node, Node], float]:
-    """The two nodes of a segment and the rod between them, from their encoder counts."""
+def segment_at(
+    display: Display, drive: DriveSettings, counts: Sequence[Counts], segment: int
+) -> tuple[tuple[Node, Node], float, float]:
+    """The two nodes of a segment, from 0, the length of rod between them and where it begins, from their counts."""
     feed, bias, lift = drive.axes
     left, right = (Node(mm(lift.value(node[2])), deg(bias.value(node[1]))) for node in counts)
-    return (left, right), display.span + mm(feed.value(counts[0][0]) - feed.value(counts[1][0]))
+    length = display.span + mm(feed.value(counts[0][0]) - feed.value(counts[1][0]))
+    return (left, right), length, display.material_at(segment, mm(feed.value(counts[0][0])))
 
 
 def _snaps(name: str, rods: Sequence[ClampedRod], events: Sequence[Event]) -> Iterator[tuple[int, tuple[str, str]]]:

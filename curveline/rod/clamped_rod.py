@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curveline.rod.natural_curvature import curvatures_at
 from curveline.rod.problem import Array, Bearing, Pose, ScaledRod, scale_rod
 from curveline.rod.section import LINE, Section
 
@@ -88,8 +89,23 @@ class ClampedRod:
 
     @property
     def natural_curvature(self) -> float:
-        """Curvature of the free rod in the plane [1/m]."""
+        """Curvature of the free rod in the plane [1/m], but for what varies along it."""
         return self.bearing.natural
+
+    @property
+    def is_unevenly_curved(self) -> bool:
+        """True if the free rod is not bent alike all along."""
+        return len(self.bearing.profile) > 0
+
+    @property
+    def mouth_curvatures(self) -> tuple[float, float]:
+        """Natural curvatures in the plane where the free rod begins and where it ends [1/m]."""
+        half = 0.5 * self.bearing.clamp
+        begin, end = self.pose.begin + half, self.pose.begin + self.pose.length - half
+        if not self.is_unevenly_curved:
+            return self.bearing.natural, self.bearing.natural
+        first, last = curvatures_at(self.bearing.profile, np.array([begin, end])).tolist()
+        return self.bearing.natural + first, self.bearing.natural + last
 
     @property
     def free_length(self) -> float:
@@ -105,7 +121,7 @@ class ClampedRod:
     @property
     def free_chord(self) -> tuple[float, float]:
         """From where the free rod begins to where it ends [m]."""
-        half, (x, y, start, end, _) = 0.5 * self.bearing.clamp, self.pose
+        half, (x, y, start, end, *_) = 0.5 * self.bearing.clamp, self.pose
         return x - half * (math.cos(start) + math.cos(end)), y - half * (math.sin(start) + math.sin(end))
 
     @property

@@ -4,16 +4,17 @@ The rod has n straight edges with tangent angles phi_j. Its energy is the planar
 over Voronoi cells, with half cells at the clamps, plus loads that are linear in the vertex positions and hence in
 cos(phi_j), sin(phi_j):
 
-    E = sum_i (phi_i - phi_{i-1})^2 / (2 cell_i) + sum_j (1 + strain_j) (loads_0j cos phi_j + loads_1j sin phi_j)
-        + sum_j strain_j^2 / (2 compliance_j)
+    E = sum_i (phi_i - phi_{i-1} - rest_i)^2 / (2 cell_i)
+        + sum_j (1 + strain_j) (loads_0j cos phi_j + loads_1j sin phi_j) + sum_j strain_j^2 / (2 compliance_j)
 
-with phi_{-1}, phi_n the clamp angles. Two constraints close the chord, and a third may hold the mean height:
+with phi_{-1}, phi_n the clamp angles, and rest_i what vertex i of the free rod turns by. Two constraints close the
+chord, and a third may hold the mean height:
 
     sum_j (1 + strain_j) edges_j cos phi_j = targets_0,    sum_j (1 + strain_j) edges_j sin phi_j = targets_1,
     sum_j (1 + strain_j) (height_0j cos phi_j + height_1j sin phi_j) = targets_2
 
-A uniform natural curvature adds a constant to the energy of a planar rod whose clamps do not give, so it does not
-appear here; for clamps that give see `planar.clamps`.
+A uniform natural curvature adds a constant to the energy of a planar rod whose clamps do not give, so it is not in
+rest_i, which has what varies along the rod, see `profile`; for clamps that give see `planar.clamps`.
 
 The axial strains are no unknowns. With the multipliers lambda_k, the thrust on edge j times its length is
 
@@ -34,6 +35,7 @@ from numpy.typing import NDArray
 
 from curveline.kernels.forms import Counts, Matrix, Vector
 from curveline.kernels.kernel import leaf, njit, shipped
+from curveline.rod.profile import NO_PROFILE, lay_free
 from curveline.rod.trigonometry import sines_and_cosines
 
 Array = NDArray[np.float64]
@@ -50,7 +52,8 @@ class ScaledRod(NamedTuple):
     `forces (m, 2)`, F L^2 / EI, act; `chord (2,)` leads from clamp to clamp; `ends (2,)` are the clamp angles [rad];
     `compliance` is EI / (EA L^2), 0 for an inextensible rod. A clamp gives as much as the length `give` of rod,
     EI / (k L) for its stiffness k, after a `play` [rad] to either side; then the `natural` curvature, times L, and the
-    `reach` from pivot to mouth matter.
+    `reach` from pivot to mouth matter. Further natural curvature is that of a `profile (k, 4)`, in SI, of whose
+    material the free rod begins at `begin` [m] and takes the length `unit` [m].
     """
 
     weight: float
@@ -63,6 +66,9 @@ class ScaledRod(NamedTuple):
     play: float = 0.0
     natural: float = 0.0
     reach: float = 0.0
+    profile: Matrix = NO_PROFILE
+    begin: float = 0.0
+    unit: float = 1.0
 
 
 class Pose(NamedTuple):
@@ -73,6 +79,7 @@ class Pose(NamedTuple):
     start: float  # [rad]
     end: float  # [rad]
     length: float  # [m]
+    begin: float = 0.0  # [m] arc length of the material at the left pivot, from the rod's left end
 
 
 class Bearing(NamedTuple):
@@ -90,6 +97,12 @@ class Bearing(NamedTuple):
     twisting: float = 0.0  # [N m^2], GJ
     give: float = 0.0  # [m] of rod that turns as much under a moment as a bearing does: EI over the bearing's stiffness
     play: float = 0.0  # [rad] by which a bearing tilts, either way, before it meets that stiffness
+    profile: Matrix = NO_PROFILE  # (k, 4) of natural curvature beside the uniform one: see `rod.profile`
+
+    def is_like(self, other: Bearing) -> bool:
+        """True if a rod between two of either does the same."""
+        alike = self._replace(profile=NO_PROFILE) == other._replace(profile=NO_PROFILE)
+        return alike and np.array_equal(self.profile, other.profile)
 
     def held_in_plane(self) -> Bearing:
         """The same of a rod that cannot leave its plane."""
@@ -104,7 +117,8 @@ class Problem(NamedTuple):
     (k,)` of the constraints, whose third is there if k is 3; `ends (2,)` clamp angles [rad]; `compliance (n,)` strain
     of an edge per thrust on it as defined above, of all edges or of none; `held (2,)` 1 for each of the chord's
     constraints that is there, 0 for a last end that slides along that axis; `clamps (6,)` is what `planar.clamps` asks
-    for. In the `room (8, n)` kernels keep what a call needs.
+    for; `rest (2, n+1)` what each vertex turns by when free [rad], and the natural curvature there, but for the uniform
+    one. In the `room (8, n)` kernels keep what a call needs.
     """
 
     edges: Vector
@@ -116,11 +130,18 @@ class Problem(NamedTuple):
     compliance: Vector
     held: Vector
     clamps: Vector
+    rest: Matrix
     room: Matrix
 
 
 GIVE, PLAY, NATURAL, REACH, PUSH, LIFT = range(6)
 """Places in a problem's `clamps`: as of the `ScaledRod`; then the loads' pull at the first mouth, times the reach."""
+
+
+@leaf
+def pose_at_row(row):
+    """The `Pose` of a row (5,), or (6,) of one that says where of the rod's material it begins."""
+    return Pose(row[0], row[1], row[2], row[3], row[4], row[5] if row.size > 5 else 0.0)
 
 
 @shipped(Pose, Bearing, Vector, Matrix)
@@ -148,21 +169,24 @@ def scale_rod(pose, bearing, at, forces):
         bearing.play,
         bearing.natural * free,
         half / free,
+        bearing.profile,
+        pose.begin + half,
+        free,
     )
 
 
 @njit
 def stretching_by(rod, compliance):
     """The same rod with another `compliance`."""
-    weight, at, forces, chord, ends, _, give, play, natural, reach = rod
-    return ScaledRod(weight, at, forces, chord, ends, compliance, give, play, natural, reach)
+    weight, at, forces, chord, ends, _, give, play, natural, reach, profile, begin, unit = rod
+    return ScaledRod(weight, at, forces, chord, ends, compliance, give, play, natural, reach, profile, begin, unit)
 
 
 @njit
 def weighing(rod, weight):
     """The same rod with another `weight`."""
-    _, at, forces, chord, ends, compliance, give, play, natural, reach = rod
-    return ScaledRod(weight, at, forces, chord, ends, compliance, give, play, natural, reach)
+    _, at, forces, chord, ends, compliance, give, play, natural, reach, profile, begin, unit = rod
+    return ScaledRod(weight, at, forces, chord, ends, compliance, give, play, natural, reach, profile, begin, unit)
 
 
 @shipped(ScaledRod, Vector)
@@ -192,7 +216,10 @@ def make_problem(rod, edges):
     for p in range(rod.at.size):
         clamps[PUSH] -= rod.forces[p, 0] * rod.reach
         clamps[LIFT] -= rod.forces[p, 1] * rod.reach
-    return Problem(edges, stiffness, loads, height, targets, rod.ends, rod.compliance / edges, held, clamps, room)
+    rest = np.zeros((2, n + 1))
+    if rod.profile.shape[0] > 0:
+        lay_free(rod.profile, rod.begin, rod.unit, edges, rest)
+    return Problem(edges, stiffness, loads, height, targets, rod.ends, rod.compliance / edges, held, clamps, rest, room)
 
 
 @leaf
@@ -225,8 +252,8 @@ def released(problem):
 @njit
 def _constrained(problem, height, targets):
     """The same rod under other constraints."""
-    edges, stiffness, loads, _, _, ends, compliance, held, clamps, room = problem
-    return Problem(edges, stiffness, loads, height, targets, ends, compliance, held, clamps, room)
+    edges, stiffness, loads, _, _, ends, compliance, held, clamps, rest, room = problem
+    return Problem(edges, stiffness, loads, height, targets, ends, compliance, held, clamps, rest, room)
 
 
 @leaf

@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 from curveline.drive_settings import ADDRESS, MAX_CHANNEL, MAX_NODES
 
 MAX_LOADS = 1000
+MAX_PLACES = 10_000
 PAIR = 2
 TRIPLE = 3
 LEAST_GPA, MOST_GPA = 1e-6, 1e4
@@ -52,6 +53,10 @@ def _flag_or_direction(value: Any) -> bool | list[float]:
     if not isinstance(value, list):
         raise PydanticCustomError("flag_or_list_type", "neither a truth value nor an array")
     return _DIRECTION.validate_python(value)
+
+
+Place = Annotated[list[Component], Field(min_length=PAIR, max_length=PAIR)]
+"""A pair of numbers."""
 
 
 class NodeTable(Table):
@@ -108,6 +113,15 @@ class RodTable(Table):
     mass_g_per_m: float = Field(ge=0.0, le=1e6, description="mass of the rod per length")
     max_strain: float = Field(gt=0.0, le=1.0, description="largest strain that a plan may ask for")
     natural_curvature_per_m: float = Field(default=0.0, ge=-1e6, le=1e6, description="curvature of the free rod")
+    natural_curvature_along: list[Place] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=MAX_PLACES,
+        description="what varies of it: pairs of mm from the rod's left end, 1/m",
+    )
+    natural_curvature_file: Name | None = Field(
+        default=None, description="the same in a CSV file with the columns place_mm and curvature_per_m"
+    )
     total_length_mm: Length = Field(description="length of the whole rod")
     shear_modulus_GPa: float | None = Field(
         default=None,

@@ -29,6 +29,7 @@ from curveline.scene import (
 )
 from curveline.shapes.file_keys import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, ShapeTable
 from curveline.shapes.library import builtin_shapes, given_shape
+from curveline.shapes.profile_rules import profile_of
 from curveline.shapes.rod_rules import rod_of
 from curveline.shapes.rules import check_display, check_shape
 from curveline.shapes.toml_document import Document, nearest, shown
@@ -119,14 +120,15 @@ def read_display(name_or_path: AnyPath, relative_to: AnyPath = "") -> Display:
     path = os.path.join(os.fspath(relative_to), os.path.expanduser(name))
     if not name.endswith(".toml") and not os.path.isfile(path):
         refuse_file(name, "unknown-display", f"there is no built-in display {shown(name)}", _hint_for_display(name))
-    return replace(_display(read_file(path, MAX_BYTES), path), path=os.path.abspath(path))
+    read = _display(read_file(path, MAX_BYTES), path, os.path.dirname(path))
+    return replace(read, path=os.path.abspath(path))
 
 
 def given_display(name_or_path: AnyPath) -> Display:
     """A display as somebody names it on a command line: as of `read_display`, or through a pipe, or `-`."""
     if is_stream(name_or_path):
         given = read_given(name_or_path, MAX_BYTES)
-        return replace(_display(given.data, given.name), path=given.name)
+        return replace(_display(given.data, given.name, given.folder), path=given.name)
     return read_display(name_or_path)
 
 
@@ -147,7 +149,7 @@ def builtin_text(name: str) -> str:
 @cache
 def _builtin_display(name: str) -> Display:
     entry = _builtin_file(name)
-    return _display(entry.read_bytes(), str(entry))
+    return _display(entry.read_bytes(), str(entry), "")
 
 
 def _builtin_file(name: str) -> Traversable:
@@ -171,7 +173,7 @@ def _display_of(document: Document, folder: str) -> tuple[Display | None, tuple[
         return None, ()
 
 
-def _display(data: bytes, path: str) -> Display:
+def _display(data: bytes, path: str, folder: str) -> Display:
     text = decode_text(data, path)
     refuse_other_kind(text, path, DISPLAY)
     document = Document(path, text)
@@ -180,6 +182,7 @@ def _display(data: bytes, path: str) -> Display:
     check_display(document)
     if model is None or document.diagnostics():
         raise document.error()
+    profile, beside = profile_of(model.rod, folder)
     return Display(
         name=model.name,
         node_count=model.nodes,
@@ -189,13 +192,13 @@ def _display(data: bytes, path: str) -> Display:
         clamp_play=deg(model.clamp_play_deg),
         gravity=model.gravity is not False,
         down=_down(model.gravity),
-        rod=rod_of(model.rod),
+        rod=rod_of(model.rod, profile),
         limits=_limits(model.limits),
         drive=_drive(model.drive),
         radio=RadioSettings(
             model.radio.channel, model.radio.data_rate, tuple(address.upper() for address in model.radio.addresses)
         ),
-        digest=hashlib.sha256(data).hexdigest(),
+        digest=hashlib.sha256(data + beside).hexdigest(),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from curveline.scene import Rod
+from curveline.scene import Profile, Rod
 from curveline.sections import POISSON, CrossSection, Rectangle, Round
 from curveline.shapes.file_keys import LEAST_GPA, MOST_GPA, RodTable
 from curveline.shapes.toml_document import Document
@@ -25,8 +25,8 @@ def check_rod(document: Document) -> None:
     _check_stiffness(document)
 
 
-def rod_of(table: RodTable) -> Rod:
-    """The rod of a table that the rules found sound.
+def rod_of(table: RodTable, profile: Profile | None) -> Rod:
+    """The rod of a table that the rules found sound, with a natural curvature that varies along it.
 
     A bending stiffness that was measured sets the modulus, whatever the material's is called: what makes a strip of
     plastic softer or stiffer than its data sheet, its temper, its moisture, how long it stays bent, makes it so against
@@ -48,6 +48,7 @@ def rod_of(table: RodTable) -> Rod:
         shear_modulus=shear,
         lateral_curvature=table.lateral_curvature_per_m,
         is_stiffness_measured=table.bending_stiffness_Nmm2 is not None,
+        profile=profile,
     )
 
 

@@ -12,6 +12,7 @@ from curveline.drive_settings import MAX_EDGES_PER_S
 from curveline.phrases import counted
 from curveline.scene import Display, Range, Vector
 from curveline.shapes.key_units import unit_of
+from curveline.shapes.profile_rules import check_profile
 from curveline.shapes.rod_rules import check_rod
 from curveline.shapes.toml_document import Document, shown
 from curveline.shapes.toml_location import KeyPath
@@ -33,6 +34,7 @@ def check_display(document: Document) -> None:
     _check_addresses(document)
     _check_edges(document)
     check_rod(document)
+    check_profile(document)
 
 
 def check_shape(document: Document, display: Display | None) -> None:

@@ -33,6 +33,8 @@ EXAMPLES = {
     "clamp_stiffness_Nmm_per_deg": 50.0,
     "diameter_mm": 6.0,
     "inner_diameter_mm": 4.0,
+    "natural_curvature_along": [[0.0, 0.5], [2000.0, -0.5]],
+    "natural_curvature_file": "rod.csv",
     "shear_modulus_GPa": 0.9,
 }
 """Numbers for keys that have no default, to be seen and not used."""

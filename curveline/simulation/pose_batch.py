@@ -38,7 +38,7 @@ from curveline.rod.states.refined import (
     SHARPEST,
     WRAPS,
 )
-from curveline.scene import Scene
+from curveline.scene import Display, Scene
 from curveline.simulation.simulate import DEFAULT_TOLERANCE, check_model, scene_rod
 from curveline.system.portable import cores
 
@@ -67,7 +67,7 @@ class PoseStates:
     """
 
     rod: ClampedRod  # the rod at the pose of the shape
-    poses: Array  # (m, 5): x, y [m], angles of the left and the right clamp [rad], length of rod [m]
+    poses: Array  # (m, 6): x, y [m], angles of the left and right clamp [rad], length of rod, where it begins [m]
     tolerance: float  # [m]
     pose: npt.NDArray[np.int64]  # (s,), the number of its pose, from 0
     name: npt.NDArray[np.str_]  # (s,), such as peak or valley
@@ -112,11 +112,13 @@ def states_at_poses(
     """Every stable planar state of the rod of a `scene` with one segment, at `poses (m, 5)`, to `tolerance` [m].
 
     Of a pose: where the right pivot is, seen from the left one [m], the clamps' angles [rad], the length of rod [m].
+    Of a rod whose natural curvature varies along it they may be (m, 6): where it begins, by the arc length from the
+    rod's left end [m]; else both tails are equally long.
     `jobs` threads share the work, one per core for None or 0; the answer does not depend on them. Raises InvalidInput
     for poses of another form, and for a scene that a planar rod cannot show.
     """
     rod = _planar_rod(scene)
-    table = _checked(poses)
+    table = _with_begins(_checked(poses), scene.display)
     if not 0.0 < tolerance < math.inf:
         raise InvalidInput(f"no curve has a tolerance of {tolerance!r}", "choose a length above 0 in m, such as 1e-4")
     listener.computing()
@@ -151,17 +153,30 @@ def _planar_rod(scene: Scene) -> ClampedRod:
 
 
 def _checked(poses: npt.ArrayLike) -> Array:
-    """The poses as an array (m, 5) of finite numbers."""
+    """The poses as an array (m, 5), or (m, 6), of finite numbers."""
     hint = "a row per pose: x, y [m], angles of both clamps [rad], length of rod [m]"
     try:
         table = np.ascontiguousarray(poses, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InvalidInput(f"these poses are no numbers: {error}", hint) from None
-    if table.ndim != 2 or table.shape[1] != len(Pose._fields):
+    if table.ndim != 2 or table.shape[1] not in (len(Pose._fields) - 1, len(Pose._fields)):
         raise InvalidInput(f"poses are an array (m, 5), not {table.shape}", hint)
     if bad := np.flatnonzero(~np.isfinite(table).all(axis=1)).tolist():
         raise InvalidInput(f"pose {bad[0]} is not finite, counted from 0: {table[bad[0]].tolist()}", hint)
     return table
+
+
+def _with_begins(poses: Array, display: Display) -> Array:
+    """The `poses (m, 5 or 6)` with where of the rod's material they begin, in the middle if they do not say it: (m, 6).
+
+    One that is alike all along begins at 0.
+    """
+    begins = 0.5 * (display.rod.total_length - poses[:, 4:5])
+    if display.rod.profile is None:
+        begins[:] = 0.0
+    elif poses.shape[1] == len(Pose._fields):
+        begins = poses[:, 5:]
+    return np.ascontiguousarray(np.hstack([poses[:, :5], begins]))
 
 
 def _rows_of(rod: ClampedRod, tolerance: float, poses: Array) -> _Rows:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
 
 from curveline.errors import InvalidInput
 from curveline.notebook import html_of
@@ -13,10 +16,12 @@ from curveline.rod.models.choice import MODELS as MODELS
 from curveline.rod.models.choice import SearchRequest, beyond, model_states
 from curveline.rod.models.model_error import Bound
 from curveline.rod.models.no_state_reason import why_none
-from curveline.rod.problem import Bearing, Pose
+from curveline.rod.natural_curvature import NaturalCurvature
+from curveline.rod.problem import Array, Bearing, Pose
+from curveline.rod.profile import NO_PROFILE
 from curveline.rod.section import Section
 from curveline.rod.states.equilibrium import PLANAR, SPATIAL, Equilibrium
-from curveline.scene import Display, Node, Scene
+from curveline.scene import Display, Node, Profile, Scene
 from curveline.units import to_mj, to_mm
 
 STATE_HEAD = ("state", "stable", "energy mJ", "mean height mm", "error mm")
@@ -61,15 +66,16 @@ class SegmentStates:
 
 
 def clamped_rod(
-    display: Display, nodes: tuple[Node, Node], length: float, loads: tuple[DeadLoad, ...] = ()
+    display: Display, nodes: tuple[Node, Node], length: float, begin: float = 0.0, loads: tuple[DeadLoad, ...] = ()
 ) -> ClampedRod:
     """The rod between two neighbouring `nodes` that point into the plane, without a curvature of its own out of it.
 
-    A planar rod's weight can only point down or up: of gravity in another direction it has the vertical part.
+    It begins at `begin` [m] of the rod's material, see `Display.material_at`. A planar rod's weight can only point down
+    or up: of gravity in another direction it has the vertical part.
     """
     left, right = nodes
     rod, (aside, up, front) = display.rod, display.weight
-    pose = (display.span, right.height - left.height, left.angle, right.angle, length)
+    pose = (display.span, right.height - left.height, left.angle, right.angle, length, begin)
     bearing = Bearing(
         clamp=float(display.clamp),
         stiffness=float(rod.bending_stiffness),
@@ -79,9 +85,18 @@ def clamped_rod(
         twisting=float(rod.twisting_stiffness),
         give=float(rod.bending_stiffness / display.clamp_stiffness),
         play=float(display.clamp_play),
+        profile=profile_of(rod.profile),
     )
     section = Section(rod.stretching_stiffness, rod.thickness, rod.polar_gyration, rod.weight_per_length)
     return ClampedRod(Pose(*map(float, pose)), bearing, loads, section=section, weight_x=aside, weight_z=front)
+
+
+@lru_cache(64)
+def profile_of(profile: Profile | None) -> Array:
+    """What kernels take of a natural curvature that varies along the rod, (k, 4): see `rod.profile`."""
+    if profile is None:
+        return NO_PROFILE
+    return NaturalCurvature(np.array(profile.places), np.array(profile.values)).table
 
 
 def scene_rod(scene: Scene, index: int) -> ClampedRod:
@@ -92,11 +107,20 @@ def scene_rod(scene: Scene, index: int) -> ClampedRod:
     left, right = nodes = scene.nodes[index], scene.nodes[index + 1]
     common = 2.0 * math.pi * math.trunc((left.roll + right.roll) / (4.0 * math.pi))
     return replace(
-        clamped_rod(scene.display, nodes, scene.segments[index].length, dead_loads(scene, index)),
+        clamped_rod(
+            scene.display, nodes, scene.segments[index].length, begin_of(scene, index), dead_loads(scene, index)
+        ),
         yaw=(left.yaw, right.yaw),
         roll=(left.roll - common, right.roll - common),
         lateral_curvature=scene.display.rod.lateral_curvature,
     )
+
+
+def begin_of(scene: Scene, index: int) -> float:
+    """Where of the rod's material the segment after node `index` begins [m], if both tails are equally long."""
+    lengths = [segment.length for segment in scene.segments]
+    spare = 0.5 * (math.fsum(lengths) - scene.display.span * len(lengths))
+    return scene.display.material_at(index, spare - math.fsum(lengths[:index]) + scene.display.span * index)
 
 
 def dead_loads(scene: Scene, index: int) -> tuple[DeadLoad, ...]:

@@ -49,12 +49,21 @@ class SweptPoses:
         return np.column_stack(columns)
 
     def poses(self, segment: int, numbers: Numbers) -> Array:
-        """What the nodes of a segment impose, (m, 5) as `Pose` has it."""
+        """What the nodes of a segment impose, (m, 6) as `Pose` has it."""
         heights = [self._at("nodes", node, "height_mm", numbers) for node in (segment, segment + 1)]
         angles = [self._at("nodes", node, "angle_deg", numbers) for node in (segment, segment + 1)]
         length = self._at("segments", segment, "length_mm", numbers)
         across = np.full(numbers.size, self.scene.display.span)
-        return np.column_stack([across, heights[1] - heights[0], *angles, length])
+        return np.column_stack([across, heights[1] - heights[0], *angles, length, self._begins(segment, numbers)])
+
+    def _begins(self, segment: int, numbers: Numbers) -> Array:
+        """Where of the rod's material a segment begins, (m,), as `simulate.begin_of` has it."""
+        display = self.scene.display
+        begins = np.zeros(numbers.size)
+        if display.rod.profile is not None:
+            lengths = [self._at("segments", each, "length_mm", numbers) for each in range(len(self.scene.segments))]
+            begins += 0.5 * (display.rod.total_length - sum(lengths)) + sum(lengths[:segment])
+        return begins
 
     def pivots(self, segment: int, numbers: Numbers) -> Array:
         """Both pivots of a segment in the display's frame: x and y of the left, then of the right one (m, 4) [m]."""
@@ -72,7 +81,7 @@ class SweptPoses:
         display = self.scene.display
         good, total = np.ones(numbers.size, dtype=np.bool_), np.zeros(numbers.size)
         for segment in range(len(self.scene.segments)):
-            x, y, start, end, length = self.poses(segment, numbers).T
+            x, y, start, end, length, _ = self.poses(segment, numbers).T
             half = 0.5 * display.clamp
             across = x - half * (np.cos(start) + np.cos(end))
             shortest = np.hypot(across, y - half * (np.sin(start) + np.sin(end))) + display.clamp

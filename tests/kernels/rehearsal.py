@@ -13,13 +13,17 @@ from pkgutil import walk_packages
 from typing import Any
 from unittest import mock
 
+import numpy as np
+
 import curveline
 from curveline.kernels.kernel import SHIPPED, Kernel
 from curveline.replay.trials import TrialsRequest
 from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.natural_curvature import NaturalCurvature
 from curveline.rod.problem import Bearing, Pose
 from curveline.rod.spatial.dynamics import Medium
 from curveline.rod.states.planar_states import find_states
+from curveline.scene import Profile
 from curveline.sections import Rectangle
 from curveline.shapes.files import read_shape
 from curveline.simulation.batch import Order, line_of
@@ -95,6 +99,9 @@ def rehearse() -> None:
     narrow = replace(heavy.display.rod, section=Rectangle(0.002, 0.0024))
     long = replace(heavy.segments[0], length=0.85)
     curveline.simulate(replace(taut, display=replace(heavy.display, rod=narrow), segments=(long,)))  # leaves its plane
+    bent = replace(heavy.display.rod, profile=Profile((0.8, 1.2), (0.3, -0.3)))
+    curveline.simulate(replace(heavy, display=replace(heavy.display, rod=bent)))
+    NaturalCurvature(np.array([0.0]), np.array([1.0]))(np.array([0.5]))
     plan = curveline.plan(SHAPES / "level-asymmetric-peak.toml")
     curveline.monte_carlo(plan, TrialsRequest(runs=3, jobs=1))
     snapped = curveline.load(SHAPES / "level-up-peak.toml")

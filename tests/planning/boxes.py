@@ -39,7 +39,7 @@ def uneven_way(chance: np.random.Generator, before: Pose, after: Pose) -> Array:
         shares = np.clip(5.0 * times - chance.permutation(5), 0.0, 1.0)
     else:
         shares = times ** chance.uniform(0.2, 5.0, 5)
-    begin, end = np.array(before), np.array(after)
+    begin, end = np.array(before[:5]), np.array(after[:5])
     return np.asarray(begin + shares * (end - begin))
 
 

@@ -49,7 +49,7 @@ def drawn(chance: np.random.Generator) -> tuple[Pose, Pose, Equilibrium] | None:
     height, start, end = chance.uniform([-0.15, -1.0, -1.0], [0.15, 1.0, 1.0])
     before = Pose(SPAN, height, start, end, math.hypot(SPAN, height) + chance.uniform(0.03, 0.25))
     change = chance.uniform(-1.0, 1.0, 4) * [0.1, 0.5, 0.5, 0.12] * (chance.random(4) < 0.75)
-    numbers = np.round([SPAN, *(np.array(before[1:]) + change)], 9)
+    numbers = np.round([SPAN, *(np.array(before[1:5]) + change)], 9)
     before, after = Pose(*(round(each, 9) for each in before)), Pose(*numbers.tolist())
     if any(pose.length < 1.02 * math.hypot(*verifier().rod(pose).free_chord) + 0.02 for pose in (before, after)):
         return None
@@ -67,7 +67,7 @@ def check(chance: np.random.Generator, move: tuple[Pose, Pose, Equilibrium], pas
     """Go through the box on an uneven way and look on it where nothing was followed."""
     before, after, state = move
     assert passed.hold is not None
-    inside = np.array(before) + chance.random(5) * (np.array(after) - np.array(before))
+    inside = np.array(before[:5]) + chance.random(5) * np.subtract(after[:5], before[:5])
     inner = Pose(*inside.tolist())
     angles, forces = coarse_start(state)
     way = uneven_way(chance, before, inner)

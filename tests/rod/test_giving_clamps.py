@@ -6,16 +6,16 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_bvp
 
 from curveline.rod.branches.continuation import follow, start_along
 from curveline.rod.branches.control_path import straight_path
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.planar.richardson import interpolate
-from curveline.rod.problem import Array, Bearing, Pose
+from curveline.rod.problem import Bearing, Pose
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import find_states
 
+from .collocation import collocated
 from .rods import STIFFNESS, WEIGHT, solve_level
 
 POSE = Pose(0.5, 0.06, 0.5, -0.35, 0.64)
@@ -35,52 +35,6 @@ CLAMPS = {
 
 def rod_of(name: str, pose: Pose = POSE) -> ClampedRod:
     return ClampedRod(pose, BEARING._replace(**CLAMPS[name]))
-
-
-def collocated(state: Equilibrium) -> tuple[Array, Array]:
-    """Positions at 101 equal steps of the free rod, and moments on the rod at its mouths, by scipy's collocation.
-
-    The unknowns are x, y, the angle, the bending moment and both parts of the force in the rod, in SI.
-    """
-    rod = state.rod
-    bearing, length, half = rod.bearing, rod.free_length, 0.5 * rod.clamp
-
-    def slopes(_: Array, u: Array) -> Array:
-        _, _, angle, moment, across, up = u
-        cosine, sine = np.cos(angle), np.sin(angle)
-        bend = moment / bearing.stiffness + bearing.natural
-        return np.array([cosine, sine, bend, across * sine - up * cosine, 0.0 * up, 0.0 * up + bearing.weight])
-
-    def tilted(moment: float) -> float:
-        """Angle of a bearing from where its motor holds it, under a moment about its pivot."""
-        if bearing.play == 0.0:
-            return moment * bearing.give / bearing.stiffness
-        return moment * bearing.give / bearing.stiffness + bearing.play * math.tanh(moment / SMOOTH)
-
-    def ends(a: Array, b: Array) -> Array:
-        out = []
-        for u, pivot, angle, side in ((a, (0.0, 0.0), rod.start, 1.0), (b, rod.chord, rod.end, -1.0)):
-            cosine, sine = math.cos(u[2]), math.sin(u[2])
-            about = side * u[3] + half * (cosine * u[5] - sine * u[4])
-            out += [u[0] - pivot[0] - side * half * cosine, u[1] - pivot[1] - side * half * sine]
-            out += [u[2] - angle - tilted(about)]
-        return np.array(out)
-
-    places = np.linspace(0.0, length, 101)
-    at = np.concatenate([[0.0], np.cumsum(state.edges)])
-    table = state.vertices_table
-    guess = [np.interp(places, at, table[:, i]) for i in range(4)]
-    guess[3] = (guess[3] - bearing.natural) * bearing.stiffness
-    push, lift = -state.clamp_force[0]
-    guess += [np.full(places.size, push), lift + bearing.weight * places]
-    found = solve_bvp(slopes, ends, places, np.array(guess), tol=1e-9, max_nodes=50_000)
-    assert found.success, found.message
-    curve = found.sol(places)
-    return curve[:2].T, np.array([-curve[3, 0], curve[3, -1]])
-
-
-SMOOTH = 1e-6
-"""Moment [N m] over which the collocation spreads the play."""
 
 
 @pytest.mark.parametrize("name", CLAMPS)

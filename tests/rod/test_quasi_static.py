@@ -44,7 +44,7 @@ def ways_to_folds(seed: int) -> list[tuple[ClampedRod, TrackedState, Pose, float
     found: list[tuple[ClampedRod, TrackedState, Pose, float]] = []
     while len(found) < RODS:
         begin = Pose(0.5, *chance.uniform([-0.1, -0.6, -0.6, 0.53], [0.1, 0.6, 0.6, 0.8]).tolist())
-        end = Pose(0.5, *(np.array(begin[1:]) + chance.normal(0.0, [0.1, 0.9, 0.9, 0.1])).tolist())
+        end = Pose(0.5, *(np.array(begin[1:5]) + chance.normal(0.0, [0.1, 0.9, 0.9, 0.1])).tolist())
         if end.length < 0.52:
             continue
         states = [state for state in find_states(at(begin), 1e-5) if state.simple]

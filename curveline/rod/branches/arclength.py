@@ -94,8 +94,9 @@ def residual(problem, point):
         along, across = coefficients(problem, point[n : n + 2], j)
         stretch = 1.0 - problem.compliance[j] * (along * cosine + across * sine)
         after = point[j + 1] if j + 1 < n else end
-        turns = (point[j] - before) * problem.stiffness[j] - (after - point[j]) * problem.stiffness[j + 1]
-        out[j] = turns + (across * cosine - along * sine) * stretch
+        turned, ahead = point[j] - before - problem.rest[0, j], after - point[j] - problem.rest[0, j + 1]
+        bends = turned * problem.stiffness[j] - ahead * problem.stiffness[j + 1]
+        out[j] = bends + (across * cosine - along * sine) * stretch
         out[n] += problem.edges[j] * cosine * stretch
         out[n + 1] += problem.edges[j] * sine * stretch
         before = point[j]

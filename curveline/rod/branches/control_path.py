@@ -46,6 +46,7 @@ def between(begin, end, fraction):
         begin.start + fraction * (end.start - begin.start),
         begin.end + fraction * (end.end - begin.end),
         begin.length + fraction * (end.length - begin.length),
+        begin.begin + fraction * (end.begin - begin.begin),
     )
 
 

@@ -21,6 +21,7 @@ from curveline.rod.branches.standing import landed
 from curveline.rod.branches.strides import looks_kept, pass_through
 from curveline.rod.branches.tracking import TrackedState, on_edges
 from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.natural_curvature import curvatures_at
 from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.spatial.energy import Shape
 from curveline.rod.states.slack import has_spare
@@ -167,7 +168,8 @@ def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> TrackedState | Non
 
     It buckles in its first mode, to the side to which it leans: of a rod with a small bow of its own under its weight
     the two add up (Timoshenko and Gere 1961, section 1.12), so it buckles upwards where its `bow` [m] exceeds the sag
-    of a straight one, w L^4 / (384 EI).
+    of a straight one, w L^4 / (384 EI). A natural curvature that varies along the rod adds to its bow what it has of
+    that of the mode, (1 - cos(2 pi s)) / 2.
     """
     half = 0.5 * bearing.clamp
     free = pose.length - bearing.clamp
@@ -175,11 +177,22 @@ def buckle(pose: Pose, bearing: Bearing, bow: float = 0.0) -> TrackedState | Non
         pose.x - half * (math.cos(pose.start) + math.cos(pose.end)),
         pose.y - half * (math.sin(pose.start) + math.sin(pose.end)),
     )
+    bow += _bow_of(pose, bearing)
     side = 1.0 if bow > bearing.weight * free**4 / (384.0 * bearing.stiffness) else -1.0
     places = (np.arange(FOLLOW_EDGES) + 0.5) / FOLLOW_EDGES
     bend = 2.0 * math.sqrt(free / chord - 1.0) * np.sin(2.0 * math.pi * places)
     guess = TrackedState(math.atan2(pose.y, pose.x) + side * bend, np.zeros(2))
     return _landed(pose, bearing, guess)
+
+
+def _bow_of(pose: Pose, bearing: Bearing) -> float:
+    """How far the middle of the straight rod stands out upwards by its natural curvature, between clamps [m]."""
+    if len(bearing.profile) == 0:
+        return 0.0
+    free = pose.length - bearing.clamp
+    shares = (np.arange(FOLLOW_EDGES) + 0.5) / FOLLOW_EDGES
+    own = curvatures_at(bearing.profile, pose.begin + 0.5 * bearing.clamp + free * shares)
+    return float(free**2 / math.pi**2 * np.mean(own * np.cos(2.0 * math.pi * shares)))
 
 
 def _landed(pose: Pose, bearing: Bearing, held: TrackedState) -> TrackedState | None:

@@ -21,7 +21,7 @@ from curveline.rod.branches.continuation import (
 from curveline.rod.branches.control_path import ControlPath, counts_along, problem_at, straight_path
 from curveline.rod.planar.modes import modes_below, second_variation
 from curveline.rod.planar.newton import Effort
-from curveline.rod.problem import Bearing, Pose, copy_into
+from curveline.rod.problem import Bearing, copy_into, pose_at_row
 
 STRIDE = 0.2
 """Of the way on which a rod snaps through, the part that is taken at once."""
@@ -38,10 +38,7 @@ PASS = Effort(turn=0.2, close=1e-4, iterations=6)
 @njit
 def way_between(poses, begin, end):
     """The straight path from one of the `poses (m, 5)` to another."""
-    here, there = poses[begin], poses[end]
-    return straight_path(
-        Pose(here[0], here[1], here[2], here[3], here[4]), Pose(there[0], there[1], there[2], there[3], there[4])
-    )
+    return straight_path(pose_at_row(poses[begin]), pose_at_row(poses[end]))
 
 
 @njit

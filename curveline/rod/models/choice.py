@@ -272,6 +272,7 @@ def terms_of(segment: ClampedRod, model: str) -> tuple[str, ...]:
         "lateral bend": model == SPATIAL,
         "twist": model == SPATIAL,
         "gravity": bool(segment.weight) or (model == SPATIAL and bool(segment.weight_x or segment.weight_z)),
+        "curvature along the rod": segment.is_unevenly_curved,
         "giving clamps": segment.has_giving_clamps,
         "loads": any(load.x or load.y or (model == SPATIAL and load.z) for load in segment.loads),
     }

@@ -127,6 +127,9 @@ def easier(rod, share):
         rod.play,
         rod.natural,
         rod.reach,
+        rod.profile,
+        rod.begin,
+        rod.unit,
     )
 
 

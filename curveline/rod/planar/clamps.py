@@ -4,11 +4,11 @@ The bearing is a straight link of the length `reach` from the pivot to its mouth
 angle alpha is no unknown, as the axial strains are none: it is what makes the Lagrangian stationary for given angles of
 the edges and multipliers,
 
-    (alpha - phi) stiffness + U'(alpha - theta) +- natural + across cos alpha - along sin alpha = 0
+    (alpha - phi +- rest) stiffness + U'(alpha - theta) +- natural + across cos alpha - along sin alpha = 0
 
-with theta the angle that the motor holds, U the spring's energy, phi and `stiffness` those of the edge and half cell at
-the mouth, and along, across what loads and multipliers do to the link. Put in, it leaves a softer end, one whose
-constraints yield.
+with theta the angle that the motor holds, U the spring's energy, phi, `stiffness` and rest those of the edge and half
+cell at the mouth, and along, across what loads and multipliers do to the link. Put in, it leaves a softer end, one
+whose constraints yield.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ def link(problem, phi, multipliers, side):
     if not gives(problem):
         return rest, 0.0
     n = phi.size
-    clamps, stiffness, edge = problem.clamps, problem.stiffness[side * n], phi[side * (n - 1)]
+    clamps, stiffness = problem.clamps, problem.stiffness[side * n]
+    edge = phi[side * (n - 1)] - (1.0 - 2.0 * side) * problem.rest[0, side * n]
     along, across = pulls(problem, multipliers, side)
     natural = (1.0 - 2.0 * side) * clamps[NATURAL]
     angle = rest

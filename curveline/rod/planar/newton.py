@@ -62,7 +62,7 @@ def eliminate(problem, phi, multipliers, shift):
     Schur complement C H^-1 C^T, plus what the constraints give by stretching, as the numbers 00, 01, 11, 02, 12, 22;
     and its right-hand side (3,). A third constraint that is not there has a row of the unit matrix.
     """
-    edges, stiffness, loads, height, targets, ends, compliance, _, _, room = problem
+    edges, stiffness, loads, height, targets, ends, compliance, _, _, rest, room = problem
     sines_and_cosines(phi, room[SINE], room[COSINE])
     n = phi.size
     is_high = multipliers.size == 3
@@ -90,11 +90,11 @@ def eliminate(problem, phi, multipliers, shift):
             xy += give * slope_x * slope_y
             yy += give * slope_y * slope_y
     stiff, here = stiffness[0], phi[0]
-    bend = (here - start) * stiff
+    bend = (here - start - rest[0, 0]) * stiff
     for j in range(n):
         sine, cosine, edge = room[SINE, j], room[COSINE, j], edges[j]
         ahead, after = stiffness[j + 1], phi[j + 1] if j + 1 < n else end
-        bend_ahead = (after - here) * ahead
+        bend_ahead = (after - here - rest[0, j + 1]) * ahead
         along, across = loads[0, j] + push * edge, loads[1, j] + lift * edge
         reach_x, reach_y, reach_h = edge * cosine, edge * sine, 0.0
         slope_x, slope_y, slope_h = -reach_y, reach_x, 0.0
@@ -285,7 +285,7 @@ def energy(problem, phi, multipliers):
 @leaf
 def energy_and_gaps(problem, phi, multipliers):
     """The `energy`, and (3,) how far the constraints are from their targets, 0 for one that is not there."""
-    edges, stiffness, loads, height, targets, ends, compliance, held, _, room = problem
+    edges, stiffness, loads, height, targets, ends, compliance, held, _, rest, room = problem
     sines_and_cosines(phi, room[SINE], room[COSINE])
     n = phi.size
     is_high = multipliers.size == 3
@@ -303,7 +303,7 @@ def energy_and_gaps(problem, phi, multipliers):
             miss_y += y
     for j in range(n):
         sine, cosine, edge = room[SINE, j], room[COSINE, j], edges[j]
-        turn = phi[j] - before
+        turn = phi[j] - before - rest[0, j]
         potential = loads[0, j] * cosine + loads[1, j] * sine
         total += 0.5 * turn * turn * stiffness[j] + potential
         stretch = 1.0
@@ -317,7 +317,7 @@ def energy_and_gaps(problem, phi, multipliers):
         if is_high:
             miss_h += (height[0, j] * cosine + height[1, j] * sine) * stretch
         before = phi[j]
-    turn = end - before
+    turn = end - before - rest[0, n]
     return total + 0.5 * turn * turn * stiffness[n], (miss_x * held[0], miss_y * held[1], miss_h)
 
 

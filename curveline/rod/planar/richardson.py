@@ -21,8 +21,9 @@ from curveline.rod.trigonometry import sines_and_cosines
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
 
-ACROSS, UP, FIRST_CURVATURE, LAST_CURVATURE, STRAIN_ENERGY, LOAD_POTENTIAL, EIGENVALUE = range(7)
-"""The numbers of a level: both multipliers, the curvatures at both ends, two energies, the lowest eigenvalue."""
+ACROSS, UP, FIRST_BEND, LAST_BEND, STRAIN_ENERGY, LOAD_POTENTIAL, EIGENVALUE = range(7)
+"""The numbers of a level: both multipliers, by what the ends are bent beyond the profile of the natural curvature, two
+energies, the lowest eigenvalue."""
 
 SCALARS = 7
 HONESTY = 0.15
@@ -37,6 +38,7 @@ ROUNDING = 1e-12
 def vertex_table(problem, phi, multipliers):
     """Position x, y, tangent angle, curvature, axial strain and its slope at every vertex: (n+1, 6)."""
     n = phi.size
+    rest = problem.rest
     table = np.zeros((n + 1, COLUMNS))
     sines_and_cosines(phi, problem.room[SINE], problem.room[COSINE])
     before = 0.0
@@ -51,7 +53,7 @@ def vertex_table(problem, phi, multipliers):
             turn = phi[j] - phi[j - 1]
             share = problem.edges[j - 1] / (problem.edges[j - 1] + problem.edges[j])
             table[j, ANGLE] = phi[j - 1] + share * turn
-            table[j, CURVATURE] = turn * problem.stiffness[j]
+            table[j, CURVATURE] = (turn - rest[0, j]) * problem.stiffness[j] + rest[1, j]
             table[j, STRAIN] = before + share * (strain - before)
             table[j, STRAIN_SLOPE] = (strain - before) * problem.stiffness[j]
         before = strain
@@ -64,8 +66,8 @@ def vertex_table(problem, phi, multipliers):
     table[0, ANGLE] = start
     table[n, ANGLE] = end
     # The derivative of the discrete energy by the clamp angle: the end moment, second order accurate.
-    table[0, CURVATURE] = (phi[0] - start) * problem.stiffness[0]
-    table[n, CURVATURE] = (end - phi[n - 1]) * problem.stiffness[n]
+    table[0, CURVATURE] = (phi[0] - start - rest[0, 0]) * problem.stiffness[0] + rest[1, 0]
+    table[n, CURVATURE] = (end - phi[n - 1] - rest[0, n]) * problem.stiffness[n] + rest[1, n]
     return table
 
 
@@ -76,8 +78,8 @@ def level_scalars(problem, phi, multipliers, table):
     n = phi.size
     out[ACROSS] = multipliers[0]
     out[UP] = multipliers[1]
-    out[FIRST_CURVATURE] = table[0, CURVATURE]
-    out[LAST_CURVATURE] = table[n, CURVATURE]
+    out[FIRST_BEND] = table[0, CURVATURE] - problem.rest[1, 0]
+    out[LAST_BEND] = table[n, CURVATURE] - problem.rest[1, n]
     strained = 0.0
     potential = 0.0
     before, end = table[0, ANGLE], table[n, ANGLE]
@@ -90,11 +92,11 @@ def level_scalars(problem, phi, multipliers, table):
         # The table's edges are stretched and turned already, which spares a sine and a cosine.
         potential += problem.loads[0, j] * (table[j + 1, X] - table[j, X]) / problem.edges[j]
         potential += problem.loads[1, j] * (table[j + 1, Y] - table[j, Y]) / problem.edges[j]
-        strained += 0.5 * (phi[j] - before) ** 2 * problem.stiffness[j]
+        strained += 0.5 * (phi[j] - before - problem.rest[0, j]) ** 2 * problem.stiffness[j]
         before = phi[j]
         if problem.compliance[j] > 0.0:
             strained += 0.5 * problem.compliance[j] * thrust_on(problem, phi, multipliers, j) ** 2
-    out[STRAIN_ENERGY] = strained + 0.5 * (end - before) ** 2 * problem.stiffness[n]
+    out[STRAIN_ENERGY] = strained + 0.5 * (end - before - problem.rest[0, n]) ** 2 * problem.stiffness[n]
     out[LOAD_POTENTIAL] = potential
     out[EIGENVALUE] = 0.0
     return out

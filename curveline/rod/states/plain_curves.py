@@ -8,7 +8,7 @@ from curveline.kernels.forms import Matrix, Stack, Vector
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.vertex_table import ANGLE, X, Y
 from curveline.rod.planar.richardson import interpolate
-from curveline.rod.problem import Bearing, Pose, copy_into
+from curveline.rod.problem import Bearing, copy_into, pose_at_row
 from curveline.rod.states.plain_states import PLAIN_NUMBERS, VERTICES, Asked, in_order, plain_states
 from curveline.rod.states.refined import ERROR, HEIGHT, LEVEL
 
@@ -67,7 +67,7 @@ def plain_curves(stands, bearing, loads, asked, curves):
     total = 0
     last = curves.shape[1] - 1
     for i in range(poses.shape[0]):
-        pose = Pose(poses[i, 0], poses[i, 1], poses[i, 2], poses[i, 3], poses[i, 4])
+        pose = pose_at_row(poses[i])
         states, vertices, behind = plain_states(pose, bearing, at, forces, asked)
         doubts = states[:, ERROR] + LEVEL * pose.length
         order = ranked(states, doubts)

@@ -27,6 +27,7 @@ from curveline.rod.problem import (
     copy_into,
     make_problem,
     mesh,
+    pose_at_row,
     scale_rod,
     stretching_by,
     weighing,
@@ -259,7 +260,7 @@ def plain_batch(poses, bearing, at, forces, asked):
     table = np.empty((2 * poses.shape[0] + CAPACITY, PLAIN_NUMBERS))
     total = 0
     for i in range(poses.shape[0]):
-        pose = Pose(poses[i, 0], poses[i, 1], poses[i, 2], poses[i, 3], poses[i, 4])
+        pose = pose_at_row(poses[i])
         states, _, _ = plain_states(pose, bearing, at, forces, asked)
         count = states.shape[0]
         doubts = np.empty(count)

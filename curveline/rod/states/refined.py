@@ -13,8 +13,8 @@ from curveline.rod.geometry.hermite import integral
 from curveline.rod.geometry.vertex_table import ANGLE, CURVATURE, STRAIN_SLOPE, X, Y
 from curveline.rod.planar.richardson import (
     ACROSS,
-    FIRST_CURVATURE,
-    LAST_CURVATURE,
+    FIRST_BEND,
+    LAST_BEND,
     LOAD_POTENTIAL,
     SCALARS,
     STRAIN_ENERGY,
@@ -22,6 +22,7 @@ from curveline.rod.planar.richardson import (
     climb_levels,
 )
 from curveline.rod.problem import Bearing, Pose, ScaledRod
+from curveline.rod.profile import curvature_behind, interval_at, turned_between
 
 MOST_EDGES = 50_000
 TAIL = 0.2
@@ -54,7 +55,8 @@ class Placement(NamedTuple):
     """What a curve has in SI, where its left pivot is the origin.
 
     The free length, its natural curvature [1/m], stiffness EI [N m^2], weight [N], the sum of its loads [N], how far it
-    turns from clamp to clamp [rad], the straight tails behind the clamps, a clamp's length, and the right pivot [m].
+    turns from clamp to clamp [rad], but for what its `profile (k, 4)` turns by; the straight tails behind the clamps, a
+    clamp's length, and the right pivot [m]; where of the profile's material the free rod begins [m].
     """
 
     length: float
@@ -68,12 +70,15 @@ class Placement(NamedTuple):
     clamp: float
     chord_x: float
     chord_y: float
+    profile: Matrix
+    begin: float
 
 
 @shipped(Pose, Bearing, Matrix, int)
 def placement_of(pose, bearing, forces, winding):
     """The `Placement` of a rod that bears dead loads `forces (m, 2)` [N], with so many further turns."""
     length = pose.length - bearing.clamp
+    begin = pose.begin + 0.5 * bearing.clamp
     push = lift = 0.0
     for i in range(forces.shape[0]):
         push += forces[i, 0]
@@ -85,11 +90,13 @@ def placement_of(pose, bearing, forces, winding):
         bearing.weight * length,
         push,
         lift,
-        pose.end - pose.start + 2.0 * np.pi * winding,
+        pose.end - pose.start + 2.0 * np.pi * winding - turned_between(bearing.profile, begin, begin + length),
         bearing.clamp + TAIL * np.hypot(pose.x, pose.y),
         bearing.clamp,
         pose.x,
         pose.y,
+        bearing.profile,
+        begin,
     )
 
 
@@ -110,6 +117,20 @@ def _area_under(table, edges, chord):
     return integral(rows, edges)
 
 
+@leaf
+def _sharpest(table, edges, placement):
+    """Largest curvature away from the natural one [1/m], of vertices in units of the length and `edges (m,)` [m]."""
+    profile, place, row, sharpest = placement.profile, placement.begin, 0, 0.0
+    for j in range(table.shape[0]):
+        own = placement.natural
+        if profile.shape[0] > 0:
+            row = interval_at(profile, place, row)
+            own += curvature_behind(profile, row, place)
+        sharpest = max(sharpest, abs(table[j, CURVATURE] / placement.length - own))
+        place += edges[j] if j < edges.size else 0.0
+    return sharpest
+
+
 @njit
 def in_metres(table, edges, placement, numbers):
     """Bring a `table (m+1, 6)` in units of the free length into SI, and look at the curve as a whole.
@@ -119,14 +140,13 @@ def in_metres(table, edges, placement, numbers):
     inverse = 1.0 / placement.length
     half = 0.5 * placement.clamp
     start_x, start_y = half * np.cos(table[0, ANGLE]), half * np.sin(table[0, ANGLE])
-    sharpest = 0.0
+    sharpest = _sharpest(table, edges, placement)
     least, most = table[0, ANGLE], table[0, ANGLE]
     for j in range(table.shape[0]):
         table[j, X] = table[j, X] * placement.length + start_x
         table[j, Y] = table[j, Y] * placement.length + start_y
         table[j, CURVATURE] *= inverse
         table[j, STRAIN_SLOPE] *= inverse
-        sharpest = max(sharpest, abs(table[j, CURVATURE] - placement.natural))
         least, most = min(least, table[j, ANGLE]), max(most, table[j, ANGLE])
     area = _area_under(table, edges, (placement.chord_x, placement.chord_y))
     numbers[HEIGHT] = area / (max(np.hypot(placement.chord_x, placement.chord_y), 1e-300) * placement.length)
@@ -149,8 +169,8 @@ def wrench(placement, numbers):
     across, up = -numbers[ACROSS] * unit, -numbers[UP] * unit
     numbers[LEFT_X], numbers[LEFT_Y] = -placement.push - across, placement.weight - placement.lift - up
     numbers[RIGHT_X], numbers[RIGHT_Y] = across, up
-    numbers[LEFT_MOMENT] = -stiffness * (numbers[FIRST_CURVATURE] / length - natural)
-    numbers[RIGHT_MOMENT] = stiffness * (numbers[LAST_CURVATURE] / length - natural)
+    numbers[LEFT_MOMENT] = -stiffness * (numbers[FIRST_BEND] / length - natural)
+    numbers[RIGHT_MOMENT] = stiffness * (numbers[LAST_BEND] / length - natural)
     numbers[ENERGY] = (numbers[STRAIN_ENERGY] + numbers[LOAD_POTENTIAL]) * stiffness / length
     numbers[ENERGY] += stiffness * natural * (0.5 * natural * length - placement.turn)
 

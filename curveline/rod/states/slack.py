@@ -16,7 +16,7 @@ way it bends, a quarter of a millimetre on the built-in displays."""
 
 
 def has_spare(poses: Array, bearing: Bearing) -> NDArray[np.bool_]:
-    """True (m,) where there is rod to spare between the clamps at `poses (m, 5)`."""
+    """True (m,) where there is rod to spare between the clamps at `poses (m, 5 or 6)`."""
     at = Pose(*poses.T)
     half = 0.5 * bearing.clamp
     chord = np.hypot(

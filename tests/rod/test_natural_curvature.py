@@ -1,0 +1,114 @@
+"""A natural curvature that varies along the rod: held against collocation and the energy's slope."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from curveline.rod.branches.continuation import follow, start_along
+from curveline.rod.branches.control_path import straight_path
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.natural_curvature import NaturalCurvature
+from curveline.rod.planar.richardson import interpolate
+from curveline.rod.problem import Array, Bearing, Pose
+from curveline.rod.states.planar_states import find_states
+
+from .collocation import collocated
+from .rods import STIFFNESS, WEIGHT, solve_level
+
+POSE = Pose(0.5, 0.06, 0.5, -0.35, 0.64, 0.2)
+ALONG = np.linspace(0.0, 1.2, 1201)
+
+
+def waves(places: Array) -> Array:
+    """Patterned: three waves a metre, a little uneven."""
+    return 2.5 * np.sin(2.0 * math.pi * 3.0 * places + 0.4) + 0.8 * places
+
+
+def hump(places: Array) -> Array:
+    """Bent in one place only."""
+    return -4.0 * np.exp(-(((places - 0.45) / 0.08) ** 2))
+
+
+PATTERNS = {"waves": waves, "hump": hump}
+RODS = {
+    "rigid": {},
+    "curved": {"natural": 1.5},
+    "giving": {"give": 0.02, "natural": 1.5},
+    "loose": {"give": 0.01, "play": 0.05},
+}
+
+
+def rod_of(pattern: str, kind: str = "rigid", pose: Pose = POSE) -> ClampedRod:
+    profile = NaturalCurvature(ALONG, PATTERNS[pattern](ALONG)).table
+    return ClampedRod(pose, Bearing(0.02, STIFFNESS, WEIGHT, profile=profile, **RODS[kind]))
+
+
+@pytest.mark.parametrize("kind", RODS)
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_states_are_those_of_collocation(pattern: str, kind: str) -> None:
+    rod = rod_of(pattern, kind)
+    begin = rod.pose.begin + 0.5 * rod.clamp
+    states = find_states(rod, 1e-7)
+    assert [state.name for state in states] == ["peak", "valley"]
+    for state in states:
+        curve, moments = collocated(state, lambda places: PATTERNS[pattern](begin + places))
+        ours = state.curve(6401)[100:6301:62]
+        assert np.abs(np.linalg.norm(ours - curve, axis=1)).max() < 3e-6
+        assert state.clamp_moment == pytest.approx(moments, abs=2e-5)
+
+
+def straightened(rod: ClampedRod, place: float) -> float:
+    """Energy per length [N] of a rod that a bearing holds straight at a place along the material."""
+    bent = NaturalCurvature(rod.bearing.profile[:, 0], rod.bearing.profile[:, 2])
+    return 0.5 * rod.stiffness * (rod.natural_curvature + float(bent(np.array([place]))[0])) ** 2
+
+
+def mouth_heights(rod: ClampedRod, angles: Array) -> tuple[float, float]:
+    """How high both mouths are above where the first one is before its bearing tilts [m]."""
+    half = 0.5 * rod.clamp
+    left = half * (math.sin(angles[0]) - math.sin(rod.start))
+    return left, rod.pose.y - half * math.sin(angles[-1]) - half * math.sin(rod.start)
+
+
+FEEDS = {
+    # Rod that the left node pushes in has its own place; what lies on its right goes on as it was.
+    "left": (lambda pose, by: pose._replace(length=pose.length + by, begin=pose.begin - by), 0),
+    "right": (lambda pose, by: pose._replace(length=pose.length + by), 1),
+}
+STEP = 1e-4
+
+
+@pytest.mark.parametrize("way", FEEDS)
+@pytest.mark.parametrize("kind", RODS)
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_nodes_push_as_the_energy_rises(pattern: str, kind: str, way: str) -> None:
+    rod = rod_of(pattern, kind)
+    fed, side = FEEDS[way]
+    still = straight_path(rod.pose, rod.pose)
+    for place, state in enumerate(find_states(rod, 1e-8)):
+        there, back = (find_states(rod.moved_to(fed(rod.pose, by)), 1e-8)[place].energy for by in (STEP, -STEP))
+        wrench = follow(still, rod.bearing, *start_along(still, state, 768)).wrenches[0]
+        mouth = rod.pose.begin + (rod.length - 0.5 * rod.clamp if side else 0.5 * rod.clamp)
+        gained = (1.0, -1.0)[side] * wrench[3 * side] + straightened(rod, mouth)
+        gained += WEIGHT * mouth_heights(rod, state.angles)[side]
+        assert gained == pytest.approx((there - back) / (2.0 * STEP), abs=4e-4)
+
+
+@pytest.mark.parametrize("kind", ["rigid", "giving"])
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_the_edges_converge_with_their_square(pattern: str, kind: str) -> None:
+    rod = rod_of(pattern, kind)
+    for state in find_states(rod, 1e-9):
+        errors = []
+        for n in (64, 128, 256, 512):
+            level = solve_level(rod, n, *state.start_on(np.full(n, 1.0 / n)))
+            table = level.table[:, :2] * rod.free_length
+            exact = np.empty((n + 1, 2))
+            interpolate(state.vertices_table, state.edges, np.linspace(0.0, rod.free_length, n + 1), exact)
+            mouth = 0.5 * rod.clamp * np.array([math.cos(level.table[0, 2]), math.sin(level.table[0, 2])])
+            errors.append(np.linalg.norm(table + mouth - exact, axis=1).max())
+        slope, _ = np.polyfit(np.log([1.0, 2.0, 4.0, 8.0]), np.log(errors), 1)
+        assert slope == pytest.approx(-2.0, abs=0.05)
