@@ -11,11 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from curveline.planning.feeding import Room, schedule
+from curveline.planning.feeding import CLOSE, Room, schedule
 from curveline.planning.verification import Refused
 
 SPAN = 0.5
-SLACK = 1e-9
+SLACK = 2.0 * CLOSE
+"""Both nodes of a segment may be taken for arrived by as much; hypothesis found one 2.5e-8 m short."""
 GIVES = (0.25, 0.1, 0.04, 0.015)
 
 few = settings(max_examples=80, derandomize=True, deadline=None, database=None)
