@@ -16,7 +16,7 @@ from curveline.errors import InvalidInput
 from curveline.kernels.forms import Matrix, Vector
 from curveline.kernels.kernel import shipped
 from curveline.rod.problem import Array
-from curveline.rod.profile import curvature_behind, interval_at
+from curveline.rod.profile import expanded, interval_at
 
 MOST_PLACES = 100_000
 
@@ -53,10 +53,8 @@ class NaturalCurvature:
 
     @property
     def table(self) -> Array:
-        """For kernels, (k, 4): place [m], angle [rad] since the first one, curvature [1/m], its slope [1/m^2]."""
-        gaps, slopes = np.diff(self.places), slopes_of(self.places, self.values)
-        turns = 0.5 * gaps * (self.values[:-1] + self.values[1:]) + gaps**2 / 12.0 * (slopes[:-1] - slopes[1:])
-        return np.column_stack([self.places, np.concatenate([[0.0], np.cumsum(turns)]), self.values, slopes])
+        """For kernels, (k, 3): place [m], curvature [1/m], its slope [1/m^2]; see `rod.profile`."""
+        return np.column_stack([self.places, self.values, slopes_of(self.places, self.values)])
 
     def __call__(self, places: Array) -> Array:
         """The curvature at any `places (m,)` [m]: (m,) [1/m]."""
@@ -81,8 +79,8 @@ def slopes_of(places: Array, values: Array) -> Array:
 
 @shipped(Matrix, Vector)
 def curvatures_at(profile, places):
-    """Curvatures (m,) of a `profile (k, 4)` at `places (m,)`."""
+    """Curvatures (m,) of a `profile (k, 3)` at `places (m,)`."""
     out = np.empty(places.size)
     for i in range(places.size):
-        out[i] = curvature_behind(profile, interval_at(profile, places[i], 0), places[i])
+        out[i] = expanded(profile, interval_at(profile, places[i], 0), places[i])[0]
     return out

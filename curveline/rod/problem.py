@@ -52,7 +52,7 @@ class ScaledRod(NamedTuple):
     `forces (m, 2)`, F L^2 / EI, act; `chord (2,)` leads from clamp to clamp; `ends (2,)` are the clamp angles [rad];
     `compliance` is EI / (EA L^2), 0 for an inextensible rod. A clamp gives as much as the length `give` of rod,
     EI / (k L) for its stiffness k, after a `play` [rad] to either side; then the `natural` curvature, times L, and the
-    `reach` from pivot to mouth matter. Further natural curvature is that of a `profile (k, 4)`, in SI, of whose
+    `reach` from pivot to mouth matter. Further natural curvature is that of a `profile (k, 3)`, in SI, of whose
     material the free rod begins at `begin` [m] and takes the length `unit` [m].
     """
 
@@ -97,7 +97,7 @@ class Bearing(NamedTuple):
     twisting: float = 0.0  # [N m^2], GJ
     give: float = 0.0  # [m] of rod that turns as much under a moment as a bearing does: EI over the bearing's stiffness
     play: float = 0.0  # [rad] by which a bearing tilts, either way, before it meets that stiffness
-    profile: Matrix = NO_PROFILE  # (k, 4) of natural curvature beside the uniform one: see `rod.profile`
+    profile: Matrix = NO_PROFILE  # (k, 3) of natural curvature beside the uniform one: see `rod.profile`
 
     def is_like(self, other: Bearing) -> bool:
         """True if a rod between two of either does the same."""
@@ -117,8 +117,8 @@ class Problem(NamedTuple):
     (k,)` of the constraints, whose third is there if k is 3; `ends (2,)` clamp angles [rad]; `compliance (n,)` strain
     of an edge per thrust on it as defined above, of all edges or of none; `held (2,)` 1 for each of the chord's
     constraints that is there, 0 for a last end that slides along that axis; `clamps (6,)` is what `planar.clamps` asks
-    for; `rest (2, n+1)` what each vertex turns by when free [rad], and the natural curvature there, but for the uniform
-    one. In the `room (8, n)` kernels keep what a call needs.
+    for; `rest (3, n+1)` what each vertex has when the rod is free, see `profile`, but for its uniform part. In the
+    `room (8, n)` kernels keep what a call needs.
     """
 
     edges: Vector
@@ -216,7 +216,7 @@ def make_problem(rod, edges):
     for p in range(rod.at.size):
         clamps[PUSH] -= rod.forces[p, 0] * rod.reach
         clamps[LIFT] -= rod.forces[p, 1] * rod.reach
-    rest = np.zeros((2, n + 1))
+    rest = np.zeros((3, n + 1))
     if rod.profile.shape[0] > 0:
         lay_free(rod.profile, rod.begin, rod.unit, edges, rest)
     return Problem(edges, stiffness, loads, height, targets, rod.ends, rod.compliance / edges, held, clamps, rest, room)

@@ -1,8 +1,11 @@
 """Kernels of a natural curvature that varies along the rod: what each vertex of a discrete rod is bent by when free.
 
-A `profile (k, 4)` has a row for each place along the rod's material: the place [m], the angle [rad] by which the free
-rod turned since the first one, its curvature [1/m] and the slope of that [1/m^2]; between two rows the curvature is a
-cubic, beyond them it is constant. One without rows is of a rod that is bent alike all along.
+A `profile (k, 3)` has a row for each place along the rod's material: the place [m], the curvature of the free rod there
+[1/m] and its slope [1/m^2]; between two rows the curvature is a cubic, beyond them it is constant. One without rows is
+of a rod that is bent alike all along.
+
+The angle of an edge is the mean of the tangent's over it. So what a vertex turns by when free is the difference of the
+means on both its sides, and a bend that is shorter than an edge moves no vertex from where it belongs.
 """
 
 from __future__ import annotations
@@ -12,9 +15,13 @@ from numpy.typing import NDArray
 
 from curveline.kernels.kernel import leaf
 
-PLACE, TURNED, CURVATURE, SLOPE = range(4)
+PLACE, CURVATURE, SLOPE = range(3)
 """The columns of a profile."""
-NO_PROFILE: NDArray[np.float64] = np.empty((0, 4))
+NO_PROFILE: NDArray[np.float64] = np.empty((0, 3))
+
+TURN, BENT, BEFORE = range(3)
+"""The rows of what vertices have when the rod is free: their turn [rad], the curvature there times the length, and what
+of the turn lies before the vertex."""
 
 
 @leaf
@@ -26,31 +33,45 @@ def interval_at(profile, place, k):
 
 
 @leaf
-def curvature_behind(profile, k, place):
-    """Curvature [1/m] at a `place` behind row `k`; see `interval_at`."""
-    last = profile.shape[0] - 1
-    if place <= profile[0, PLACE] or k == last:
-        return profile[k, CURVATURE]
+def expanded(profile, k, place):
+    """The cubic behind row `k` in powers of the distance from a `place`: the factors of the powers 0 to 3."""
+    if k + 1 == profile.shape[0] or place < profile[0, PLACE]:
+        return profile[k, CURVATURE], 0.0, 0.0, 0.0
     h = profile[k + 1, PLACE] - profile[k, PLACE]
     t = (place - profile[k, PLACE]) / h
     rise = profile[k + 1, CURVATURE] - profile[k, CURVATURE]
     start, end = h * profile[k, SLOPE], h * profile[k + 1, SLOPE]
-    return profile[k, CURVATURE] + t * (start + t * (3.0 * rise - 2.0 * start - end + t * (start + end - 2.0 * rise)))
+    square, cube = 3.0 * rise - 2.0 * start - end, start + end - 2.0 * rise
+    return (
+        profile[k, CURVATURE] + t * (start + t * (square + t * cube)),
+        (start + t * (2.0 * square + t * 3.0 * cube)) / h,
+        (square + 3.0 * t * cube) / h**2,
+        cube / h**3,
+    )
 
 
 @leaf
-def angle_behind(profile, k, place):
-    """Angle [rad] by which the free rod turned since the first row, at a `place` behind row `k`."""
-    last = profile.shape[0] - 1
-    beyond = place - profile[k, PLACE]
-    if place <= profile[0, PLACE] or k == last:
-        return profile[k, TURNED] + beyond * profile[k, CURVATURE]
-    h = profile[k + 1, PLACE] - profile[k, PLACE]
-    t = beyond / h
-    rise = profile[k + 1, CURVATURE] - profile[k, CURVATURE]
-    start, end = h * profile[k, SLOPE], h * profile[k + 1, SLOPE]
-    cubic, quartic = (3.0 * rise - 2.0 * start - end) / 3.0, 0.25 * (start + end - 2.0 * rise)
-    return profile[k, TURNED] + beyond * (profile[k, CURVATURE] + t * (0.5 * start + t * (cubic + t * quartic)))
+def turned_along(profile, k, begin, end):
+    """Angle [rad] by which the free rod turns from one place to another, the integral of that, and the last row.
+
+    The integral over the way [m rad] is that of the angle by which it has turned since the `begin`, which lies behind
+    row `k` or a later one.
+    """
+    place, turned, swept = begin, 0.0, 0.0
+    while True:
+        k = interval_at(profile, place, k)
+        stop = end
+        if place < profile[0, PLACE]:
+            stop = min(end, profile[0, PLACE])
+        elif k + 1 < profile.shape[0]:
+            stop = min(end, profile[k + 1, PLACE])
+        c0, c1, c2, c3 = expanded(profile, k, place)
+        x = stop - place
+        swept += x * (turned + x * (c0 / 2.0 + x * (c1 / 6.0 + x * (c2 / 12.0 + x * c3 / 20.0))))
+        turned += x * (c0 + x * (c1 / 2.0 + x * (c2 / 3.0 + x * c3 / 4.0)))
+        if stop == end:
+            return turned, swept, k
+        place = stop
 
 
 @leaf
@@ -58,28 +79,48 @@ def turned_between(profile, begin, end):
     """Angle [rad] by which the free rod turns from one place to another; 0 without a profile."""
     if profile.shape[0] == 0:
         return 0.0
-    here, there = interval_at(profile, begin, 0), interval_at(profile, end, 0)
-    return angle_behind(profile, there, end) - angle_behind(profile, here, begin)
+    return turned_along(profile, 0, begin, end)[0]
 
 
 @leaf
 def lay_free(profile, begin, unit, edges, rest):
-    """What the vertices of a rod are bent by when it is free, into `rest (2, n+1)`: turn [rad], curvature times `unit`.
+    """What the vertices of a rod have when it is free, into `rest (3, n+1)`: see `TURN`, `BENT`, `BEFORE`.
 
-    The rod's `edges (n,)` are in units of `unit` [m], and it begins at the place `begin` [m]. A vertex turns by what
-    lies between the middles of the edges beside it, one at an end by what lies before or behind that.
+    The rod's `edges (n,)` are in units of `unit` [m], and it begins at the place `begin` [m].
     """
     n = edges.size
-    here = interval_at(profile, begin, 0)
-    between = here
-    before = angle_behind(profile, here, begin)
-    place = begin
-    for i in range(n + 1):
-        here = interval_at(profile, place, here)
-        half = 0.5 * unit * edges[i] if i < n else 0.0
-        between = interval_at(profile, place + half, between)
-        after = angle_behind(profile, between, place + half)
-        rest[0, i] = after - before
-        rest[1, i] = unit * curvature_behind(profile, here, place)
-        before = after
-        place += 2.0 * half
+    k = interval_at(profile, begin, 0)
+    place, angle, before = begin, 0.0, 0.0
+    for j in range(n):
+        rest[BENT, j] = unit * expanded(profile, k, place)[0]
+        rest[BEFORE, j] = angle - before
+        end = place + unit * edges[j]
+        turned, swept, k = turned_along(profile, k, place, end)
+        mean = angle + swept / (end - place)
+        rest[TURN, j] = mean - before
+        place, angle, before = end, angle + turned, mean
+    k = interval_at(profile, place, k)
+    rest[BENT, n] = unit * expanded(profile, k, place)[0]
+    rest[BEFORE, n] = rest[TURN, n] = angle - before
+
+
+@leaf
+def hidden_between(profile, begin, edges):
+    """How far a free rod may be from a smooth curve through its vertices, at most, between these [m].
+
+    The `edges (n,)` [m] begin at the place `begin`. In the middle of each the angle is held against that of the cubic
+    that has angles and curvatures of both its ends; a quarter of its length is the way over which that counts.
+    """
+    k = interval_at(profile, begin, 0)
+    place, most = begin, 0.0
+    here = expanded(profile, k, place)[0]
+    for j in range(edges.size):
+        middle, end = place + 0.5 * edges[j], place + edges[j]
+        half, _, k = turned_along(profile, k, place, middle)
+        rest, _, k = turned_along(profile, k, middle, end)
+        k = interval_at(profile, end, k)
+        there = expanded(profile, k, end)[0]
+        smooth = 0.5 * (half + rest) + 0.125 * edges[j] * (here - there)
+        most = max(most, 0.25 * edges[j] * abs(half - smooth))
+        place, here = end, there
+    return most

@@ -117,7 +117,7 @@ class RodTable(Table):
         default=None,
         min_length=1,
         max_length=MAX_PLACES,
-        description="what varies of it: pairs of mm from the rod's left end, 1/m",
+        description="pairs of a place in mm from the rod's left end and what the free rod is bent there besides",
     )
     natural_curvature_file: Name | None = Field(
         default=None, description="the same in a CSV file with the columns place_mm and curvature_per_m"

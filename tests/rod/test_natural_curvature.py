@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ def test_states_are_those_of_collocation(pattern: str, kind: str) -> None:
 
 def straightened(rod: ClampedRod, place: float) -> float:
     """Energy per length [N] of a rod that a bearing holds straight at a place along the material."""
-    bent = NaturalCurvature(rod.bearing.profile[:, 0], rod.bearing.profile[:, 2])
+    bent = NaturalCurvature(rod.bearing.profile[:, 0], rod.bearing.profile[:, 1])
     return 0.5 * rod.stiffness * (rod.natural_curvature + float(bent(np.array([place]))[0])) ** 2
 
 
@@ -112,3 +113,25 @@ def test_the_edges_converge_with_their_square(pattern: str, kind: str) -> None:
             errors.append(np.linalg.norm(table + mouth - exact, axis=1).max())
         slope, _ = np.polyfit(np.log([1.0, 2.0, 4.0, 8.0]), np.log(errors), 1)
         assert slope == pytest.approx(-2.0, abs=0.05)
+
+
+def step(places: Array) -> Array:
+    """Bent behind one place, which lies in the middle of an edge."""
+    return np.where(places > 0.4123, 5.0, 0.0)
+
+
+def tooth(places: Array) -> Array:
+    """Bent by 15 deg over a millimetre, and by as much back."""
+    return np.where((places > 0.3512) & (places < 0.3522), 260.0, 0.0) - np.where(
+        (places > 0.5512) & (places < 0.5522), 260.0, 0.0
+    )
+
+
+@pytest.mark.parametrize("pattern", [waves, hump, step, tooth])
+def test_what_is_bent_within_an_edge_is_told_by_the_error(pattern: Callable[[Array], Array]) -> None:
+    profile = NaturalCurvature(np.linspace(0.0, 1.2, 24_001), pattern(np.linspace(0.0, 1.2, 24_001))).table
+    rod = ClampedRod(POSE, Bearing(0.02, STIFFNESS, WEIGHT, profile=profile))
+    for rough, exact in zip(find_states(rod, 1e-3), find_states(rod, 1e-8), strict=True):
+        gap = np.linalg.norm(rough.curve(4001) - exact.curve(4001), axis=1).max()
+        assert gap < 1.05 * rough.error + exact.error
+        assert rough.error < 40.0 * gap + 1e-6

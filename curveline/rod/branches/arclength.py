@@ -22,6 +22,7 @@ from curveline.rod.planar.clamps import link, mouth_shift
 from curveline.rod.planar.modes import from_zero, lowest_eigenvalue, modes_below, second_variation
 from curveline.rod.planar.newton import TINY, Effort, newton
 from curveline.rod.problem import COSINE, SINE, Array, Bearing, coefficients, copy_into, gives
+from curveline.rod.profile import TURN
 from curveline.rod.trigonometry import sines_and_cosines
 
 CORRECT = Effort(turn=0.3, close=1e-7, iterations=8)
@@ -94,7 +95,7 @@ def residual(problem, point):
         along, across = coefficients(problem, point[n : n + 2], j)
         stretch = 1.0 - problem.compliance[j] * (along * cosine + across * sine)
         after = point[j + 1] if j + 1 < n else end
-        turned, ahead = point[j] - before - problem.rest[0, j], after - point[j] - problem.rest[0, j + 1]
+        turned, ahead = point[j] - before - problem.rest[TURN, j], after - point[j] - problem.rest[TURN, j + 1]
         bends = turned * problem.stiffness[j] - ahead * problem.stiffness[j + 1]
         out[j] = bends + (across * cosine - along * sine) * stretch
         out[n] += problem.edges[j] * cosine * stretch

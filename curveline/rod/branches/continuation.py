@@ -35,6 +35,7 @@ from curveline.rod.planar.modes import from_zero, lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, descend, newton
 from curveline.rod.planar.richardson import vertex_table
 from curveline.rod.problem import Array, Bearing, cut, largest_change, mesh, refine_angles, sharpest_turn
+from curveline.rod.profile import BENT
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.rod.states.planar_states import SEARCH_EDGES
 
@@ -124,14 +125,14 @@ def node_loads(path, fraction, bearing, free, phi, multipliers):
     out = np.empty(6)
     sharpest = 0.0
     for i in range(phi.size + 1):
-        sharpest = max(sharpest, abs((table[i, CURVATURE] - free.rest[1, i]) / length - bearing.natural))
+        sharpest = max(sharpest, abs((table[i, CURVATURE] - free.rest[BENT, i]) / length - bearing.natural))
     for side in range(2):
         x, y = (start_x, start_y) if side == 0 else (end_x, end_y)
         angle = table[0 if side == 0 else phi.size, ANGLE]
         # Seen from the node, the rod leaves the left one along its tangent and the right one against it.
         sign = 1.0 if side == 0 else -1.0
         vertex = 0 if side == 0 else phi.size
-        bend, own = table[vertex, CURVATURE] / length, free.rest[1, vertex] / length + bearing.natural
+        bend, own = table[vertex, CURVATURE] / length, free.rest[BENT, vertex] / length + bearing.natural
         out[3 * side] = x * np.cos(angle) + y * np.sin(angle) - sign * 0.5 * bearing.stiffness * bend**2
         out[1 + 3 * side] = y
         across = y * np.cos(angle) - x * np.sin(angle)

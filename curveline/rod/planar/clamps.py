@@ -17,6 +17,7 @@ import numpy as np
 
 from curveline.kernels.kernel import leaf
 from curveline.rod.problem import GIVE, LIFT, NATURAL, PLAY, PUSH, REACH, gives
+from curveline.rod.profile import TURN
 
 LOOSE = 1e-6
 """Stiffness [EI/L] against a tilt within the play: of none at both ends, edges without forces would turn at no cost."""
@@ -56,7 +57,7 @@ def link(problem, phi, multipliers, side):
         return rest, 0.0
     n = phi.size
     clamps, stiffness = problem.clamps, problem.stiffness[side * n]
-    edge = phi[side * (n - 1)] - (1.0 - 2.0 * side) * problem.rest[0, side * n]
+    edge = phi[side * (n - 1)] - (1.0 - 2.0 * side) * problem.rest[TURN, side * n]
     along, across = pulls(problem, multipliers, side)
     natural = (1.0 - 2.0 * side) * clamps[NATURAL]
     angle = rest

@@ -37,6 +37,7 @@ from curveline.rod.planar.modes import (
     next_value,
 )
 from curveline.rod.problem import COSINE, SINE, ScaledRod, coefficients, make_problem
+from curveline.rod.profile import TURN
 from curveline.rod.trigonometry import sines_and_cosines
 
 BLOCKS = 7
@@ -80,7 +81,7 @@ def lateral_variation(problem, phi, multipliers, lateral):
             blocks[i - 1, 1] -= (rate_bend - rate_twist) * s * c
             blocks[i - 1, 2] += rate_bend * s * s + rate_twist * c * c
         if 0 < i < n:
-            moment = (turn - problem.rest[0, i]) * problem.stiffness[i] - natural
+            moment = (turn - problem.rest[TURN, i]) * problem.stiffness[i] - natural
             whole_s, whole_c = 2.0 * s * c, c * c - s * s
             blocks[i, 3] = rate_twist * s * s - rate_bend * c * c - 0.5 * moment * whole_s
             blocks[i, 4] = (rate_bend + rate_twist) * s * c - 0.5 * moment * whole_c

@@ -29,6 +29,7 @@ from curveline.rod.problem import (
     copy_into,
     gives,
 )
+from curveline.rod.profile import TURN
 from curveline.rod.trigonometry import sines_and_cosines
 
 TINY = 1e-290
@@ -90,11 +91,11 @@ def eliminate(problem, phi, multipliers, shift):
             xy += give * slope_x * slope_y
             yy += give * slope_y * slope_y
     stiff, here = stiffness[0], phi[0]
-    bend = (here - start - rest[0, 0]) * stiff
+    bend = (here - start - rest[TURN, 0]) * stiff
     for j in range(n):
         sine, cosine, edge = room[SINE, j], room[COSINE, j], edges[j]
         ahead, after = stiffness[j + 1], phi[j + 1] if j + 1 < n else end
-        bend_ahead = (after - here - rest[0, j + 1]) * ahead
+        bend_ahead = (after - here - rest[TURN, j + 1]) * ahead
         along, across = loads[0, j] + push * edge, loads[1, j] + lift * edge
         reach_x, reach_y, reach_h = edge * cosine, edge * sine, 0.0
         slope_x, slope_y, slope_h = -reach_y, reach_x, 0.0
@@ -303,7 +304,7 @@ def energy_and_gaps(problem, phi, multipliers):
             miss_y += y
     for j in range(n):
         sine, cosine, edge = room[SINE, j], room[COSINE, j], edges[j]
-        turn = phi[j] - before - rest[0, j]
+        turn = phi[j] - before - rest[TURN, j]
         potential = loads[0, j] * cosine + loads[1, j] * sine
         total += 0.5 * turn * turn * stiffness[j] + potential
         stretch = 1.0
@@ -317,7 +318,7 @@ def energy_and_gaps(problem, phi, multipliers):
         if is_high:
             miss_h += (height[0, j] * cosine + height[1, j] * sine) * stretch
         before = phi[j]
-    turn = end - before - rest[0, n]
+    turn = end - before - rest[TURN, n]
     return total + 0.5 * turn * turn * stiffness[n], (miss_x * held[0], miss_y * held[1], miss_h)
 
 

@@ -17,6 +17,7 @@ from curveline.rod.planar.clamps import link, link_energies
 from curveline.rod.planar.modes import around, from_zero, lowest_eigenvalue
 from curveline.rod.planar.newton import Effort, newton, thrust_on
 from curveline.rod.problem import COSINE, SINE, Problem, gives, halved, largest_change, make_problem, refine_angles
+from curveline.rod.profile import BEFORE, BENT, TURN, hidden_between
 from curveline.rod.trigonometry import sines_and_cosines
 
 POLISH = Effort(turn=0.3, close=1e-7, iterations=25)
@@ -52,8 +53,9 @@ def vertex_table(problem, phi, multipliers):
         if j > 0:
             turn = phi[j] - phi[j - 1]
             share = problem.edges[j - 1] / (problem.edges[j - 1] + problem.edges[j])
-            table[j, ANGLE] = phi[j - 1] + share * turn
-            table[j, CURVATURE] = (turn - rest[0, j]) * problem.stiffness[j] + rest[1, j]
+            bent = turn - rest[TURN, j]
+            table[j, ANGLE] = phi[j - 1] + rest[BEFORE, j] + share * bent
+            table[j, CURVATURE] = bent * problem.stiffness[j] + rest[BENT, j]
             table[j, STRAIN] = before + share * (strain - before)
             table[j, STRAIN_SLOPE] = (strain - before) * problem.stiffness[j]
         before = strain
@@ -66,8 +68,8 @@ def vertex_table(problem, phi, multipliers):
     table[0, ANGLE] = start
     table[n, ANGLE] = end
     # The derivative of the discrete energy by the clamp angle: the end moment, second order accurate.
-    table[0, CURVATURE] = (phi[0] - start - rest[0, 0]) * problem.stiffness[0] + rest[1, 0]
-    table[n, CURVATURE] = (end - phi[n - 1] - rest[0, n]) * problem.stiffness[n] + rest[1, n]
+    table[0, CURVATURE] = (phi[0] - start - rest[TURN, 0]) * problem.stiffness[0] + rest[BENT, 0]
+    table[n, CURVATURE] = (end - phi[n - 1] - rest[TURN, n]) * problem.stiffness[n] + rest[BENT, n]
     return table
 
 
@@ -78,8 +80,8 @@ def level_scalars(problem, phi, multipliers, table):
     n = phi.size
     out[ACROSS] = multipliers[0]
     out[UP] = multipliers[1]
-    out[FIRST_BEND] = table[0, CURVATURE] - problem.rest[1, 0]
-    out[LAST_BEND] = table[n, CURVATURE] - problem.rest[1, n]
+    out[FIRST_BEND] = table[0, CURVATURE] - problem.rest[BENT, 0]
+    out[LAST_BEND] = table[n, CURVATURE] - problem.rest[BENT, n]
     strained = 0.0
     potential = 0.0
     before, end = table[0, ANGLE], table[n, ANGLE]
@@ -92,11 +94,11 @@ def level_scalars(problem, phi, multipliers, table):
         # The table's edges are stretched and turned already, which spares a sine and a cosine.
         potential += problem.loads[0, j] * (table[j + 1, X] - table[j, X]) / problem.edges[j]
         potential += problem.loads[1, j] * (table[j + 1, Y] - table[j, Y]) / problem.edges[j]
-        strained += 0.5 * (phi[j] - before - problem.rest[0, j]) ** 2 * problem.stiffness[j]
+        strained += 0.5 * (phi[j] - before - problem.rest[TURN, j]) ** 2 * problem.stiffness[j]
         before = phi[j]
         if problem.compliance[j] > 0.0:
             strained += 0.5 * problem.compliance[j] * thrust_on(problem, phi, multipliers, j) ** 2
-    out[STRAIN_ENERGY] = strained + 0.5 * (end - before - problem.rest[0, n]) ** 2 * problem.stiffness[n]
+    out[STRAIN_ENERGY] = strained + 0.5 * (end - before - problem.rest[TURN, n]) ** 2 * problem.stiffness[n]
     out[LOAD_POTENTIAL] = potential
     out[EIGENVALUE] = 0.0
     return out
@@ -189,6 +191,8 @@ def climb_levels(rod, edges, phi, multipliers, tolerance, most_edges):
         change = largest_gap(fine_table, coarse_table)
         if rungs > 2:
             estimate = HONESTY * largest_gap(table, before) + ROUNDING
+            if rod.profile.shape[0] > 0:
+                estimate += hidden_between(rod.profile, rod.begin, rod.unit * edges) / rod.unit
             # Where halving the edges does not quarter the change, the extrapolation is not to be trusted.
             if change > 0.4 * previous_change:
                 estimate = max(estimate, change)

@@ -22,7 +22,7 @@ from curveline.rod.planar.richardson import (
     climb_levels,
 )
 from curveline.rod.problem import Bearing, Pose, ScaledRod
-from curveline.rod.profile import curvature_behind, interval_at, turned_between
+from curveline.rod.profile import expanded, interval_at, turned_between
 
 MOST_EDGES = 50_000
 TAIL = 0.2
@@ -55,7 +55,7 @@ class Placement(NamedTuple):
     """What a curve has in SI, where its left pivot is the origin.
 
     The free length, its natural curvature [1/m], stiffness EI [N m^2], weight [N], the sum of its loads [N], how far it
-    turns from clamp to clamp [rad], but for what its `profile (k, 4)` turns by; the straight tails behind the clamps, a
+    turns from clamp to clamp [rad], but for what its `profile (k, 3)` turns by; the straight tails behind the clamps, a
     clamp's length, and the right pivot [m]; where of the profile's material the free rod begins [m].
     """
 
@@ -125,7 +125,7 @@ def _sharpest(table, edges, placement):
         own = placement.natural
         if profile.shape[0] > 0:
             row = interval_at(profile, place, row)
-            own += curvature_behind(profile, row, place)
+            own += expanded(profile, row, place)[0]
         sharpest = max(sharpest, abs(table[j, CURVATURE] / placement.length - own))
         place += edges[j] if j < edges.size else 0.0
     return sharpest

@@ -1,0 +1,81 @@
+"""A natural curvature that varies along the rod: from a display file, or a CSV file beside it, to the scene."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from curveline.errors import InvalidInput
+from curveline.scene import Profile
+from curveline.shapes.files import builtin_text, read_display
+
+PAIRS = Profile((0.0, 0.5), (1.0, -2.5))
+
+
+def display_with(folder: Path, line: str) -> Path:
+    path = folder / "bent.toml"
+    path.write_text(builtin_text("single").replace("[limits]", f"{line}\n\n[limits]", 1))
+    return path
+
+
+def csv_beside(folder: Path, text: str) -> Path:
+    (folder / "rod.csv").write_text(text)
+    return display_with(folder, 'natural_curvature_file = "rod.csv"')
+
+
+def test_a_display_file_says_how_the_free_rod_is_bent(tmp_path: Path) -> None:
+    display = read_display(display_with(tmp_path, "natural_curvature_along = [[0, 1.0], [500.0, -2.5]]"))
+    assert display.rod.profile == PAIRS
+    assert read_display("single").rod.profile is None
+
+
+@pytest.mark.parametrize(
+    "text", ["place_mm,curvature_per_m\n0,1\n500,-2.5\n", "place_mm, curvature_per_m\r\n0, 1.0\r\n\r\n500,-2.5"]
+)
+def test_a_table_beside_it_says_so_too(tmp_path: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = csv_beside(tmp_path, text)
+    monkeypatch.chdir(tmp_path.parent)
+    assert read_display(path).rod.profile == PAIRS
+
+
+def test_another_table_is_another_display(tmp_path: Path) -> None:
+    digests = {read_display(csv_beside(tmp_path, f"place_mm,curvature_per_m\n0,{value}\n")).digest for value in (1, 2)}
+    assert len(digests) == 2
+
+
+BROKEN = {
+    "": (1, "header", "begin it with the line place_mm,curvature_per_m"),
+    "mm,per_m\n0,1\n": (1, "header", "begin it with the line"),
+    "place_mm,curvature_per_m\n": (1, "empty", "give 1 to"),
+    "place_mm,curvature_per_m\n0,1\n5\n": (3, "out-of-range", "write place and curvature"),
+    "place_mm,curvature_per_m\n0,nan\n": (2, "out-of-range", "write place and curvature"),
+    "place_mm,curvature_per_m\n0;1\n": (2, "out-of-range", "write place and curvature"),
+    "place_mm,curvature_per_m\n0,1e7\n": (2, "out-of-range", "is it in 1/m?"),
+    "place_mm,curvature_per_m\n5,1\n4,1\n": (3, "out-of-range", "from the left end of the rod on"),
+    "place_mm,curvature_per_m\n5,1\n2001,1\n": (3, "out-of-range", "is it in mm from its left end?"),
+}
+
+
+@pytest.mark.parametrize("text", BROKEN)
+def test_a_faulty_table_is_refused_where_it_is_faulty(tmp_path: Path, text: str) -> None:
+    line, code, hint = BROKEN[text]
+    with pytest.raises(InvalidInput) as refusal:
+        read_display(csv_beside(tmp_path, text))
+    first = refusal.value.diagnostics[0]
+    assert (first.path, first.line, first.code) == (str(tmp_path / "rod.csv"), line, code)
+    assert re.search(re.escape(hint), first.hint)
+
+
+@pytest.mark.parametrize("data", [b"place_mm,curvature_per_m\n\xff,1\n", b"place_mm\0,1", b"#" * 1_000_001])
+def test_what_is_no_text_is_refused(tmp_path: Path, data: bytes) -> None:
+    path = csv_beside(tmp_path, "")
+    (tmp_path / "rod.csv").write_bytes(data)
+    with pytest.raises(InvalidInput):
+        read_display(path)
+
+
+def test_a_table_that_is_not_there_is_missed(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"other\.csv"):
+        read_display(display_with(tmp_path, 'natural_curvature_file = "other.csv"'))
