@@ -11,6 +11,7 @@ import pytest
 from curveline.rod.branches.continuation import follow, start_along
 from curveline.rod.branches.control_path import straight_path
 from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.geometry.vertex_table import CURVATURE
 from curveline.rod.natural_curvature import NaturalCurvature
 from curveline.rod.planar.richardson import interpolate
 from curveline.rod.problem import Array, Bearing, Pose
@@ -135,3 +136,43 @@ def test_what_is_bent_within_an_edge_is_told_by_the_error(pattern: Callable[[Arr
         gap = np.linalg.norm(rough.curve(4001) - exact.curve(4001), axis=1).max()
         assert gap < 1.05 * rough.error + exact.error
         assert rough.error < 40.0 * gap + 1e-6
+
+
+SECOND = 8.986818916
+"""Twice the first positive root of tan u = u: the wave number of a straight clamped rod's second mode."""
+
+
+@pytest.mark.parametrize("part", [-0.5, 0.0, 0.5, 0.9])
+def test_a_shallow_arch_snaps_where_its_modes_say(part: float) -> None:
+    # Shallow arches in the modes of Euler's buckling, as arXiv 2601.06598 takes them apart: a natural curvature c cos(2
+    # pi s) pushes the state on the other side along the first mode, until the second one is soft at c = c*.
+    excess = 1e-4
+    gap = SECOND**2 - 4.0 * math.pi**2
+    critical = gap * math.sqrt(2.0 * excess) / (math.sqrt(2.0) * math.pi)
+    places = np.linspace(0.0, 1.0, 2001)
+    profile = NaturalCurvature(places, part * critical * np.cos(2.0 * math.pi * places)).table
+    rod = ClampedRod(Pose(1.0 - excess, 0.0, 0.0, 0.0, 1.0), Bearing(0.0, 1.0, 0.0, profile=profile))
+    _, valley = find_states(rod, 1e-6)
+    assert valley.lowest_eigenvalue == pytest.approx(gap * (1.0 - part), abs=0.01 * gap)
+
+
+def kept_by(name: str, share: float, right: float) -> Array:
+    """The profile of a rod that keeps a share of the curvature of a state between nodes at 40 deg and `right` [deg]."""
+    rod = ClampedRod(Pose(0.5, 0.0, math.radians(40.0), math.radians(right), 0.7), Bearing(0.02, STIFFNESS, WEIGHT))
+    (state,) = (each for each in find_states(rod, 1e-6) if each.name == name)
+    places = 0.5 * rod.clamp + np.concatenate([[0.0], np.cumsum(state.edges)])
+    beside = [places[0] - 1e-4], [places[-1] + 1e-4]
+    values = np.concatenate([[0.0], share * state.vertices_table[:, CURVATURE], [0.0]])
+    return NaturalCurvature(np.concatenate([beside[0], places, beside[1]]), values).table
+
+
+@pytest.mark.parametrize(("name", "right", "limit"), [("peak", 20.0, 57.9), ("valley", 0.0, 36.3)])
+def test_a_tenth_of_another_state_moves_the_asymmetric_peak_as_another_solver_says(
+    name: str, right: float, limit: float
+) -> None:
+    bearing = Bearing(0.02, STIFFNESS, WEIGHT, profile=kept_by(name, 0.1, right))
+    rod = ClampedRod(Pose(0.5, 0.0, math.radians(40.0), 0.0, 0.7), bearing)
+    peak = find_states(rod, 1e-5)[0]
+    path = straight_path(rod.pose, rod.pose._replace(end=math.radians(80.0)))
+    branch = follow(path, rod.bearing, *start_along(path, peak))
+    assert 80.0 * branch.reached == pytest.approx(limit, abs=0.15)
