@@ -71,8 +71,10 @@ def asked(process: subprocess.Popen[str], rod: ClampedRod) -> float:
     assert process.stdin is not None
     assert process.stdout is not None
     fields = dataclasses.asdict(rod)
-    # What is 0 at the end of a bearing may have no name yet in the other version.
-    fields["bearing"] = fields["bearing"][: max(i for i, each in enumerate(fields["bearing"]) if each) + 1]
+    # What is 0 or empty at the end may have no name yet in the other version.
+    for name in ("pose", "bearing"):
+        numbers = fields[name]
+        fields[name] = numbers[: max(i for i, each in enumerate(numbers) if np.any(each)) + 1]
     process.stdin.write(json.dumps(fields) + "\n")
     process.stdin.flush()
     return float(process.stdout.readline())
