@@ -10,6 +10,10 @@ import math
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""
+GAS_CONSTANT = 8.314462618
+"""Molar gas constant [J/(mol K)]."""
+MINUTE, HOUR, DAY, WEEK = 60.0, 3600.0, 86_400.0, 604_800.0
+"""In seconds."""
 
 
 def mm(value: float) -> float:
@@ -85,6 +89,11 @@ def ms(value: float) -> float:
 def to_ms(value: float) -> float:
     """Time in seconds to ms."""
     return value * 1e3
+
+
+def kelvin(value: float) -> float:
+    """Temperature in degrees Celsius to kelvin."""
+    return value + 273.15
 
 
 def decimals_of(size: float, digits: int) -> int:

@@ -16,7 +16,7 @@ ROOT = Path(curveline.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
 
 LEFT_TO_RIGHT = """
-_version errors units phrases listening notebook sections scene system drive_settings plan_file shapes
+_version errors units phrases listening notebook system sections material scene drive_settings plan_file shapes
 kernels rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
 simulation loading planning replay displays figures outputs driving notebook_listener bench/methods bench api
@@ -26,7 +26,6 @@ ROOMS = LEFT_TO_RIGHT.split()
 """The folders and modules of the package, each of which may import those to its left."""
 
 APART = {
-    "system": {"scene", "sections"},
     "kernels": set(ROOMS) - {"kernels", "errors"},
     "rod": set(ROOMS) - {"rod", "kernels", "units", "errors"},
     "radio": {"rod", "scene", "sections", "shapes"},
@@ -38,7 +37,7 @@ ONLY_IN = {
     "numba": {"kernels", "bench"},
     "llvmlite": {"kernels"},
     "scipy": {"rod"},
-    "numpy": {"kernels", "rod", "bench", "figures", "loading", "planning", "replay", "simulation"},
+    "numpy": {"kernels", "rod", "bench", "figures", "loading", "material", "planning", "replay", "simulation"},
     "pydantic": {"shapes"},
     "typer": {"cli"},
     "matplotlib": set(),

@@ -1,0 +1,1 @@
+"""The set of a plastic rod: how its bending relaxes, what it remembers of the shapes that it was held in."""
