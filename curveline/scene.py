@@ -12,6 +12,7 @@ from functools import cache
 from numbers import Real
 from typing import Any
 
+from curveline.material.relaxation import Relaxation
 from curveline.sections import CrossSection
 from curveline.units import STANDARD_GRAVITY, to_gpa, to_nmm2
 
@@ -85,6 +86,7 @@ class Rod(_Measured):
     lateral_curvature: float = 0.0  # [1/m] of the free rod out of the plane, positive where it turns towards the viewer
     is_stiffness_measured: bool = False
     profile: Profile | None = None  # of natural curvature beside the uniform one, where it varies along the rod
+    relaxation: Relaxation | None = None  # by which it takes a set; None if it takes none
 
     @property
     def width(self) -> float:

@@ -19,11 +19,14 @@ from curveline.displays.capability import (
     straight_budget,
 )
 from curveline.displays.lint import Suspicion, suspicions
+from curveline.material.relaxation import Relaxation
 from curveline.notebook import html_of
 from curveline.planning.reachability import Access
 from curveline.scene import Display
-from curveline.units import deg, to_deg, to_mm, to_nmm
+from curveline.units import HOUR, WEEK, deg, to_deg, to_mm, to_nmm
 
+SET_AFTER = (HOUR, 8.0 * HOUR, WEEK)
+"""Times in a shape of which a check says how much of the bend they set [s]."""
 KINDS_HEAD = ("from home into", "states", "possible", "reason")
 
 
@@ -102,6 +105,19 @@ def rod_document(display: Display) -> dict[str, Any]:
         "weight_N_per_m": rod.weight_per_length if display.gravity else 0.0,
         "smallest_radius_mm": to_mm(1.0 / rod.max_curvature),
         "buckling_force_N": buckling_force(display),
+        "set": _set_document(rod.relaxation),
+    }
+
+
+def _set_document(law: Relaxation | None) -> dict[str, Any] | None:
+    """The set that a rod takes, as plain data; None for one that takes none."""
+    if law is None:
+        return None
+    return {
+        "times_s": list(law.times),
+        "fractions": list(law.fractions),
+        "temperature_C": law.temperature,
+        "after": [{"held_s": seconds, "fraction": law.set_after(seconds)} for seconds in SET_AFTER],
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 from curveline.displays.capability import (
@@ -18,13 +19,14 @@ from curveline.displays.capability import (
     undrivable,
 )
 from curveline.drive_settings import MAX_EDGES_PER_S
+from curveline.material.relaxation import REFERENCE_C, power_law
 from curveline.plan_file import MAX_STEP_SECONDS
 from curveline.planning.funnels import ANGLES
 from curveline.scene import DOWN, Display
 from curveline.sections import Rectangle
 from curveline.shapes.files import builtin_displays, read_display
 from curveline.shapes.radians import look_like_radians
-from curveline.units import gpa, mm, rounded_down, to_deg, to_gpa, to_mm, told_apart
+from curveline.units import HOUR, gpa, mm, rounded_down, to_deg, to_gpa, to_mm, told_apart
 
 SPANS = (mm(100.0), mm(3000.0))
 """Spans outside of these are more likely a wrong unit than a display."""
@@ -44,6 +46,10 @@ LAST_FREE_CHANNEL = 83
 """The band that is free for all ends at 2483.5 MHz; a channel is a MHz above 2400."""
 MODULI = (gpa(1e-3), gpa(1300.0))
 """From the softest rubber to diamond: what lies outside is more likely a wrong unit."""
+SETS = (0.05, 0.4)
+"""Part of a bend that is set after an hour: outside of these it is hardly that of a rod which springs back."""
+ROOM_C = (5.0, 45.0)
+"""Temperatures of rooms."""
 FLATTENED = 0.05
 """Share of its bending stiffness that a tube may lose by flattening without a word."""
 NO_FUNNEL = "the best of the funnels into one fails"
@@ -69,6 +75,7 @@ def suspicions(display: Display, ability: Ability) -> list[Suspicion]:
         *_lengths(display, ability.held),
         *_plane(display, ability.leaving),
         *_rod(display, ability.held),
+        *_set(display),
         *_geometry(display),
         *_motors(display),
         *_radio(display),
@@ -187,6 +194,24 @@ def _rod(display: Display, held: Held) -> Iterator[Suspicion]:
         gives, takes = told_apart(display.drive.max_force, needed, 3)
         message = f"the motors give {gives} N, and the straight rod buckles at {takes} N"
         yield Suspicion("weak-motor", "drive.max_force_N", message, "extruding may stall before the rod gives way")
+
+
+def _set(display: Display) -> Iterator[Suspicion]:
+    """A set that hardly any rod takes, or one that was not measured."""
+    law = display.rod.relaxation
+    if law is None:
+        return
+    after = law.set_after(HOUR, REFERENCE_C)
+    if not SETS[0] <= after <= SETS[1]:
+        message = f"held in a shape for an hour, at {REFERENCE_C:g} C, the rod keeps {100.0 * after:.2g} % of the bend"
+        hint = "times are in seconds, and a strength of 1 is that of acetal: `curveline calibrate set` measures it"
+        yield Suspicion("odd-set", "rod.set_strength", message, hint)
+    if replace(law, temperature=REFERENCE_C) == power_law():
+        message = "what set the rod takes is the estimate for acetal, and may be a third off"
+        yield Suspicion("not-measured", "rod.set_strength", message, "measure it with `curveline calibrate set`")
+    if not ROOM_C[0] <= law.temperature <= ROOM_C[1]:
+        message = f"a display at {law.temperature:g} C stands in no room"
+        yield Suspicion("odd-temperature", "rod.temperature_C", message, "is it in degrees Celsius?")
 
 
 def _geometry(display: Display) -> Iterator[Suspicion]:

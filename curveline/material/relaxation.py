@@ -71,6 +71,7 @@ class Relaxation:
         if fault := fault_of(self.times, self.fractions):
             raise InvalidInput(f"no rod relaxes so: {fault[0]}", fault[1])
         check_temperature(self.temperature)
+        object.__setattr__(self, "temperature", float(self.temperature))
 
     def reduced(self, seconds: float, temperature: float | None = None) -> float:
         """The time at `REFERENCE_C` [s] in which as much happens as in `seconds` at a temperature [C], or the rod's.
@@ -84,6 +85,10 @@ class Relaxation:
         """Moment of a bend that has been held for so long at `REFERENCE_C`, over its first moment."""
         relaxed = (each * -math.expm1(-seconds / time) for time, each in zip(self.times, self.fractions, strict=True))
         return 1.0 - math.fsum(relaxed)
+
+    def set_after(self, seconds: float, temperature: float | None = None) -> float:
+        """Part of a bend that is set when it has been held for so long at a temperature [C], or the rod's."""
+        return 1.0 - self.modulus(self.reduced(seconds, temperature))
 
 
 def power_law(strength: float = 1.0, exponent: float = ACETAL_EXPONENT, temperature: float = REFERENCE_C) -> Relaxation:

@@ -12,6 +12,18 @@ from pydantic import BaseModel, ConfigDict, Field, PlainValidator, TypeAdapter
 from pydantic_core import PydanticCustomError
 
 from curveline.drive_settings import ADDRESS, MAX_CHANNEL, MAX_NODES
+from curveline.material.relaxation import (
+    COLDEST_C,
+    HOTTEST_C,
+    LEAST_EXPONENT,
+    LEAST_STRENGTH,
+    LONGEST,
+    MOST_EXPONENT,
+    MOST_STRENGTH,
+    MOST_TERMS,
+    REFERENCE_C,
+    SHORTEST,
+)
 
 MAX_LOADS = 1000
 MAX_PLACES = 10_000
@@ -29,6 +41,8 @@ Component = Annotated[float, Field(ge=-1e6, le=1e6)]
 Speed = Annotated[float, Field(ge=1e-6, le=1e6)]
 Force = Annotated[float, Field(ge=-1e6, le=1e6)]
 Positive = Annotated[float, Field(ge=1e-6, le=1e6)]
+Seconds = Annotated[float, Field(ge=SHORTEST, le=LONGEST)]
+Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 Address = Annotated[str, Field(pattern=ADDRESS)]
 LONGEST_NAME = 100
 Name = Annotated[str, Field(max_length=LONGEST_NAME)]
@@ -131,6 +145,32 @@ class RodTable(Table):
     )
     lateral_curvature_per_m: float = Field(
         default=0.0, ge=-1e6, le=1e6, description="curvature of the free rod out of the display's plane"
+    )
+    set_strength: float | None = Field(
+        default=None,
+        ge=LEAST_STRENGTH,
+        le=MOST_STRENGTH,
+        description="how much the rod creeps within an hour, 1 being the estimate for acetal; none for no set",
+    )
+    set_exponent: float | None = Field(
+        default=None,
+        ge=LEAST_EXPONENT,
+        le=MOST_EXPONENT,
+        description="power of time by which it goes on creeping; acetal's is estimated as 0.295",
+    )
+    relaxation_times_s: list[Seconds] | None = Field(
+        default=None,
+        max_length=MOST_TERMS,
+        description="times within which a bend that is held goes over into set, at 23 C",
+    )
+    relaxation_fractions: list[Fraction] | None = Field(
+        default=None, max_length=MOST_TERMS, description="fraction of a bend for each of them, together below 1"
+    )
+    temperature_C: float = Field(
+        default=REFERENCE_C,
+        ge=COLDEST_C,
+        le=HOTTEST_C,
+        description="of the rod, which takes a set sooner where it is warm",
     )
 
 

@@ -15,7 +15,9 @@ _UNITS = {
     "Nmm": "N mm",
     "mm": "mm",
     "deg": "deg",
+    "times_s": "s",
     "GPa": "GPa",
+    "C": "C",
     "N": "N",
 }
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from curveline.scene import Profile, Rod
 from curveline.sections import POISSON, CrossSection, Rectangle, Round
 from curveline.shapes.file_keys import LEAST_GPA, MOST_GPA, RodTable
+from curveline.shapes.set_rules import check_set, relaxation_of
 from curveline.shapes.toml_document import Document
 from curveline.units import g_per_m, gpa, mm, nmm2, to_gpa, told_apart
 
@@ -23,6 +24,7 @@ def check_rod(document: Document) -> None:
     _check_section(document)
     _check_tube(document)
     _check_stiffness(document)
+    check_set(document)
 
 
 def rod_of(table: RodTable, profile: Profile | None) -> Rod:
@@ -49,6 +51,7 @@ def rod_of(table: RodTable, profile: Profile | None) -> Rod:
         lateral_curvature=table.lateral_curvature_per_m,
         is_stiffness_measured=table.bending_stiffness_Nmm2 is not None,
         profile=profile,
+        relaxation=relaxation_of(table),
     )
 
 

@@ -35,10 +35,18 @@ EXAMPLES = {
     "inner_diameter_mm": 4.0,
     "natural_curvature_along": [[0.0, 0.5], [2000.0, -0.5]],
     "natural_curvature_file": "rod.csv",
+    "relaxation_fractions": [0.1, 0.15, 0.2],
+    "relaxation_times_s": [1000.0, 30000.0, 1000000.0],
+    "set_exponent": 0.295,
+    "set_strength": 1.0,
     "shear_modulus_GPa": 0.9,
 }
 """Numbers for keys that have no default, to be seen and not used."""
-INSTEAD_OF = {"bending_stiffness_Nmm2": "youngs_modulus_GPa", "diameter_mm": "width_mm and thickness_mm"}
+INSTEAD_OF = {
+    "bending_stiffness_Nmm2": "youngs_modulus_GPa",
+    "diameter_mm": "width_mm and thickness_mm",
+    "relaxation_times_s": "set_strength",
+}
 """Keys that say in another way what others say."""
 ESTIMATES = frozenset({"youngs_modulus_GPa", "thickness_mm", "mass_g_per_m", "max_force_N", "max_moment_Nmm"})
 """What is an estimate in the built-in display."""

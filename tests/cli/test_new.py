@@ -58,6 +58,15 @@ def test_displays_of_all_sizes_are_valid(run: Run, nodes: int) -> None:
     assert len(read_shape("arch.toml").segments) == nodes - 1
 
 
+BESIDE = {
+    "inner_diameter_mm": ["diameter_mm"],
+    "set_exponent": ["set_strength"],
+    "relaxation_times_s": ["relaxation_fractions"],
+    "relaxation_fractions": ["relaxation_times_s"],
+}
+"""Keys that need others beside them."""
+
+
 def test_what_may_be_left_out_is_there_to_be_taken_in(run: Run) -> None:
     """Every line behind a # that has a key is valid without it, in place of what it says that it stands for."""
     for command, read in (("display", read_display), ("shape", read_shape)):
@@ -67,11 +76,12 @@ def test_what_may_be_left_out_is_there_to_be_taken_in(run: Run) -> None:
         for line in lines:
             instead = re.search(r"instead of (\w+)(?: and (\w+))?:", line)
             changed = text.replace(f"# {line}", line)
-            # A tube has an outer diameter, and a round rod no width.
+            # A round rod has no width.
             for key in ("width_mm", "thickness_mm") if "diameter" in line else (instead.groups() if instead else ()):
                 changed = re.sub(rf"(?m)^{key} = .*\n", "", changed)
-            if line.startswith("inner"):
-                changed = changed.replace("# diameter_mm", "diameter_mm")
+            # A tube has an outer diameter, an exponent a strength, and a time its fraction.
+            for beside in BESIDE.get(line.split(" = ")[0], ()):
+                changed = changed.replace(f"# {beside} =", f"{beside} =")
             Path("taken.toml").write_text(changed)
             read("taken.toml")
 

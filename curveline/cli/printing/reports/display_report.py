@@ -9,6 +9,7 @@ from curveline.cli.printing import screen
 from curveline.cli.printing.tables import fitting
 from curveline.displays.capability import AxisReach, Held, longest_budget, reaches, straight_budget
 from curveline.displays.check import DisplayCheck, clamp_stiffness_as_given, rod_document
+from curveline.material.history import duration_text
 from curveline.phrases import wrapped
 from curveline.scene import Display
 from curveline.units import to_deg, to_mm
@@ -56,6 +57,9 @@ def _rod_lines(display: Display) -> Iterator[str]:
     bends = f"bends to a radius of {rod['smallest_radius_mm']:.0f} mm at least"
     yield f"{weight}; {bends}"
     yield f"buckles at {rod['buckling_force_N']:.3g} N when it goes straight from node to node"
+    if taken := rod["set"]:
+        parts = [f"{100.0 * each['fraction']:.0f} % after {duration_text(each['held_s'])}" for each in taken["after"]]
+        yield from wrapped(f"of a bend that is held it keeps {', '.join(parts)}, at {taken['temperature_C']:g} C")
 
 
 def _budget_rows(display: Display) -> Iterator[tuple[str, ...]]:
