@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from curveline._version import __version__
 
 if TYPE_CHECKING:
+    from curveline.api import calibrate_set as calibrate_set
     from curveline.api import check_display as check_display
     from curveline.api import fall as fall
     from curveline.api import load as load
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from curveline.errors import CurvelineError as CurvelineError
     from curveline.listening import Listener as Listener
     from curveline.loading.pushes import Push as Push
+    from curveline.material.drum_readings import DrumReading as DrumReading
     from curveline.notebook_listener import NotebookListener as NotebookListener
     from curveline.plan_file import read_plan as read_plan
     from curveline.radio.host.actions import Policy as Policy
@@ -66,6 +68,7 @@ _HOMES = {
     "explain": "simulation.explanation",
     **dict.fromkeys(("sweep", "plan", "monte_carlo", "load", "load_map", "fall"), "api"),
     "check_display": "api",
+    "calibrate_set": "api",
     **dict.fromkeys(("measure", "measure_link"), "bench.measuring"),
     **dict.fromkeys(("keep_bench", "read_bench"), "bench.history"),
     "compare_bench": "bench.comparison",
@@ -83,6 +86,7 @@ _HOMES = {
     **dict.fromkeys(("Scene", "Node", "Segment", "Load"), "scene"),
     "Settings": "simulation.results",
     "Push": "loading.pushes",
+    "DrumReading": "material.drum_readings",
     "TrialsRequest": "replay.trials",
     "Errors": "replay.monte_carlo",
     "Control": "radio.host.link",

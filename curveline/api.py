@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from curveline.loading.load_map import LoadMap
     from curveline.loading.pushes import Push
     from curveline.loading.snap_through import Loading
+    from curveline.material.drum_fit import SetFit
+    from curveline.material.drum_readings import DrumReading
     from curveline.outputs import ResultKind
     from curveline.plan_file import Plan
     from curveline.replay.trials import Trials, TrialsRequest
@@ -220,6 +222,25 @@ def check_display(display: str | os.PathLike[str] | Display, listener: Listener 
     expect(given, Display, "a display, by name, path or Display,")
     listener.computing()
     return check_of(given)
+
+
+def calibrate_set(readings: str | os.PathLike[str] | Sequence[DrumReading], display: AnyPath | None = None) -> SetFit:
+    """The set that a rod takes, from strips of it that were bent around a drum and let go.
+
+    `readings` are those of a .csv file, or a sequence of `DrumReading`: bend on the drum [1/m], time there and time
+    after it [s], curvature read [1/m], positive as on the drum. What comes back has `strength`, 1 being the estimate
+    for acetal, and `exponent`, each with an interval at 95 %; `law`, `fitted` curvatures and `rms` [1/m]. With
+    `display`, the path of a display file, both are written into its `[rod]`. Raises InvalidInput for a file that cannot
+    be read or written, Infeasible for strips that took no set.
+    """
+    from curveline.material.drum_fit import fit_set
+    from curveline.material.drum_readings import read_drum_readings
+    from curveline.shapes.rod_keys import write_set
+
+    fit = fit_set(read_drum_readings(readings) if isinstance(readings, str | os.PathLike) else readings)
+    if display is not None:
+        write_set(display, fit.keys)
+    return fit
 
 
 def status(

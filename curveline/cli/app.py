@@ -16,6 +16,7 @@ import typer
 from curveline._version import __version__
 from curveline.cli import completion
 from curveline.cli.commands import bench, load, plan, send, shapes, simulate, status, stop
+from curveline.cli.commands.calibrate import set as set_
 from curveline.cli.commands.display import check
 from curveline.cli.commands.display import show as show_display
 from curveline.cli.commands.keys import adopt, new
@@ -133,6 +134,12 @@ _group(
     "The displays: what is built in, and whether a file of your own is sound.",
     SETTING_UP,
     (check.check, show_display.show),
+)
+_group(
+    "calibrate",
+    "Numbers of a display file from what you measured.",
+    SETTING_UP,
+    (set_.set,),
 )
 _group(
     "keys",

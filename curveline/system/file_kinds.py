@@ -27,6 +27,7 @@ DISPLAY = FileKind(
 PLAN = FileKind("a plan", "`curveline plan {}` shows it, `curveline send {}` sends it")
 RESULT = FileKind("a result of curveline", "name the shape that it was computed from")
 BENCH = FileKind("a record of a benchmark", "`curveline bench --compare {}` compares with it")
+READINGS = FileKind("readings of strips", "`curveline calibrate set {}` takes them")
 KEY_FILE = FileKind("the key file of a site", "keep it to yourself: set CURVELINE_KEYS={} to use it")
 IMAGE = FileKind("a program for a node", "`curveline keys node N --hex {} -o FILE` takes it")
 

@@ -1,0 +1,1 @@
+"""`curveline calibrate`: numbers of a display from what a lab measured."""
