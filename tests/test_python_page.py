@@ -23,6 +23,7 @@ from curveline.driving.run_result import RunResult
 from curveline.driving.runs import Run
 from curveline.driving.session import Session
 from curveline.loading.snap_through import Loading
+from curveline.material.drum_fit import SetFit
 from curveline.plan_file import Plan
 from curveline.radio.site.key_file import SiteFile
 from curveline.replay.trials import Trials
@@ -43,6 +44,7 @@ STANDS_FOR: dict[str, Any] = {
     "checked": DisplayCheck,
     "control": curveline.Control,
     "curveline": curveline,
+    "fit": SetFit,
     "keys": SiteFile,
     "loading": Loading,
     "log": RunLog,

@@ -59,12 +59,12 @@ class SetFit:
     nearest to it that fits.
     """
 
-    readings: tuple[DrumReading, ...]
-    strength: float  # of acetal's, within an hour
-    strength_interval: Interval
-    exponent: float
-    exponent_interval: Interval
-    is_exponent_told: bool
+    readings: tuple[DrumReading, ...]  # what was fitted
+    strength: float  # creep within an hour over that of acetal
+    strength_interval: Interval  # lowest and highest that fit
+    exponent: float  # power of time by which creep goes on
+    exponent_interval: Interval  # lowest and highest that fit
+    is_exponent_told: bool  # by the readings
     fitted: tuple[float, ...]  # [1/m] of the law, for every reading
 
     @property

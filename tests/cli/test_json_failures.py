@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from curveline.bench import quick
 from curveline.driving import logbook
 from curveline.driving import runs as all_runs
+from curveline.material import drum_readings
 from curveline.radio.mock import store
 from curveline.radio.site import key_file
 from curveline.shapes import files
@@ -23,6 +24,7 @@ from .conftest import BROKEN, SHAPES, Run, failure, small_plan
 from .test_help import ALL
 
 PEAK = str(SHAPES / "level-up-peak.toml")
+READINGS = str(SHAPES.parent / "tests" / "data" / "strip.csv")
 RADIO = ("--radio", "mock")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "simulate": ("simulate", PEAK),
@@ -37,6 +39,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "display check": ("display", "check", "single"),
     "runs": ("runs", "--display", "single"),
     "runs show": ("runs", "show", "last"),
+    "calibrate set": ("calibrate", "set", READINGS),
     "keys show": ("keys", "show"),
     "shapes": ("shapes",),
     "bench": ("bench", "--quick", PEAK),
@@ -71,6 +74,7 @@ def struck(monkeypatch: pytest.MonkeyPatch, strike: Callable[..., Any]) -> None:
         (files, "read_shape"),
         (quick, "read_shape"),
         (files, "read_display"),
+        (drum_readings, "read_drum_readings"),
         (key_file, "read_site"),
         (all_runs, "read_runs"),
         (logbook, "read_run"),

@@ -86,6 +86,11 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ("curveline display check mine.toml", "whether a file of your own is sound"),
     ),
     "curveline display show": (("curveline display show single > mine.toml", "a file to start from"),),
+    "curveline calibrate": (("curveline calibrate set strip.csv", "what set a rod takes, from readings of strips"),),
+    "curveline calibrate set": (
+        ("curveline calibrate set strip.csv", "what set a rod takes, and how sure that is"),
+        ("curveline calibrate set strip.csv -o mine.toml", "the same, written into a display file"),
+    ),
     "curveline runs": (
         ("curveline runs --brief", "a line per run, the newest first"),
         ("curveline runs show last", "the log of the newest"),
