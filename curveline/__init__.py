@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from curveline._version import __version__
 
 if TYPE_CHECKING:
+    from curveline.api import after as after
     from curveline.api import calibrate_set as calibrate_set
     from curveline.api import check_display as check_display
     from curveline.api import fall as fall
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from curveline.listening import Listener as Listener
     from curveline.loading.pushes import Push as Push
     from curveline.material.drum_readings import DrumReading as DrumReading
+    from curveline.material.history import Dwell as Dwell
     from curveline.notebook_listener import NotebookListener as NotebookListener
     from curveline.plan_file import read_plan as read_plan
     from curveline.radio.host.actions import Policy as Policy
@@ -63,6 +65,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "simulate": "api",
+    "after": "api",
     "simulate_poses": "api",
     "simulate_many": "simulation.shape_batch",
     "explain": "simulation.explanation",
@@ -87,6 +90,7 @@ _HOMES = {
     "Settings": "simulation.results",
     "Push": "loading.pushes",
     "DrumReading": "material.drum_readings",
+    "Dwell": "material.history",
     "TrialsRequest": "replay.trials",
     "Errors": "replay.monte_carlo",
     "Control": "radio.host.link",

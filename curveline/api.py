@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from curveline.loading.snap_through import Loading
     from curveline.material.drum_fit import SetFit
     from curveline.material.drum_readings import DrumReading
+    from curveline.material.history import Dwell
     from curveline.outputs import ResultKind
     from curveline.plan_file import Plan
     from curveline.replay.trials import Trials, TrialsRequest
@@ -74,6 +75,21 @@ def simulate(
 
     listener.computing()
     return report_on(_scene(shape, listener), Settings(tolerance, windings=windings, model=model))
+
+
+def after(shape: str | os.PathLike[str] | Scene, history: str | Sequence[Dwell], listener: Listener = SILENT) -> Scene:
+    """A shape whose rod has been through a history: the set of its law is in it, for whatever takes a shape.
+
+    `history` is text such as "other.toml@8h,home@30min@40C", with paths or names of shapes on the same display, or a
+    sequence of `Dwell`; "home" is the straight rod. If the display file does not say what set it takes, it is acetal.
+    `past` of what comes back has the set, its error, and `flat_after` [s]; `curveline.simulate` of it has the states.
+    Raises InvalidInput for a history that cannot be read, Infeasible for a shape that the rod would not stay in.
+    """
+    from curveline.shapes.files import read_shape
+    from curveline.simulation.dwelling import scene_after
+
+    listener.computing()
+    return scene_after(_scene(shape, listener), history, read_shape)
 
 
 def simulate_poses(

@@ -10,11 +10,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from functools import cache
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from curveline.material.relaxation import Relaxation
 from curveline.sections import CrossSection
 from curveline.units import STANDARD_GRAVITY, to_gpa, to_nmm2
+
+if TYPE_CHECKING:
+    from curveline.material.past import Past
 
 PEAK = "peak"
 VALLEY = "valley"
@@ -285,6 +288,7 @@ class Scene:
     loads: tuple[Load, ...] = ()  # dead loads that stay on
     path: str = ""  # of the shape file, as the user named it
     digest: str = ""  # sha256 of the shape file
+    past: Past | None = None  # what the rod went through before; None for one that remembers nothing
 
     @property
     def beyond_the_plane(self) -> tuple[str, ...]:

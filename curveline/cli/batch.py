@@ -11,8 +11,19 @@ from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.progress.progress_bar import Bar
 from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_NO, EXIT_USAGE, CurvelineError, InvalidInput
+from curveline.material.history import Dwell
 from curveline.outputs import SIMULATION, write_output
-from curveline.simulation.batch import Order, Simulated, Task, jobs_for, line_of, report_of, run, tasks_of
+from curveline.simulation.batch import (
+    Order,
+    Simulated,
+    Task,
+    after_history,
+    jobs_for,
+    line_of,
+    report_of,
+    run,
+    tasks_of,
+)
 from curveline.simulation.results import Settings, ShapeReport
 
 
@@ -26,6 +37,7 @@ class BatchRequest:
     as_json: bool
     is_drawn: bool
     jobs: int | None
+    history: tuple[Dwell, ...] = ()
 
 
 def run_batch(shapes: Sequence[str], request: BatchRequest) -> int:
@@ -34,7 +46,10 @@ def run_batch(shapes: Sequence[str], request: BatchRequest) -> int:
     # The documents are made where the states were found; reports come along only if somebody looks at them.
     makers = [*([line_of] if request.as_json else []), *([] if request.as_json and not request.files else [report_of])]
     order = Order(request.settings, tuple(makers))
-    answers = run(tasks_of(shapes, TERMINAL), order, jobs_for(request.jobs, len(shapes)), len(shapes))
+    tasks = tasks_of(shapes, TERMINAL)
+    if request.history:
+        tasks = after_history(tasks, request.history)
+    answers = run(tasks, order, jobs_for(request.jobs, len(shapes)), len(shapes))
     with closing(answers), Bar("simulating", len(shapes)) as bar:
         for number, (task, answer) in enumerate(answers, start=1):
             with terminal.aside():

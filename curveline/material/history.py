@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from curveline.errors import InvalidInput
 from curveline.material.relaxation import LONGEST, check_seconds, check_temperature
 from curveline.system.files import printable
-from curveline.units import DAY, HOUR, MINUTE, WEEK
+from curveline.units import DAY, HOUR, MINUTE, WEEK, rounded_up
 
 UNITS = {"s": 1.0, "min": MINUTE, "h": HOUR, "d": DAY, "w": WEEK}
 """In seconds."""
@@ -88,10 +88,12 @@ def parse_duration(text: str) -> float:
     return seconds
 
 
-def duration_text(seconds: float) -> str:
-    """A time in the largest unit of which it is one or more, all of its digits: `1.5h`."""
+def duration_text(seconds: float, *, rounded: bool = False) -> str:
+    """A time in the largest unit of which it is one or more, all of its digits, or two, rounded up: `1.5h`."""
     unit = next((each for each in reversed(UNITS) if seconds >= UNITS[each]), "s")
     value = seconds / UNITS[unit]
+    if rounded:
+        return f"{rounded_up(value, 2):g}{unit}"
     short = f"{value:.6g}"
     return f"{short}{unit}" if float(short) * UNITS[unit] == seconds else f"{seconds!r}s"
 

@@ -78,13 +78,21 @@ class RodMemory:
 
         InvalidInput for a time, a temperature [C] or a bend that makes no sense.
         """
-        given = np.asarray(bend, dtype=np.float64)
-        if given.ndim > 1 or (given.ndim == 1 and given.size != self.bends.shape[1]):
-            raise InvalidInput(f"{given.size} bends for {self.bends.shape[1]} places", "give one for every place")
-        if not np.all(np.abs(given) <= MOST_BEND):
-            raise InvalidInput("a bend is no number, or too large", "give all of them in 1/m")
-        left = np.exp(-self.law.reduced(seconds, temperature) / np.asarray(self.law.times))[:, None]
-        return replace(self, bends=left * self.bends + (1.0 - left) * given)
+        return self.bent(bend, bend, seconds, temperature)
+
+    def bent(
+        self, start: npt.ArrayLike, end: npt.ArrayLike, seconds: float, temperature: float | None = None
+    ) -> RodMemory:
+        """After so long in which its bend changed evenly from `start` to `end`, each (places,) or a number.
+
+        Exact for that. InvalidInput as for `held`.
+        """
+        first, last = self._bend(start), self._bend(end)
+        ages = self.law.reduced(seconds, temperature) / np.asarray(self.law.times)
+        gone = -np.expm1(-ages)[:, None]
+        # Of a bend that grows evenly, what the memory lags behind: it has followed all of it when that took long.
+        followed = 1.0 - gone / np.where(ages > 0.0, ages, 1.0)[:, None]
+        return replace(self, bends=self.bends + gone * (first - self.bends) + followed * (last - first))
 
     def straight(self, seconds: float, temperature: float | None = None) -> RodMemory:
         """After so long in which it was held straight, as at home, and was straight when it was made."""
@@ -94,19 +102,39 @@ class RodMemory:
         """After so long in which nothing held it: no moment, so that its bend is its set, which fades."""
         return replace(self, bends=fading(self.law, self.law.reduced(seconds, temperature)) @ self.bends)
 
-    def mean_bends(self, pieces: Iterable[Piece], natural: float = 0.0) -> Array:
+    def within(self, begin: float, end: float) -> Array:
+        """How much of what each place stands for lies from `begin` to `end` [m]: (places,), from 0 to 1."""
+        edges = self._edges
+        overlap = np.minimum(edges[1:], end) - np.maximum(edges[:-1], begin)
+        return np.asarray(np.maximum(overlap, 0.0) / np.diff(edges))
+
+    @property
+    def _edges(self) -> Array:
+        """Half way from each place to its neighbours, (places+1,) [m], and the ends of the rod."""
+        places = self.places
+        return np.concatenate((places[:1], 0.5 * (places[1:] + places[:-1]), places[-1:]))
+
+    def _bend(self, bend: npt.ArrayLike) -> Array:
+        given = np.asarray(bend, dtype=np.float64)
+        if given.ndim > 1 or (given.ndim == 1 and given.size != self.bends.shape[1]):
+            raise InvalidInput(f"{given.size} bends for {self.bends.shape[1]} places", "give one for every place")
+        if not np.all(np.abs(given) <= MOST_BEND):
+            raise InvalidInput("a bend is no number, or too large", "give all of them in 1/m")
+        return given
+
+    def mean_bends(self, pieces: Iterable[Piece], natural: npt.ArrayLike = 0.0) -> Array:
         """Bends (places,) of a rod of which some pieces are held in curves, and the rest straight, as in bearings.
 
         Means over what lies half way to the neighbouring places, so that the angle between two pieces of straight rod
-        is kept, wherever bearings are. `natural` [1/m] is the curvature of the rod as it was made. Angles between the
-        places of a piece are interpolated linearly: give many. InvalidInput for a piece that makes no sense.
+        is kept, wherever bearings are. `natural` [1/m], a number or (places,), is the curvature of the rod as it was
+        made. Angles between the places of a piece are interpolated linearly: give many. InvalidInput for a piece that
+        makes no sense.
         """
-        places = self.places
-        edges = np.concatenate((places[:1], 0.5 * (places[1:] + places[:-1]), places[-1:]))
+        edges = self._edges
         turned = np.zeros(edges.size)
         for piece in pieces:
             turned += np.interp(edges, *_checked(piece))
-        return np.asarray(np.diff(turned) / np.diff(edges) - natural)
+        return np.asarray(np.diff(turned) / np.diff(edges) - np.asarray(natural))
 
 
 def fading(law: Relaxation, seconds: float) -> Array:

@@ -6,20 +6,28 @@ may cost a second in space, so that few see it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+from curveline.material.history import Dwell, duration_text, history_text, parse_duration
 from curveline.rod.models.choice import SearchRequest
 from curveline.rod.models.showable import showable_states
 from curveline.scene import Scene
 from curveline.simulation.changes import ANGLE, HEIGHT, LENGTH, Counted, Hunt, Quantity, part_of, single_rays
+from curveline.simulation.dwelling import HOME, at_home_first
 from curveline.simulation.simulate import SegmentStates, scene_rod, simulate
+from curveline.units import WEEK
 
 LOOKS = 120
 """Values that the coarse sieve sees: some tenths of a second."""
 TRIES = 3
 """Values that the model sees."""
+WAITS = (1.0, 10.0 * WEEK)
+"""The shortest and the longest time at home that is advised [s]."""
+CLOSE = 1.05
+"""How exactly it is sought."""
 
 
 def advice_on(scene: Scene, found: tuple[SegmentStates, ...], ask: SearchRequest) -> tuple[str, ...]:
@@ -27,6 +35,27 @@ def advice_on(scene: Scene, found: tuple[SegmentStates, ...], ask: SearchRequest
     missing = [index for index, segment in enumerate(found) if segment.wanted is None]
     sentences = ((index, _nearest(_AdviceSearch(scene, index, ask))) for index in missing)
     return tuple(f"segment {index + 1}: {sentence}" for index, sentence in sentences if sentence)
+
+
+def advice_to_wait(scene: Scene, found: tuple[SegmentStates, ...], ask: SearchRequest) -> tuple[str, ...]:
+    """Of a shape that lacks a state after what its rod went through: how long at home let it have that, if any does."""
+    if scene.past is None or all(segment.wanted is not None for segment in found):
+        return ()
+
+    def is_there(seconds: float) -> bool:
+        return all(each.wanted for each in simulate(at_home_first(scene, seconds), ask.tolerance, model=ask.model))
+
+    low, high = WAITS
+    if not is_there(high):
+        return ()
+    while high > CLOSE * low:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if is_there(middle) else (middle, high)
+    seconds = parse_duration(duration_text(high, rounded=True))
+    if not is_there(seconds):
+        return ()
+    waited = history_text((*scene.past.history, Dwell(HOME, seconds)))
+    return (f"after {duration_text(seconds)} at home it has all that is wanted: --after {waited}",)
 
 
 def _nearest(search: _AdviceSearch) -> str:

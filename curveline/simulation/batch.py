@@ -10,7 +10,7 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -18,11 +18,13 @@ from typing import Any, NamedTuple
 from curveline.errors import CurvelineError
 from curveline.kernels import cache, readiness
 from curveline.listening import SILENT, Listener
+from curveline.material.history import Dwell
 from curveline.rod.models.choice import SearchRequest
 from curveline.scene import Scene
 from curveline.shapes import files
 from curveline.shapes.radians import tell_of_radians
-from curveline.simulation.advice import advice_on
+from curveline.simulation.advice import advice_on, advice_to_wait
+from curveline.simulation.dwelling import scene_after
 from curveline.simulation.results import Document, Settings, ShapeReport, document
 from curveline.simulation.simulate import simulate
 from curveline.system.files import AnyPath
@@ -107,6 +109,18 @@ def tasks_of(shapes: Iterable[AnyPath | Scene], listener: Listener = SILENT) -> 
         yield Task(label, scene)
 
 
+def after_history(tasks: Iterable[Task], history: Sequence[Dwell]) -> Iterator[Task]:
+    """The same tasks with rods that have been through a history; what is wrong with that is an answer, too."""
+    for task in tasks:
+        if isinstance(task.scene, CurvelineError):
+            yield task
+            continue
+        try:
+            yield task._replace(scene=scene_after(task.scene, history, files.read_shape))
+        except CurvelineError as error:
+            yield task._replace(scene=error)
+
+
 def perform(order: Order, task: Task) -> Simulated | CurvelineError:
     """What comes of one task; errors of the scene are an answer, too."""
     if isinstance(task.scene, CurvelineError):
@@ -114,7 +128,8 @@ def perform(order: Order, task: Task) -> Simulated | CurvelineError:
     try:
         report = report_on(task.scene, order.settings)
         ask = SearchRequest(order.settings.tolerance, order.settings.windings, order.settings.model)
-        advice = () if task.swept else advice_on(task.scene, report.segments, ask)
+        found = report.segments
+        advice = () if task.swept else advice_to_wait(task.scene, found, ask) or advice_on(task.scene, found, ask)
         return Simulated(report.shortfalls, report.remarks, tuple(make(task, report) for make in order.makers), advice)
     except CurvelineError as error:
         return error

@@ -128,6 +128,7 @@ def document(report: ShapeReport) -> Document:
         "shape": report.scene.name,
         "tolerance_mm": to_mm(report.settings.tolerance),
         "seconds": report.seconds,
+        **({} if report.scene.past is None else {"after": report.scene.past.document()}),
         "segments": [_segment_document(report, index) for index in range(len(report.segments))],
         "provenance": provenance_of(report.scene, report.settings),
     }

@@ -46,6 +46,23 @@ def test_two_terms_recover_as_the_roots_of_their_equation_say() -> None:
         np.testing.assert_allclose(held.free(after).bends[:, 0], matrix @ start, rtol=1e-10)
 
 
+@pytest.mark.parametrize("seconds", [1e-9, 1.0, 3600.0, 1e7])
+def test_a_bend_that_changes_evenly_is_exact(seconds: float) -> None:
+    law = power_law()
+    begun = rod().held(2.0, 60.0)
+    ours = begun.bent(3.0, -1.0, seconds).bends[:, 0]
+    for time, before, after in zip(law.times, begun.bends[:, 0], ours, strict=True):
+        steps = np.linspace(0.0, seconds, 20_001)
+        bend = 3.0 - 4.0 * steps / seconds
+        weight = np.exp((steps - seconds) / time) / time
+        exact = before * math.exp(-seconds / time) + float(np.trapezoid(bend * weight, steps))
+        # Of a step that is far longer than the time of a term, the last part alone counts.
+        if seconds < 1000.0 * time:
+            assert after == pytest.approx(exact, rel=1e-4, abs=1e-9)
+        else:
+            assert after == pytest.approx(-1.0 + 4.0 * time / seconds, rel=1e-6)
+
+
 def test_a_free_rod_fades_as_its_equations_do_in_small_steps() -> None:
     law = power_law()
     times, fractions = np.array(law.times), np.array(law.fractions)
@@ -139,6 +156,15 @@ def test_means_over_places_converge_with_the_square_of_their_distance() -> None:
         errors.append(np.max(np.abs(bends - 9.0 * np.cos(9.0 * memory.places))[1:-1]))
     orders = np.diff(np.log(errors)) / math.log(0.5)
     np.testing.assert_allclose(orders, 2.0, atol=0.1)
+
+
+def test_what_a_place_stands_for_lies_in_a_piece_as_far_as_it_does() -> None:
+    memory = rod()
+    inside = memory.within(0.75, 1.2513)
+    assert inside @ np.full(401, 0.005) == pytest.approx(1.2513 - 0.75)
+    assert set(np.unique(inside.round(9))) == {0.0, 0.5, 0.76, 1.0}
+    assert np.all(memory.within(-1.0, 3.0) == 1.0)
+    assert np.all(memory.within(1.0, 1.0) == 0.0)
 
 
 def test_the_curvature_of_the_rod_as_made_is_no_bend() -> None:

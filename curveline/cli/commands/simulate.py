@@ -5,11 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from enum import StrEnum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from curveline.cli.options import RESULTS, BriefOption, ForceOption
+
+if TYPE_CHECKING:
+    from curveline.material.history import Dwell
 
 COMPUTED = "What is computed"
 MOST_JOBS = 256
@@ -93,6 +96,14 @@ def simulate(
         bool,
         typer.Option("-e", "--explain", rich_help_panel=RESULTS, help="Say in words what was modelled and why."),
     ] = False,
+    after: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SHAPE@TIME,...",
+            rich_help_panel=COMPUTED,
+            help="What the rod went through: shapes and how long it was in each, such as other.toml@8h,home@30min.",
+        ),
+    ] = None,
     sweep: Annotated[
         list[str] | None,
         typer.Option(
@@ -131,6 +142,9 @@ def simulate(
     The planar model bends in the display's plane, the extensible one also stretches, the spatial one also bends out of
     the plane and twists. A model that was asked for is used whatever it leaves out, which is then said.
 
+    With --after the rod is as it comes out of other shapes, or of itself straight, at home: plastic keeps part of a
+    curve that it was held in. TIME is a number and s, min, h, d or w; SHAPE@TIME@40C says how warm it was.
+
     With --sweep one shape is simulated at every point of a grid. Its table counts the points at which each combination
     of states is stable; --json is a document per point, .csv a row and .npz a row and a curve per state. A figure shows
     a value of every state over one key, a map of which states exist over two.
@@ -148,12 +162,23 @@ def simulate(
         _check_plot(plot, files if sweep else ())
     windings = (0, *(sign * turn for turn in range(1, turns + 1) for sign in (1, -1)))
     settings = Settings(mm(tolerance_mm), points, windings, tuple(sys.argv[1:]), model.value, explain)
-    request = BatchRequest(settings, tuple(files), force, as_json, not no_drawing, jobs)
+    history = _history(after, sweep)
+    request = BatchRequest(settings, tuple(files), force, as_json, not no_drawing, jobs, history)
     if sweep:
         from curveline.cli.sweep import run_sweep
 
         raise typer.Exit(run_sweep(shapes, sweep, request, plot or ""))
     raise typer.Exit(run_batch(shapes, request))
+
+
+def _history(after: str | None, sweep: Sequence[str] | None) -> tuple[Dwell, ...]:
+    """The dwells of --after; InvalidInput for what cannot be read, and beside --sweep."""
+    from curveline.errors import InvalidInput
+    from curveline.material.history import parse_history
+
+    if after is not None and sweep:
+        raise InvalidInput("--after is for shapes, and not for a sweep", "leave one of the two out")
+    return () if after is None else parse_history(after)
 
 
 def _check_plot(plot: str, files: Sequence[str]) -> None:

@@ -20,6 +20,10 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
             "the curves as points and as a figure",
         ),
         (
+            "curveline simulate level-asymmetric-peak --after level-asymmetric-valley@8h",
+            "with the set that eight hours in another shape leave in a plastic rod",
+        ),
+        (
             "curveline simulate shapes/level-up-peak.toml --sweep nodes.1.angle_deg=-30:30:21",
             "which states there are while an angle changes",
         ),

@@ -10,6 +10,8 @@ from curveline.cli.printing import screen
 from curveline.cli.printing.canvas import Canvas
 from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.tables import Columns, Heading, fitting
+from curveline.material.history import duration_text, history_text
+from curveline.material.past import FLAT, Past
 from curveline.phrases import wrapped
 from curveline.rod.states.equilibrium import SPATIAL, Equilibrium
 from curveline.simulation.explanation import deepest, explain
@@ -46,6 +48,8 @@ def describe(report: ShapeReport) -> Iterator[str]:
         f"display {scene.display.name}, tolerance {to_mm(report.settings.tolerance):g} mm, "
         f"{len(report.segments)} segment{'s' if len(report.segments) > 1 else ''} in {milliseconds:.1f} ms"
     )
+    if scene.past is not None:
+        yield from wrapped(_past_words(scene.past))
     rows = {
         number: [_cells(state, segment.model) for state in segment.states]
         for number, segment in enumerate(report.segments)
@@ -62,6 +66,21 @@ def describe(report: ShapeReport) -> Iterator[str]:
                 yield from wrapped(sentence)
     if any(rows.values()):
         yield LEGEND
+
+
+def _past_words(past: Past) -> str:
+    """What a rod went through, the set that it has, and how soon that is gone."""
+    law = " (acetal's estimate: the display file says nothing)" if past.is_estimate else ""
+    seconds = past.flat_after
+    if seconds == 0.0:
+        flat = "it lies flat to 1 mm"
+    else:
+        wait = "for years" if math.isinf(seconds) else duration_text(seconds, rounded=True)
+        flat = f"held straight for {wait} it lies flat to {to_mm(FLAT):g} mm"
+    return (
+        f"after {history_text(past.history)} the rod has a set of up to {past.largest_set:.2g} 1/m{law}; "
+        f"{flat} over {to_mm(past.span):g} mm"
+    )
 
 
 def _briefly(report: ShapeReport) -> Iterator[str]:
