@@ -34,9 +34,9 @@ class Dwell:
     Whoever reads it knows what a `shape` is; none is empty. InvalidInput for times and temperatures that make no sense.
     """
 
-    shape: str
-    seconds: float
-    temperature: float | None = None
+    shape: str  # whatever names it
+    seconds: float  # [s]
+    temperature: float | None = None  # [C]
 
     def __post_init__(self) -> None:
         if not self.shape:

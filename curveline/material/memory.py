@@ -36,7 +36,7 @@ class RodMemory:
     Nothing changes it: what a rod goes through gives another one.
     """
 
-    law: Relaxation
+    law: Relaxation  # by which it takes a set
     total_length: float  # [m]
     bends: Array
 

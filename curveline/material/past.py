@@ -27,8 +27,8 @@ class Past:
     `error` is the largest difference of the set from that of half as many `steps`, in which the shapes were followed.
     """
 
-    history: tuple[Dwell, ...]
-    memory: RodMemory
+    history: tuple[Dwell, ...]  # the first one first
+    memory: RodMemory  # that they left
     span: float  # [m] over which the rod is to lie flat
     error: float  # [1/m] of the set
     steps: int  # in which shapes were computed anew
