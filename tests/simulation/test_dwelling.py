@@ -167,6 +167,30 @@ def test_finer_places_change_little() -> None:
     assert np.max(np.abs(curves[2] - curves[1])) < 0.7 * np.max(np.abs(curves[1] - curves[0]))
 
 
+def test_the_limit_of_a_peak_grows_with_the_set_that_peaks_leave_and_shrinks_with_that_of_valleys() -> None:
+    """The paper's shape that did not hold: how far its right node may turn, the left one at 40 deg."""
+    scene = shape()
+
+    def limit(bent: Scene) -> float:
+        low, high = 0.0, math.radians(89.0)
+        for _ in range(12):
+            middle = 0.5 * (low + high)
+            turned = replace(bent, nodes=(bent.nodes[0], replace(bent.nodes[1], angle=middle)))
+            low, high = (middle, high) if simulate(turned)[0].wanted else (low, middle)
+        return math.degrees(low)
+
+    def after(history: str) -> float:
+        return limit(scene_after(scene, history, like(scene)))
+
+    assert limit(scene) == pytest.approx(50.3, abs=0.3)
+    assert after("level-asymmetric-peak@1h") > 58.0
+    assert after("level-asymmetric-peak@8h") > 68.0
+    assert after("level-asymmetric-valley@1h") < 36.0
+    assert after("level-asymmetric-valley@8h") < 25.0
+    # Time at home gives most of it back.
+    assert 43.0 < after("level-asymmetric-valley@8h,home@8h") < 48.0
+
+
 def test_a_peak_is_less_stable_after_its_valley_and_more_after_itself() -> None:
     scene = shape()
     fresh, itself, valley = (
