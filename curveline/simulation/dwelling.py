@@ -24,7 +24,8 @@ from curveline.rod.geometry.vertex_table import CURVATURE
 from curveline.rod.natural_curvature import NaturalCurvature, curvatures_at
 from curveline.rod.states.equilibrium import SPATIAL, Equilibrium
 from curveline.scene import Display, Profile, Scene
-from curveline.simulation.simulate import DEFAULT_TOLERANCE, simulate
+from curveline.simulation.simulate import simulate
+from curveline.units import mm
 
 Array = npt.NDArray[np.float64]
 
@@ -34,6 +35,8 @@ FIRST_STEP = 1.0
 """Of a dwell, [s] at the reference temperature: the fastest term of a law takes as long."""
 FEWEST, MOST = 1, 8
 """Steps in a decade of time."""
+TOLERANCE = mm(0.01)
+"""Of the curves that are followed."""
 CLOSE = 1e-3
 """Part of the largest set to which steps are to agree with half as many."""
 LOOKS = np.linspace(0.0, 1.0, 25)
@@ -182,7 +185,7 @@ def _bend(
     scene = held.scene
     assert scene is not None
     bent = replace(scene, display=with_set(scene.display, memory))
-    states = [_wanted(held, found.wanted, seconds) for found in simulate(bent, DEFAULT_TOLERANCE)]
+    states = [_wanted(held, found.wanted, seconds) for found in simulate(bent, TOLERANCE)]
     for state, then in zip(states, before or states, strict=True):
         if _turn(state, then) > JUMP:
             _refuse_lost(held, seconds)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline
 
 import curveline
 from curveline.material.relaxation import power_law
@@ -39,12 +39,12 @@ def test_a_peak_after_its_valley_is_that_of_collocation() -> None:
     peak, valley = shape("level-asymmetric-peak"), wanted(shape("level-asymmetric-valley"))
     state = wanted(scene_after(peak, "level-asymmetric-valley@8h", shape))
     along = np.concatenate(([0.0], np.cumsum(valley.edges)))
-    left = PchipInterpolator(along, power_law().set_after(EIGHT_HOURS) * valley.vertices_table[:, CURVATURE])
+    left = CubicSpline(along, power_law().set_after(EIGHT_HOURS) * valley.vertices_table[:, CURVATURE])
     plain = state.but(rod=replace(state.rod, bearing=state.rod.bearing._replace(profile=NO_PROFILE)))
     exact, _ = collocated(plain, left)
-    ours, fresh = (each.curve(6801)[100:6701:66] for each in (state, wanted(peak)))
+    ours, fresh = (each.curve(7001)[100:6901:68] for each in (state, wanted(peak)))
     moved = np.linalg.norm(fresh - exact, axis=1).max()
     assert moved > 0.02
     # The set ends at the mouths, and is blurred there over 5 mm of rod.
     off = np.linalg.norm(ours - exact, axis=1).max()
-    assert off < 0.02 * moved
+    assert off < 0.012 * moved

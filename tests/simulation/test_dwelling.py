@@ -102,7 +102,7 @@ def test_more_steps_converge_with_the_square_of_their_length(monkeypatch: pytest
     scene = shape("level-neutral-peak", mass=4.0)
     held = [dwelling._Held(Dwell("x", 604_800.0), scene)]
     memory = RodMemory.new(power_law(), 2.0)
-    monkeypatch.setattr(dwelling, "DEFAULT_TOLERANCE", 1e-7)
+    monkeypatch.setattr(dwelling, "TOLERANCE", 1e-7)
     sets = [dwelling._gone_through(memory, scene.display, held, steps)[0].set_curvature for steps in (1, 2, 4, 8)]
     changes = [float(np.max(np.abs(fine - coarse))) for coarse, fine in pairwise(sets)]
     assert changes[0] > 5e-4
