@@ -55,7 +55,8 @@ def advice_to_wait(scene: Scene, found: tuple[SegmentStates, ...], ask: SearchRe
     if not is_there(seconds):
         return ()
     waited = history_text((*scene.past.history, Dwell(HOME, seconds)))
-    return (f"after {duration_text(seconds)} at home it has all that is wanted: --after {waited}",)
+    least = f"it takes {duration_text(seconds)} at home, at the least, until all that is wanted is there"
+    return (f"{least}: --after {waited}",)
 
 
 def _nearest(search: _AdviceSearch) -> str:

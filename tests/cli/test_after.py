@@ -56,7 +56,7 @@ def test_a_state_that_is_gone_comes_back_after_the_time_at_home_that_is_advised(
     done = run("simulate", f"{VALLEY}.toml", "--after", f"{PEAK}.toml@1d")
     assert done.code == 1
     assert "has no valley" in done.err
-    (hint,) = [line for line in done.err.splitlines() if line.startswith("hint: after ")]
+    (hint,) = [line for line in done.err.splitlines() if line.startswith("hint: it takes ")]
     advised = hint.split("--after ")[1]
     assert advised.startswith(f"{PEAK}.toml@1d,home@")
     assert run("simulate", f"{VALLEY}.toml", "--after", advised).code == 0

@@ -56,17 +56,24 @@ def away_from_mouths(scene: Scene, places: np.ndarray) -> np.ndarray:
     return (places > begin + room) & (places < begin + length - room)
 
 
+def curvature_at(scene: Scene, places: np.ndarray) -> np.ndarray:
+    """Curvature (places,) of the wanted state of a shape of one segment, where the rod is free."""
+    state = simulate(scene, 1e-6)[0].wanted
+    assert state is not None
+    begin = 0.5 * (scene.display.rod.total_length - scene.segments[0].length) + 0.5 * scene.display.clamp
+    return np.interp(
+        places, begin + np.concatenate(([0.0], np.cumsum(state.edges))), state.vertices_table[:, CURVATURE]
+    )
+
+
 def test_without_weight_a_shape_keeps_its_curve_and_its_set_is_that_of_the_closed_form() -> None:
     # The set is a part of the bend everywhere alike, under which the same curve is in equilibrium.
     scene = shape(gravity=False)
     after = scene_after(scene, f"{scene.name}@8h", like(scene))
-    state = simulate(scene)[0].wanted
-    assert state is not None
     assert after.past is not None
     memory = after.past.memory
     begin = 0.5 * (2.0 - scene.segments[0].length)
-    ends = begin + 0.5 * scene.display.clamp + np.concatenate(([0.0], np.cumsum(state.edges)))
-    expected = memory.law.set_after(EIGHT_HOURS) * np.interp(memory.places, ends, state.vertices_table[:, CURVATURE])
+    expected = memory.law.set_after(EIGHT_HOURS) * curvature_at(scene, memory.places)
     inside = away_from_mouths(scene, memory.places)
     assert np.max(np.abs(memory.set_curvature - expected)[inside]) < 5e-3 * np.max(np.abs(expected))
     outside = (memory.places < begin) | (memory.places > begin + scene.segments[0].length)
@@ -145,6 +152,10 @@ def test_a_history_goes_on_from_the_one_before_it() -> None:
     assert part.past.history == whole.past.history
     off = np.max(np.abs(part.past.memory.set_curvature - whole.past.memory.set_curvature))
     assert off <= part.past.error + whole.past.error
+    # Errors of parts add up.
+    first = scene_after(scene, names[0], like(scene)).past
+    assert first is not None
+    assert part.past.error > first.error > 0.0
     estimate = curveline.after(curveline.after("level-up-peak", "level-up-valley@1h"), "home@1h")
     assert estimate.past is not None
     assert estimate.past.is_estimate
@@ -220,12 +231,32 @@ def test_a_valley_is_gone_after_hours_of_the_peak_and_back_after_time_at_home() 
     )
 
 
-def test_warmth_hastens_a_dwell() -> None:
-    scene = shape()
-    cool, warm = (scene_after(scene, f"{scene.name}@1h{at}", like(scene)).past for at in ("", "@40C"))
-    assert cool is not None
-    assert warm is not None
-    assert warm.largest_set > 1.3 * cool.largest_set
+def test_warmth_hastens_a_dwell_as_the_law_says() -> None:
+    scene = shape(gravity=False)
+    for history, part in (
+        ("1h@40C", power_law().set_after(3600.0, 40.0)),
+        ("1h@10C", power_law().set_after(3600.0, 10.0)),
+    ):
+        past = scene_after(scene, f"{scene.name}@{history}", like(scene)).past
+        assert past is not None
+        inside = away_from_mouths(scene, past.memory.places)
+        expected = part * curvature_at(scene, past.memory.places)
+        assert np.max(np.abs(past.memory.set_curvature - expected)[inside]) < 5e-3 * np.max(np.abs(expected))
+
+
+def test_a_rod_that_was_made_bent_evenly_takes_the_set_of_its_bend() -> None:
+    # Between rigid bearings an even curvature changes no curve; the bend is the curve's curvature less that.
+    made = 0.8
+    scene = shape(gravity=False)
+    rod = replace(scene.display.rod, natural_curvature=made)
+    bent = replace(scene, display=replace(scene.display, rod=rod))
+    past = scene_after(bent, f"{scene.name}@8h", like(bent)).past
+    assert past is not None
+    part, places, taken = power_law().set_after(EIGHT_HOURS), past.memory.places, past.memory.set_curvature
+    inside = away_from_mouths(scene, places)
+    expected = part * (curvature_at(scene, places) - made)
+    assert np.max(np.abs(taken - expected)[inside]) < 0.01 * np.max(np.abs(expected))
+    np.testing.assert_allclose(taken[(places < 0.6) | (places > 1.4)], -part * made, rtol=1e-9)
 
 
 def test_a_rod_that_was_made_bent_takes_a_set_at_home() -> None:
@@ -296,7 +327,7 @@ def test_a_scene_after_a_history_is_what_python_takes_everywhere() -> None:
         ("level-up-valley", "how long"),
         ("none.toml@8h", "no such file"),
         ("roofline@8h", "shapes of two displays, quad and single"),
-        ("twisted@8h", "a set is computed of planar shapes"),
+        ("twisted@8h", "twisted has .*roll.* and a set is computed of planar shapes"),
         ([], "has no shape"),
     ],
 )
@@ -309,6 +340,17 @@ def test_a_shape_that_the_rod_cannot_be_held_in_is_said_to_be_none() -> None:
     scene = shape("level-asymmetric-valley")
     with pytest.raises(Infeasible, match="it has no such state"):
         scene_after(scene, "level-asymmetric-peak@8h,level-asymmetric-valley@1h", like(scene))
+
+
+def test_another_state_of_the_same_name_is_no_continuation() -> None:
+    scene = shape()
+    peak, valley = (
+        dwelling._Held(Dwell(name, 60.0), like(scene)(name)) for name in (scene.name, "level-neutral-valley")
+    )
+    memory = RodMemory.new(power_law(), 2.0)
+    _, states = dwelling._bend(valley, memory, 0.0, None)
+    with pytest.raises(Infeasible, match="snaps"):
+        dwelling._bend(peak, memory, 60.0, states)
 
 
 def test_a_shape_that_gives_way_while_the_rod_dwells_in_it_is_said_to_snap(tmp_path: Path) -> None:
