@@ -33,7 +33,7 @@ DOWN: Vector = (0.0, -1.0, 0.0)
 """Gravity's direction in a display that stands upright; +x runs along the row of nodes, +z towards the viewer."""
 
 
-_MEASURES = ("float", "Vector", "tuple[float, float]")
+_MEASURES = ("float", "Vector", "tuple[float, float]", "tuple[float, ...]")
 """Types of the fields that are measured; what is counted stays whole."""
 
 
@@ -61,7 +61,7 @@ def _measured(value: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Profile:
+class Profile(_Measured):
     """A curvature that varies along the rod: `values` [1/m] at `places` [m] from its left end, a smooth curve between.
 
     Beyond the first and the last place it stays as it is there.

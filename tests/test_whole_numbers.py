@@ -98,9 +98,9 @@ def test_load_and_map() -> None:
 
 def test_rods() -> None:
     nodes = Node(0, 1), Node(0, -1)
-    whole = clamped_rod(display(int), nodes, 3, dead(((0.5, 0, -1),)))
+    whole = clamped_rod(display(int), nodes, 3, 0, dead(((0.5, 0, -1),)))
     (same, *_) = find_states(whole, 1)
-    (state, *_) = find_states(clamped_rod(display(float), nodes, 3.0, dead(((0.5, 0.0, -1.0),))), 1.0)
+    (state, *_) = find_states(clamped_rod(display(float), nodes, 3.0, 0.0, dead(((0.5, 0.0, -1.0),))), 1.0)
     assert same.energy == state.energy
     assert scene_rod(turned(int), 0) == scene_rod(turned(float), 0)
 
@@ -124,6 +124,7 @@ def test_everything_that_is_measured_is_a_float() -> None:
                 look(value)
 
     look(pushed(int))
+    look(scene.Profile((0, 1), (2, 3)))
     described = {name for name, kind in vars(scene).items() if is_dataclass(kind) and kind.__module__ == scene.__name__}
     assert seen == described
     assert sections.Rectangle(1, 2).torsion_constant == sections.Rectangle(1.0, 2.0).torsion_constant

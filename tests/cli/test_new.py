@@ -69,6 +69,7 @@ BESIDE = {
 
 def test_what_may_be_left_out_is_there_to_be_taken_in(run: Run) -> None:
     """Every line behind a # that has a key is valid without it, in place of what it says that it stands for."""
+    Path("rod.csv").write_text("place_mm,curvature_per_m\n0,0.5\n2000,-0.5\n")
     for command, read in (("display", read_display), ("shape", read_shape)):
         text = run("new", command, "-o", "-").out
         lines = re.findall(r"(?m)^# (\w+ = .*)$", text)
