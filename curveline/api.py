@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from curveline.displays.check import DisplayCheck
     from curveline.driving.halting import Halting
     from curveline.driving.logbook import RunLog
+    from curveline.driving.rod_now import RodNow
     from curveline.driving.runs import Run
     from curveline.driving.status import DisplayStatus
     from curveline.loading.falling import SnapFall
@@ -270,6 +271,23 @@ def status(
 
     with connect(radio, display, runs=runs) as session:
         return session.status()
+
+
+def rod(
+    radio: str, display: AnyPath | Display | Plan = "single", *, new: bool = False, runs: Path | str | None = None
+) -> RodNow:
+    """What the rod of a display went through by the runs on record, and what set that left in it now; no node is asked.
+
+    With `new` it is put down that a new rod is in the display from now on. All else as for `connect`. `stays` of what
+    comes back are the shapes it was held in, `past` the set and `past.flat_after` [s], `with_set` the display with its
+    rod as it is. Raises InvalidInput if the display file does not say what set its rod takes.
+    """
+    from curveline.driving.session import connect
+
+    with connect(radio, display, runs=runs) as session:
+        if new:
+            session.new_rod()
+        return session.rod()
 
 
 def stop(radio: str, display: AnyPath | Display | Plan = "single", *, runs: Path | str | None = None) -> Halting:

@@ -289,6 +289,7 @@ class Scene:
     path: str = ""  # of the shape file, as the user named it
     digest: str = ""  # sha256 of the shape file
     past: Past | None = None  # what the rod went through before; None for one that remembers nothing
+    last: Scene | None = None  # the last shape of that which was not straight, where it is known
 
     @property
     def beyond_the_plane(self) -> tuple[str, ...]:

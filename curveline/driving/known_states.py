@@ -92,7 +92,7 @@ def _last_run(radio: Radio, drive: DriveSettings, nodes: Sequence[NodeStatus], r
         ):
             continue
         if was_last_run(radio, drive, tag):
-            return Shown(_states_after(plan, step), f"run {name}")
+            return Shown(states_after(plan, step), f"run {name}")
         asked.add(tag)
         if len(asked) == RUNS_ASKED:
             break
@@ -127,7 +127,7 @@ def _stand_at(places: Sequence[NodeTarget], nodes: Sequence[NodeStatus]) -> bool
     )
 
 
-def _states_after(plan: Plan, step: int) -> tuple[str, ...]:
+def states_after(plan: Plan, step: int) -> tuple[str, ...]:
     """The states that the plan proves after a step; "" where it leaves several possible."""
     if step == len(plan.steps):
         return plan.wanted

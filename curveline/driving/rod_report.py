@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ from curveline.radio.protocol.codes import Counts
 from curveline.units import deg, nmm
 
 if TYPE_CHECKING:
+    from curveline.driving.rod_record import RodRecord
     from curveline.replay.playback import Playback, Snap
     from curveline.replay.tour_checks import ShapeCheck
     from curveline.scene import Display
@@ -30,12 +32,15 @@ BEFORE = -1.0
 class PlayedPlan:
     """A plan that is played back from its step `first` (from 1) on.
 
-    `way` is how the nodes came to where that began, if no one has told of it yet.
+    `way` is how the nodes came to where that began, if no one has told of it yet; `run` is the name of the run, and
+    `record` where it is.
     """
 
     plan: Plan
     first: int = 1
     way: Sequence[tuple[Counts, ...]] = ()
+    run: str = ""
+    record: RodRecord | None = None
 
 
 def play_back_run(played: PlayedPlan, display: ModelledDisplay | None, begin: float, listener: Listener) -> PlayedBack:
@@ -55,13 +60,22 @@ def play_back_run(played: PlayedPlan, display: ModelledDisplay | None, begin: fl
         return None, ()
     from curveline.replay.tour_checks import CarriedOut, play_back
 
-    described = in_truth(described, display)
+    described = _with_set(in_truth(described, display), played)
     listener.computing()
     motion = [(seconds - begin, counts) for seconds, counts in display.motion()]
     before = [(BEFORE, counts) for counts in played.way]
     playback, checks = play_back(CarriedOut(played.plan, described, played.first), [*before, *motion], display.rod)
     display.rod = list(playback.states)
     return playback, checks
+
+
+def _with_set(described: Display, played: PlayedPlan) -> Display:
+    """The display with its rod as the runs before left it, if its file says what set that takes."""
+    if described.rod.relaxation is None or played.record is None:
+        return described
+    from curveline.driving.rod_now import rod_now
+
+    return rod_now(described, played.record, time.time(), played.run).with_set
 
 
 def in_truth(described: Display, display: ModelledDisplay) -> Display:

@@ -13,6 +13,7 @@ from curveline.driving.interrupted import PLAN_NAME, InterruptedRun, resuming, s
 from curveline.driving.live import published
 from curveline.driving.modelled import modelled
 from curveline.driving.promises import Promise, promise
+from curveline.driving.rod_record import RodRecord
 from curveline.driving.rod_report import PlayedPlan, play_back_run, rod_lines
 from curveline.driving.run_listener import RunListener
 from curveline.driving.run_result import RunResult
@@ -38,6 +39,13 @@ class Outlet:
     spec: str
     runs: Path
     listener: RunListener
+    since: float = 0.0
+    """When the display behind the radio was new [s since 1970], if it was made then."""
+
+    @property
+    def record(self) -> RodRecord:
+        """Where the runs of its rod are on record."""
+        return RodRecord(self.spec, self.runs, self.since)
 
 
 @dataclass(frozen=True)
@@ -63,7 +71,7 @@ def _send_anew(plan: Plan, outlet: Outlet, control: Control) -> RunResult:
     write_plan(plan, folder / PLAN_NAME)
     display = modelled(outlet.radio)
     with closing(Journal(folder, display.disk if display is not None else None)) as journal:
-        run = _Run(PlayedPlan(plan), folder, outlet)
+        run = _Run(PlayedPlan(plan, run=folder.name, record=outlet.record), folder, outlet)
         return run.conduct(partial(send_plan, plan, outlet.radio, journal), control)
 
 
@@ -74,7 +82,8 @@ def _go_on(broken: InterruptedRun, journal: ReopenedJournal, outlet: Outlet, con
         journal.disk = display.disk
         way = broken.way_here(display.positions())
     seen = broken.unseen[0] if broken.unseen else broken.point.barrier
-    run = _Run(PlayedPlan(broken.plan, seen + 1, way), broken.folder, outlet, len(journal.records))
+    played = PlayedPlan(broken.plan, seen + 1, way, broken.folder.name, outlet.record)
+    run = _Run(played, broken.folder, outlet, len(journal.records))
     return run.conduct(partial(resume_plan, broken.plan, outlet.radio, journal), control)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +19,8 @@ from curveline.driving.live import news_of, same_radio, senders
 from curveline.driving.modelled import known_rod
 from curveline.driving.one_node import OneNode, refuse_while_sending
 from curveline.driving.readiness import check_movable, check_ready
+from curveline.driving.rod_plans import check_for_rod, with_rod_now
+from curveline.driving.rod_record import RodRecord, is_fresh
 from curveline.driving.run_listener import UNHEARD, RunListener
 from curveline.driving.scanning import ScanResult, scan_display
 from curveline.driving.sending import Outlet, PreparedRun
@@ -36,6 +39,7 @@ from curveline.system.arguments import expect
 
 if TYPE_CHECKING:
     from curveline.driving.adoption import Adoption
+    from curveline.driving.rod_now import RodNow
     from curveline.driving.run_result import RunResult
     from curveline.driving.runs import Run
     from curveline.driving.wishes import Wish
@@ -90,6 +94,7 @@ class Session:
         self.folder = runs
         self.listener = listener
         self._radio: Radio | None = None
+        self._since = 0.0
 
     def __repr__(self) -> str:
         return f"<session with display {self.drive.display} over {self.spec}>"
@@ -104,6 +109,7 @@ class Session:
     def radio(self) -> Radio:
         """The radio, opened."""
         if self._radio is None:
+            self._since = time.time() if is_fresh(self.spec) else 0.0
             self._radio = open_radio(self.spec, self.drive, self.folder)
         return self._radio
 
@@ -171,6 +177,7 @@ class Session:
             plan = wish
             check_ready(plan, statuses := self._statuses(plan))
             self._check_granted(plan, statuses)
+            check_for_rod(plan, self._outlet.record, self.listener)
         check_targets(plan)
         self.listener.note(f"{plan.name}: {summary(plan)}")
         yield PreparedRun(plan, self._outlet)
@@ -215,6 +222,23 @@ class Session:
         refuse_while_sending(self.drive, self.named, self.spec, self.folder)
         return OneNode(number, self.named, self.spec, self.drive, self.radio)
 
+    def rod(self) -> RodNow:
+        """What the rod of this display went through by the runs on record, and what set that left in it now.
+
+        Raises InvalidInput if the display file does not say what set its rod takes.
+        """
+        from curveline.driving.rod_now import rod_now
+        from curveline.shapes.files import given_display
+
+        return rod_now(given_display(self.named), RodRecord(self.spec, self.folder, self._since), time.time())
+
+    def new_rod(self) -> None:
+        """Put down that a new rod is in this display from now on; else as `rod`."""
+        from curveline.driving.rod_now import begin_new_rod
+        from curveline.shapes.files import given_display
+
+        begin_new_rod(given_display(self.named), RodRecord(self.spec, self.folder), time.time())
+
     def runs(self) -> Iterator[Run]:
         """The runs of this display on record, the newest first."""
         from curveline.driving.runs import read_runs
@@ -223,7 +247,7 @@ class Session:
 
     @property
     def _outlet(self) -> Outlet:
-        return Outlet(self.radio, self.spec, self.folder, self.listener)
+        return Outlet(self.radio, self.spec, self.folder, self.listener, self._since)
 
     def _told(self) -> DisplayStatus | None:
         """What a process of this computer knows that is sending to these nodes."""
@@ -250,6 +274,7 @@ class Session:
         shown = Shown() if touched else shown_states(radio, self.drive, statuses, self.folder)
         if shown.states or any(any(each) for each in counts):
             self.listener.note(shown.line())
+        tour = with_rod_now(tour, self._outlet.record, self.listener)
         return plan_tour(tour, Whereabouts(tuple(counts), shown.states), self.listener)
 
     def _statuses(self, plan: Plan) -> list[NodeStatus]:

@@ -10,6 +10,8 @@ funnels         where only the wanted state exists
 routes          ways on which a state is kept
 sequence        from where a display stands into a shape
 targets         layouts in the numbers of motors
+set_first       what to do before a shape that a rod with a set does not hold
+reproof         a plan proven once more for a rod that is not as it was
 advice          the nearest boundary condition that would work
 reachability    whether any shape can be planned from home
 remedies        with which number of the display one could
@@ -29,6 +31,7 @@ from curveline.planning.moves import DisplayState, Travel
 from curveline.planning.plan_writer import Trip, plan_of
 from curveline.planning.reachability import entry_to
 from curveline.planning.sequence import check_numbers, goal_of, travel_home, travel_to
+from curveline.planning.set_first import advice_first
 from curveline.planning.targets import Counts, layout_at, targets_of
 from curveline.planning.verification import Refused, Verifier
 from curveline.rod.branches.tracking import tracked
@@ -167,10 +170,22 @@ def _refusal(verifier: Verifier, travel: Travel, scene: Scene, refusal: Refused)
     wanted = ", ".join(dict.fromkeys(segment.state for segment in scene.segments))
     way = f"no safe plan reaches the {wanted}: " if refusal.step else ""
     message = f"{scene.name}: {way}{refusal.message}"
+    if first := advice_first(scene, _can_be_planned):
+        return Infeasible(message, first)
     if not (entry := entry_to(verifier, scene)).is_open:
         return Infeasible(message, SHUT.format(kind=entry.kind, display=verifier.display.path or verifier.display.name))
     advice = nearest(scene, _culprits(scene, refusal), works, _tries(scene, refusal))
     return Infeasible(message, OTHERWISE if advice is None else advice.sentence)
+
+
+def _can_be_planned(scene: Scene) -> bool:
+    """True if a way from home to a shape is found soon."""
+    verifier = Verifier(scene.display, _nobody)
+    try:
+        _into(verifier.like(scene.display, ADVICE_STEPS), _begin(verifier, None, ()), scene)
+    except Infeasible:
+        return False
+    return True
 
 
 def _tries(scene: Scene, refusal: Refused) -> int:

@@ -49,7 +49,7 @@ Reader = Callable[[str], Scene]
 
 
 @dataclass(frozen=True)
-class _Held:
+class Holding:
     """What holds the rod: a scene, None at home, and by which name the history calls it."""
 
     dwell: Dwell
@@ -70,8 +70,8 @@ def scene_after(scene: Scene, history: str | Sequence[Dwell], read: Reader) -> S
     display, past = as_made(scene), scene.past
     law = display.rod.relaxation
     begun = RodMemory.new(law or power_law(), display.rod.total_length) if past is None else past.memory
-    held = [_Held(each, _shape_of(each, replace(scene, display=display), read)) for each in dwells]
-    memory, count, error = _followed(begun, display, held)
+    held = [Holding(each, _shape_of(each, replace(scene, display=display), read)) for each in dwells]
+    memory, count, error = followed(begun, display, held)
     profile = display.rod.profile
     left = Past(
         history=dwells if past is None else (*past.history, *dwells),
@@ -82,7 +82,8 @@ def scene_after(scene: Scene, history: str | Sequence[Dwell], read: Reader) -> S
         is_estimate=law is None,
         made=None if profile is None else (profile.places, profile.values),
     )
-    return replace(scene, display=with_set(display, memory), past=left)
+    last = next((each.scene for each in reversed(held) if each.scene is not None), scene.last)
+    return replace(scene, display=with_set(display, memory), past=left, last=last)
 
 
 def as_made(scene: Scene) -> Display:
@@ -132,7 +133,7 @@ def _shape_of(dwell: Dwell, scene: Scene, read: Reader) -> Scene | None:
     return other
 
 
-def _followed(begun: RodMemory, display: Display, held: Sequence[_Held]) -> tuple[RodMemory, int, float]:
+def followed(begun: RodMemory, display: Display, held: Sequence[Holding]) -> tuple[RodMemory, int, float]:
     """The memory after a history, the curves computed for it, and its difference from that with half the steps."""
     steps = FEWEST
     coarse, _ = _gone_through(begun, display, held, steps)
@@ -145,7 +146,7 @@ def _followed(begun: RodMemory, display: Display, held: Sequence[_Held]) -> tupl
         coarse = fine
 
 
-def _gone_through(memory: RodMemory, display: Display, held: Sequence[_Held], steps: int) -> tuple[RodMemory, int]:
+def _gone_through(memory: RodMemory, display: Display, held: Sequence[Holding], steps: int) -> tuple[RodMemory, int]:
     """The memory after a history, in so many steps per decade of time, and the number of curves that were computed."""
     count = 0
     for each in held:
@@ -176,7 +177,7 @@ def _times(seconds: float, steps: int) -> Array:
 
 
 def _bend(
-    held: _Held, memory: RodMemory, seconds: float, before: Sequence[Equilibrium] | None
+    held: Holding, memory: RodMemory, seconds: float, before: Sequence[Equilibrium] | None
 ) -> tuple[Array, list[Equilibrium]]:
     """Bends (places,) of the rod in a shape of the history, and the states of its segments.
 
@@ -202,7 +203,7 @@ def _turn(state: Equilibrium, before: Equilibrium) -> float:
     return float(np.max(np.abs(now - then)))
 
 
-def _wanted(held: _Held, state: Equilibrium | None, seconds: float) -> Equilibrium:
+def _wanted(held: Holding, state: Equilibrium | None, seconds: float) -> Equilibrium:
     if state is None:
         _refuse_lost(held, seconds)
     if state.model == SPATIAL:
@@ -212,7 +213,7 @@ def _wanted(held: _Held, state: Equilibrium | None, seconds: float) -> Equilibri
     return state
 
 
-def _refuse_lost(held: _Held, seconds: float) -> NoReturn:
+def _refuse_lost(held: Holding, seconds: float) -> NoReturn:
     shape = held.dwell.shape
     if seconds == 0.0:
         raise Infeasible(

@@ -107,7 +107,7 @@ def test_under_its_weight_a_rod_sags_as_it_dwells() -> None:
 
 def test_more_steps_converge_with_the_square_of_their_length(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = shape("level-neutral-peak", mass=4.0)
-    held = [dwelling._Held(Dwell("x", 604_800.0), scene)]
+    held = [dwelling.Holding(Dwell("x", 604_800.0), scene)]
     memory = RodMemory.new(power_law(), 2.0)
     monkeypatch.setattr(dwelling, "TOLERANCE", 1e-7)
     sets = [dwelling._gone_through(memory, scene.display, held, steps)[0].set_curvature for steps in (1, 2, 4, 8)]
@@ -122,7 +122,7 @@ def test_the_steps_that_are_taken_are_enough_and_their_error_is_stated() -> None
     after = scene_after(scene, f"{scene.name}@1w", like(scene))
     past = after.past
     assert past is not None
-    held = [dwelling._Held(Dwell("x", 604_800.0), scene)]
+    held = [dwelling.Holding(Dwell("x", 604_800.0), scene)]
     finest, _ = dwelling._gone_through(RodMemory.new(power_law(), 2.0), scene.display, held, 24)
     off = float(np.max(np.abs(finest.set_curvature - past.memory.set_curvature)))
     assert off <= past.error
@@ -168,7 +168,7 @@ def test_finer_places_change_little() -> None:
     curves = []
     for spacing in (0.005, 0.0025, 0.00125):
         memory = RodMemory.new(power_law(), 2.0, spacing)
-        held = [dwelling._Held(Dwell("x", EIGHT_HOURS), like(scene)("level-asymmetric-valley"))]
+        held = [dwelling.Holding(Dwell("x", EIGHT_HOURS), like(scene)("level-asymmetric-valley"))]
         memory, _ = dwelling._gone_through(memory, scene.display, held, 2)
         curves.append(wanted_curve(replace(scene, display=with_set(scene.display, memory))))
     moved = np.max(np.abs(curves[0] - wanted_curve(scene)))

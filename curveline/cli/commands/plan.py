@@ -34,6 +34,14 @@ def plan(
             help="Begin where the display shows this shape, and not at home.",
         ),
     ] = None,
+    after: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SHAPE@TIME,...",
+            rich_help_panel=WAY,
+            help="What the rod went through: shapes and how long it was in each, such as other.toml@8h,home@30min.",
+        ),
+    ] = None,
     home: Annotated[
         bool,
         typer.Option("--home", rich_help_panel=WAY, help="End at home: nodes level and upright, the rod straight."),
@@ -72,6 +80,9 @@ def plan(
     progress of the nodes and refused, with the reason, if the rod could end in another state than the wanted one, would
     bend too tightly or need more than the motors give.
 
+    With --after the rod is as it comes out of other shapes, or of itself straight, at home: plastic keeps part of a
+    curve that it was held in. A shape that is not safe then says what to do first.
+
     With --monte-carlo the plan is played many times with errors of the nodes, and the share of runs that end in the
     wanted states is reported. --json then prints one object with `plan` and `monte_carlo`, --brief that share alone; -o
     always writes the plan.
@@ -84,7 +95,7 @@ def plan(
         check_output(PLAN, path, force=force)
     sizes = (feed_error_mm, feed_scale_percent, angle_error_deg, height_error_mm, bow_mm, unevenness)
     request = trials.requested(monte_carlo, (seed, least_share, jobs), sizes)
-    made = _made(shapes or [], begin, goes_home=home)
+    made = _made(shapes or [], begin, after, goes_home=home)
     # Before anything is printed: whoever reads it may stop listening.
     write_outputs(made, files, force=force)
     is_piped = len(files) < len(output or ())
@@ -97,8 +108,9 @@ def plan(
         raise typer.Exit(trials.exit_code_of(share, least_share))
 
 
-def _made(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
-    """A plan that was worked out before, or one through some shapes, and home."""
+def _made(paths: Sequence[str], begin: str | None, after: str | None, *, goes_home: bool) -> Plan:
+    """A plan that was worked out before, or one through some shapes, and home, `after` a history of the rod."""
+    from curveline.api import after as past_history
     from curveline.cli.terminal import TERMINAL
     from curveline.driving.tours import Whereabouts, plan_tour, tour_of
     from curveline.plan_file import Plan
@@ -112,6 +124,8 @@ def _made(paths: Sequence[str], begin: str | None, *, goes_home: bool) -> Plan:
     given = read_inputs(named, hint, takes_plan=begin is None and not goes_home)
     if isinstance(given, Plan):
         return given
+    if after is not None:
+        given = [past_history(scene, after) for scene in given]
     tour = tour_of(given, ends_home=goes_home)
     tell_of_radians(given, TERMINAL)
     if begin is None:

@@ -71,16 +71,18 @@ def describe(report: ShapeReport) -> Iterator[str]:
 def _past_words(past: Past) -> str:
     """What a rod went through, the set that it has, and how soon that is gone."""
     law = " (acetal's estimate: the display file says nothing)" if past.is_estimate else ""
+    after = history_text(past.history)
+    return f"after {after} the rod has a set of up to {past.largest_set:.2g} 1/m{law}; {set_words(past)}"
+
+
+def set_words(past: Past) -> str:
+    """How soon the set of a rod is gone."""
     seconds = past.flat_after
-    if seconds == 0.0:
-        flat = "it lies flat to 1 mm"
-    else:
-        wait = "for years" if math.isinf(seconds) else duration_text(seconds, rounded=True)
-        flat = f"held straight for {wait} it lies flat to {to_mm(FLAT):g} mm"
-    return (
-        f"after {history_text(past.history)} the rod has a set of up to {past.largest_set:.2g} 1/m{law}; "
-        f"{flat} over {to_mm(past.span):g} mm"
-    )
+    flat = f"it lies flat to {to_mm(FLAT):g} mm"
+    if seconds > 0.0:
+        wait = "for years" if math.isinf(seconds) else f"for {duration_text(seconds, rounded=True)}"
+        flat = f"held straight {wait} {flat}"
+    return f"{flat} over {to_mm(past.span):g} mm"
 
 
 def _briefly(report: ShapeReport) -> Iterator[str]:

@@ -1,0 +1,208 @@
+"""The rod of a display as it is now: the set that the shapes left in it in which runs held it.
+
+What it remembers is kept beside the runs, `rod-NAME.json`, up to where the last run but one left it, so that a long
+history is gone through once. That file is a shortcut: without it, all is worked out again from the runs. It also says
+since when a rod is in the display, if somebody told that it is a new one.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from curveline._version import __version__
+from curveline.driving.rod_record import NO_RUN, RodRecord, Stay, stays_of
+from curveline.driving.runs import LATEST
+from curveline.errors import Infeasible, InvalidInput
+from curveline.notebook import html_of
+from curveline.phrases import local_time
+from curveline.system import portable
+from curveline.system.files import read_file
+
+if TYPE_CHECKING:
+    from curveline.material.memory import RodMemory
+    from curveline.material.past import Past
+    from curveline.material.relaxation import Relaxation
+    from curveline.scene import Display, Scene
+
+FORMAT = 1
+SIZE_LIMIT = 20_000_000
+
+
+@dataclass(frozen=True)
+class RodNow:
+    """What the rod of a display went through, the first stay first, and what that left.
+
+    `remarks` say what had to be taken for granted.
+    """
+
+    display: Display  # its rod as it was made
+    stays: tuple[Stay, ...]
+    past: Past
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def last(self) -> Scene | None:
+        """The last shape that was not straight, if any is on record."""
+        return next((stay.scene for stay in reversed(self.stays) if stay.scene is not None), None)
+
+    @property
+    def with_set(self) -> Display:
+        """The display with its rod as it is."""
+        from curveline.simulation.dwelling import with_set
+
+        return with_set(self.display, self.past.memory)
+
+    def document(self) -> dict[str, Any]:
+        """All of it as plain data."""
+        told = self.past.document()
+        del told["history"]
+        stays = [
+            {
+                "run": stay.run,
+                "shape": stay.shape,
+                "from": stay.begin,
+                "held_s": stay.seconds,
+                "is_straight": stay.is_known and stay.scene is None,
+                "is_known": stay.is_known,
+            }
+            for stay in self.stays
+        ]
+        head = {"curveline": __version__, "display": self.display.name, "stays": stays}
+        return {**head, **told, "remarks": list(self.remarks)}
+
+    def _repr_html_(self) -> str:
+        rows = [(stay.run, stay.shape, local_time(stay.begin), stay.seconds) for stay in self.stays]
+        title = f"the rod of {self.display.name}: a set of up to {self.past.largest_set:.2g} 1/m"
+        return html_of(title, [("run", "shape", "from", "held s"), *rows])
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """What the file says: up to the begin of which run, by number, the memory goes; since when the rod is there [s]."""
+
+    number: int
+    since: float
+    memory: RodMemory
+
+
+def rod_now(display: Display, record: RodRecord, now: float, before: str = "") -> RodNow:
+    """The rod of a display whose file says what set it takes, `now` [s since 1970], or before a run of that name.
+
+    InvalidInput if the file says nothing of that.
+    """
+    from curveline.material.history import Dwell
+    from curveline.material.memory import RodMemory
+    from curveline.material.past import Past
+    from curveline.material.relaxation import LONGEST
+
+    law = display.rod.relaxation
+    if law is None:
+        raise InvalidInput(
+            f"the file of display {display.name} does not say what set its rod takes",
+            "add set_strength = 1.0 to its [rod], the estimate for acetal, or measure it: `curveline calibrate set`",
+        )
+    path = _path(display, record)
+    found, new = stays_of(display, record, now, before), RodMemory.new(law, display.rod.total_length)
+    kept = _read(path, law, display.rod.total_length)
+    if record.since > kept.since:
+        kept = _Kept(NO_RUN, record.since, new)
+    if found.new_in > kept.number:
+        kept = _Kept(found.new_in, kept.since, new)
+    stays = [replace(stay, begin=max(stay.begin, kept.since)) for stay in found.stays if stay.end > kept.since]
+    ahead = [stay for stay in stays if stay.number >= kept.number]
+    done, error, remarks = _gone_through(display, kept.memory, ahead[:-1])
+    if not before and len(ahead) > 1:
+        _write(path, _Kept(ahead[-1].number, kept.since, done))
+    memory, last_error, last_remarks = _gone_through(display, done, ahead[-1:])
+    dwells = tuple(Dwell(stay.run, min(stay.seconds, LONGEST)) for stay in stays)
+    profile = display.rod.profile
+    past = Past(
+        dwells,
+        memory,
+        display.span,
+        error + last_error,
+        steps=len(ahead),
+        is_estimate=False,
+        made=None if profile is None else (profile.places, profile.values),
+    )
+    return RodNow(display, tuple(stays), past, (*remarks, *last_remarks))
+
+
+def begin_new_rod(display: Display, record: RodRecord, now: float) -> None:
+    """Put down that a rod is new in a display since `now` [s since 1970]; InvalidInput as of `rod_now`."""
+    from curveline.material.memory import RodMemory
+
+    law = display.rod.relaxation
+    if law is None:
+        rod_now(display, record, now)
+        return
+    _write(_path(display, record), _Kept(NO_RUN, now, RodMemory.new(law, display.rod.total_length)), must=True)
+
+
+def _gone_through(
+    display: Display, memory: RodMemory, stays: Sequence[Stay]
+) -> tuple[RodMemory, float, tuple[str, ...]]:
+    """What a rod remembers after some stays, how exactly [1/m], and what was taken for granted."""
+    from curveline.material.history import Dwell
+    from curveline.material.relaxation import LONGEST
+    from curveline.simulation.dwelling import Holding, followed
+
+    error, remarks = 0.0, list[str]()
+    for stay in stays:
+        dwell = Dwell(stay.run, min(stay.seconds, LONGEST))
+        if not stay.is_known:
+            remarks.append(f"{stay.run}: which curve it left is not known, so that the rod is taken for straight")
+        try:
+            memory, _, off = followed(memory, display, [Holding(dwell, stay.scene)])
+        except (Infeasible, InvalidInput) as refusal:
+            remarks.append(f"{stay.run}: {refusal.message}, so that the rod is taken for straight")
+            memory, _, off = followed(memory, display, [Holding(dwell, None)])
+        error += off
+    return memory, error, tuple(remarks)
+
+
+def _path(display: Display, record: RodRecord) -> Path:
+    kind = "mock-rod" if record.spec.partition(":")[0] == "mock" else "rod"
+    return record.runs / f"{kind}-{re.sub(r'[^A-Za-z0-9._-]', '_', display.name) or '_'}.json"
+
+
+def _read(path: Path, law: Relaxation, length: float) -> _Kept:
+    """What is kept of a rod; one that remembers nothing if there is nothing to be believed."""
+    from curveline.material.memory import RodMemory
+    from curveline.material.memory_json import memory_from
+
+    new = _Kept(NO_RUN, 0.0, RodMemory.new(law, length))
+    try:
+        document: Any = json.loads(read_file(path, SIZE_LIMIT))
+    except (InvalidInput, ValueError, RecursionError):
+        return new
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        return new
+    number, since = document.get("run"), document.get("since")
+    if not isinstance(number, int) or not isinstance(since, int | float) or not 0.0 <= since < LATEST:
+        return new
+    try:
+        return _Kept(number, float(since), memory_from(document.get("memory"), law, length))
+    except InvalidInput:
+        # Another law, or another rod's length: all that is on record since the rod was new is gone through again.
+        return replace(new, since=float(since))
+
+
+def _write(path: Path, kept: _Kept, *, must: bool = False) -> None:
+    """Keep what a rod remembers; a shortcut that cannot be kept is none."""
+    from curveline.material.memory_json import memory_document
+
+    document = {"format": FORMAT, "run": kept.number, "since": kept.since, "memory": memory_document(kept.memory)}
+    partial = path.with_suffix(".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_text(json.dumps(document) + "\n", encoding="utf-8")
+        portable.replace(partial, path)
+    except OSError:
+        if must:
+            raise
