@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from curveline.api import log as log
     from curveline.api import monte_carlo as monte_carlo
     from curveline.api import plan as plan
+    from curveline.api import rod_now as rod_now
     from curveline.api import runs as runs
     from curveline.api import simulate as simulate
     from curveline.api import simulate_poses as simulate_poses
@@ -76,7 +77,7 @@ _HOMES = {
     **dict.fromkeys(("keep_bench", "read_bench"), "bench.history"),
     "compare_bench": "bench.comparison",
     "connect": "driving.session",
-    **dict.fromkeys(("status", "stop", "runs", "log", "write"), "api"),
+    **dict.fromkeys(("status", "stop", "rod_now", "runs", "log", "write"), "api"),
     **dict.fromkeys(("new_keys", "read_keys", "node_image"), "driving.site_keys"),
     "read_shape": "shapes.files",
     "read_display": "shapes.files",

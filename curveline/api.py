@@ -273,7 +273,7 @@ def status(
         return session.status()
 
 
-def rod(
+def rod_now(
     radio: str, display: AnyPath | Display | Plan = "single", *, new: bool = False, runs: Path | str | None = None
 ) -> RodNow:
     """What the rod of a display went through by the runs on record, and what set that left in it now; no node is asked.

@@ -288,6 +288,7 @@ class Scene:
     loads: tuple[Load, ...] = ()  # dead loads that stay on
     path: str = ""  # of the shape file, as the user named it
     digest: str = ""  # sha256 of the shape file
+    begin: float | None = None  # [m] of the rod's material at the first node; None if both tails are equally long
     past: Past | None = None  # what the rod went through before; None for one that remembers nothing
     last: Scene | None = None  # the last shape of that which was not straight, where it is known
 

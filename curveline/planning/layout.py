@@ -112,8 +112,13 @@ def centred(display: Display, nodes: Sequence[Node], lengths: Sequence[float]) -
 
 
 def layout_of(scene: Scene) -> Layout:
-    """Where a display shows `scene`, with equal tails."""
-    return centred(scene.display, scene.nodes, [segment.length for segment in scene.segments])
+    """Where a display shows `scene`, with equal tails if that does not say where of the rod it begins."""
+    display = scene.display
+    layout = centred(display, scene.nodes, [segment.length for segment in scene.segments])
+    if scene.begin is None:
+        return layout
+    more = display.material_at(0, layout.feeds[0]) - scene.begin
+    return Layout(layout.nodes, tuple(feed + more for feed in layout.feeds))
 
 
 def lengths_of(display: Display, layout: Layout) -> tuple[float, ...]:

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from curveline.scene import Display, Range, Scene
+from curveline.simulation.simulate import begin_of
 from curveline.units import deg, mm, to_deg, to_mm
 
 LENGTH, ANGLE, HEIGHT = "length", "angle", "height"
@@ -169,6 +170,7 @@ def part_of(scene: Scene, segments: range) -> Scene:
     loads = (replace(load, segment=load.segment - first) for load in scene.loads if first <= load.segment < behind)
     return replace(
         scene,
+        begin=begin_of(scene, first),
         nodes=scene.nodes[first : behind + 1],
         segments=scene.segments[first:behind],
         loads=tuple(loads),

@@ -117,8 +117,10 @@ def scene_rod(scene: Scene, index: int) -> ClampedRod:
 
 
 def begin_of(scene: Scene, index: int) -> float:
-    """Where of the rod's material the segment after node `index` begins [m], if both tails are equally long."""
+    """Where of the rod's material the segment after node `index` begins [m]: see `Display.material_at`."""
     lengths = [segment.length for segment in scene.segments]
+    if scene.begin is not None:
+        return scene.begin + math.fsum(lengths[:index])
     spare = 0.5 * (math.fsum(lengths) - scene.display.span * len(lengths))
     return scene.display.material_at(index, spare - math.fsum(lengths[:index]) + scene.display.span * index)
 

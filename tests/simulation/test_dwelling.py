@@ -345,7 +345,7 @@ def test_a_shape_that_the_rod_cannot_be_held_in_is_said_to_be_none() -> None:
 def test_another_state_of_the_same_name_is_no_continuation() -> None:
     scene = shape()
     peak, valley = (
-        dwelling._Held(Dwell(name, 60.0), like(scene)(name)) for name in (scene.name, "level-neutral-valley")
+        dwelling.Holding(Dwell(name, 60.0), like(scene)(name)) for name in (scene.name, "level-neutral-valley")
     )
     memory = RodMemory.new(power_law(), 2.0)
     _, states = dwelling._bend(valley, memory, 0.0, None)

@@ -18,6 +18,7 @@ from curveline.replay.playback import segment_at
 from curveline.rod.states.planar_states import find_states
 from curveline.scene import Profile, Scene
 from curveline.shapes.files import builtin_text, read_display
+from curveline.simulation.changes import part_of
 from curveline.simulation.simulate import scene_rod
 
 SHAPES = Path(__file__).parents[2] / "shapes"
@@ -66,6 +67,14 @@ def test_segments_share_one_rod() -> None:
         assert pose_of(scene.display, layout, index) == pytest.approx(rod.pose, abs=1e-8)
     last = rods[-1].pose.begin + rods[-1].length
     assert rods[0].pose.begin == pytest.approx(scene.display.rod.total_length - last)
+
+
+def test_a_part_of_a_row_keeps_its_own_rod() -> None:
+    scene = bent("roofline")
+    for index in range(len(scene.segments)):
+        part = part_of(scene, range(index, index + 2))
+        assert scene_rod(part, 0).pose.begin == pytest.approx(scene_rod(scene, index).pose.begin)
+        assert pose_of(part.display, layout_of(part), 0) == pytest.approx(scene_rod(scene, index).pose, abs=1e-8)
 
 
 def test_what_nodes_have_fed_says_which_rod_is_between_them() -> None:

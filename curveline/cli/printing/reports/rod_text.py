@@ -21,7 +21,7 @@ def describe(rod: RodNow) -> Iterator[str]:
     rows = [
         (
             local_time(stay.begin),
-            duration_text(float(f"{stay.seconds:.2g}")),
+            duration_text(stay.seconds, rounded=True),
             "straight" if stay.is_known and stay.scene is None else stay.shape,
             stay.run,
         )
