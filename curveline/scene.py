@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from curveline.material.relaxation import Relaxation
+from curveline.errors import InvalidInput
 from curveline.sections import CrossSection
-from curveline.units import STANDARD_GRAVITY, to_gpa, to_nmm2
+from curveline.units import STANDARD_GRAVITY, deg, to_gpa, to_nmm2
 
 if TYPE_CHECKING:
     from curveline.material.past import Past
@@ -168,6 +169,66 @@ class Range(_Measured):
         """True if `value` lies inside, or outside by at most `slack`."""
         return self.low - slack <= value <= self.high + slack
 
+    def at(self, share: float) -> float:
+        """The value at a share of the way from the low end to the high one."""
+        return self.low + share * (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class DisplayErrors:
+    """What a display may be in truth, the same in a whole run: a range of each number; None if it is as its file says.
+
+    No part of a range is likelier than another; of `clamp_stiffness`, no part of the compliance, so that it may end in
+    an infinite one. `stiffness` and `mass` are parts of what the file says: -0.1 is a tenth less; the first is that of
+    every stiffness of the rod. `span` says by how much a gap is wider, and is drawn for each. `friction` is how much
+    rod a bearing holds back, either way, before it slides. `set_share` is what part of the other state's curvature the
+    rod keeps. Raises InvalidInput for a range that is empty, or that no display can have.
+    """
+
+    stiffness: Range | None = None
+    mass: Range | None = None
+    clamp_stiffness: Range | None = None  # [N m/rad]
+    clamp_play: Range | None = None  # [rad]
+    clamp: Range | None = None  # [m]
+    span: Range | None = None  # [m]
+    friction: Range | None = None  # [m]
+    set_share: Range | None = None
+
+    def __post_init__(self) -> None:
+        for name, (least, most) in POSSIBLE.items():
+            drawn: Range | None = getattr(self, name)
+            if drawn is None:
+                continue
+            if not drawn.low <= drawn.high:
+                message = f"the error {name} has no range: {drawn.low:g} to {drawn.high:g}"
+                raise InvalidInput(message, "give the lower end first")
+            if drawn.low < least or drawn.high > most:
+                message = f"the error {name} is {drawn.low:g} to {drawn.high:g}, in SI, which no display can have"
+                raise InvalidInput(message, f"stay within {least:g} to {most:g}")
+
+    @property
+    def given(self) -> dict[str, Range]:
+        """Those of which there is a range, by name."""
+        named = ((each.name, getattr(self, each.name)) for each in fields(self))
+        return {name: drawn for name, drawn in named if drawn is not None}
+
+    def over(self, others: DisplayErrors) -> DisplayErrors:
+        """These, and what others there are beside them."""
+        return replace(others, **self.given)
+
+
+POSSIBLE = {
+    "stiffness": (-0.9, 9.0),
+    "mass": (-1.0, 9.0),
+    "clamp_stiffness": (1e-9, math.inf),
+    "clamp_play": (0.0, deg(45.0)),
+    "clamp": (0.0, 1e6),
+    "span": (-1e6, 1e6),
+    "friction": (0.0, 1e6),
+    "set_share": (-1.0, 1.0),
+}
+"""The least and the most that a display may be in truth, as in `DisplayErrors`."""
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -227,6 +288,7 @@ class Display(_Measured):
     down: Vector = DOWN  # unit vector along which gravity acts, if it does
     clamp_stiffness: float = math.inf  # [N m/rad] of a bearing, against a turn of the rod at its mouth
     clamp_play: float = 0.0  # [rad] by which the rod turns there, either way, before it meets that stiffness
+    errors: DisplayErrors = DisplayErrors()  # what it may be in truth
 
     def material_at(self, node: int, feed: float) -> float:
         """What of the rod a `node`, from 0, holds that has fed `feed` [m]: arc length from the rod's left end [m].

@@ -24,11 +24,13 @@ from curveline.errors import InvalidInput
 from curveline.kernels import cache
 from curveline.plan_file import NodeTarget, Plan
 from curveline.replay.landmarks import Landmarks
+from curveline.replay.real_display import SHARES, RealDisplay, held_back, real_display
 from curveline.rod.branches.quasi_static import FELL, move_through
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.states.slack import has_spare
-from curveline.scene import BUCKLED, LOST, STRAIGHT, Display, Node
+from curveline.scene import BUCKLED, LOST, STRAIGHT, Display, DisplayErrors, Node
+from curveline.shapes.error_keys import check_fit
 from curveline.simulation.simulate import clamped_rod
 from curveline.system.workers import WorkerDied, Workers
 from curveline.units import deg, mm
@@ -76,15 +78,25 @@ class Errors:
 
 @dataclass(frozen=True)
 class Setup:
-    """What is played: a plan on its display, with errors of some size."""
+    """What is played: a plan on its display, with errors of some size, and what that display may be in truth.
+
+    The file of a display may say that, too; where both do, these `ranges` count.
+    """
 
     display: Display  # of the plan
     plan: Plan  # what is played
     errors: Errors = field(default_factory=Errors)  # their sizes
+    ranges: DisplayErrors = field(default_factory=DisplayErrors)
 
     def __post_init__(self) -> None:
         if self.plan.drive.digest != self.display.digest:
             raise InvalidInput(f"{self.plan.name} was not planned for display {self.display.name}", "plan again")
+        check_fit(self.display_errors, self.display)
+
+    @cached_property
+    def display_errors(self) -> DisplayErrors:
+        """What the display may be in truth."""
+        return self.ranges.over(self.display.errors)
 
     @cached_property
     def targets(self) -> Array:
@@ -112,7 +124,8 @@ class Setup:
 class TrialRun:
     """One run: how each segment ended, the name of a state or LOST, STRAIGHT or TAUT.
 
-    `size` is the root mean square of its calibration errors and bows, in units of their standard deviations.
+    `size` is the root mean square of its calibration errors, bows and errors of the display, in units of their standard
+    deviations.
     """
 
     seed: int  # that repeats it
@@ -187,17 +200,22 @@ def run_trials(setup: Setup, seeds: Sequence[int], jobs: int = 1) -> Generator[T
 
 
 class Draws(NamedTuple):
-    """Errors of a run in units of their sizes: of the calibration, of the play at each step, of when axes move."""
+    """Errors of a run in units of their sizes: of the calibration, of the play at each step, of when axes move.
+
+    Of the display, how far into their ranges.
+    """
 
     offsets: Array  # (nodes, 3)
     scales: Array  # (nodes,)
     bows: Array  # (segments,)
     plays: Array  # (steps+1, nodes, 3)
     delays: Array  # (2, steps, nodes, 3): see `_uneven`
+    shares: Array  # (len(SHARES),), from 0 to 1
+    gaps: Array  # (segments,), from 0 to 1, of the errors of the spans
 
 
-def draw(setup: Setup, seed: int) -> Draws:
-    """The errors that follow from `seed`."""
+def draw(setup: Setup, seed: int | tuple[int, ...]) -> Draws:
+    """The errors that follow from `seed`. What is drawn later in it changes nothing of what is drawn before."""
     source = np.random.default_rng(seed)
     nodes, steps = len(setup.plan.start), len(setup.plan.steps)
     return Draws(
@@ -206,19 +224,53 @@ def draw(setup: Setup, seed: int) -> Draws:
         source.standard_normal(nodes - 1),
         source.uniform(-1.0, 1.0, (steps + 1, nodes, 3)),
         source.uniform(0.0, 1.0, (2, steps, nodes, 3)),
+        source.uniform(0.0, 1.0, len(SHARES)),
+        source.uniform(0.0, 1.0, nodes - 1),
     )
+
+
+class Course(NamedTuple):
+    """What a run is: the display in truth, and where the axes of all its nodes are, (poses, nodes, 3) in SI."""
+
+    real: RealDisplay
+    values: Array
+
+    def rod(self, segment: int, place: int) -> ClampedRod:
+        """The rod of a segment at one of the poses."""
+        return _segment_of(self.real.gaps[segment], self.values[place, segment : segment + 2], segment)
+
+
+def course_of(setup: Setup, draws: Draws) -> Course:
+    """A run with some errors from its start to its end."""
+    real = real_display(setup.display, setup.display_errors, draws.shares, draws.gaps)
+    values = _motion(setup, draws)
+    values[:, :, 0] = held_back(values[:, :, 0], real.friction)
+    return Course(real, values)
 
 
 def play_run(setup: Setup, seed: int) -> TrialRun:
     """Play the plan once with the errors that follow from `seed`."""
     draws = draw(setup, seed)
-    values, bows = course_of(setup, draws), setup.errors.bow * draws.bows
-    endings = tuple(_ending(setup, segment, values, float(bow)) for segment, bow in enumerate(bows))
-    drawn = np.concatenate([draws.offsets.ravel(), draws.scales, draws.bows])
-    return TrialRun(seed, endings, float(np.sqrt(np.mean(drawn**2))))
+    return TrialRun(seed, endings_of(setup, draws, course_of(setup, draws)), _size_of(setup, draws))
 
 
-def course_of(setup: Setup, draws: Draws) -> Array:
+def endings_of(setup: Setup, draws: Draws, course: Course) -> tuple[str, ...]:
+    """How each segment ends in a run."""
+    bows = setup.errors.bow * draws.bows
+    return tuple(_ending(setup, segment, course, float(bow)) for segment, bow in enumerate(bows))
+
+
+def _size_of(setup: Setup, draws: Draws) -> float:
+    drawn = [draws.offsets.ravel(), draws.scales, draws.bows]
+    ranges = setup.display_errors.given
+    uniform = [*(share for name, share in zip(SHARES, draws.shares, strict=True) if name in ranges)]
+    uniform += draws.gaps.tolist() if "span" in ranges else []
+    # A uniform share has a twelfth of variance.
+    drawn.append(math.sqrt(12.0) * (np.array(uniform) - 0.5))
+    return float(np.sqrt(np.mean(np.concatenate(drawn) ** 2)))
+
+
+def _motion(setup: Setup, draws: Draws) -> Array:
     """Where the axes of all nodes are from the start to the end of a run, (poses, nodes, 3) in SI, errors included."""
     errors = setup.errors
     targets = setup.targets.copy()
@@ -263,18 +315,17 @@ def _uneven(targets: Array, draws: Array) -> Array:
     return np.concatenate([targets[:1], moved.reshape(-1, *targets.shape[1:])])
 
 
-def _ending(setup: Setup, segment: int, values: Array, bow: float) -> str:
-    """How the rod of a segment ends whose nodes' axes take `values (m, nodes, 3)`."""
-    poses = _poses(setup.display, values[:, segment : segment + 2], segment)
-    first, last = (_segment_of(setup.display, values[place, segment : segment + 2], segment) for place in (0, -1))
+def _ending(setup: Setup, segment: int, course: Course, bow: float) -> str:
+    """How the rod of a segment ends in a run."""
+    poses = _poses(course.real.gaps[segment], course.values[:, segment : segment + 2], segment)
+    first, last = course.rod(segment, 0), course.rod(segment, -1)
     if np.any(~has_spare(poses, first.bearing) & (_detour(poses, first.bearing) > DETOUR)):
         return TAUT
     at_start, at_end = setup.landmarks[segment]
     state, events = move_through(poses, first, at_start.state(first, setup.plan.granted[segment]), bow)
     # A rod that is all but straight has nowhere to fall to: it buckles again with more rod to spare.
     gone = [event.place for event in events if event.kind == FELL and event.state is None]
-    places = (_segment_of(setup.display, values[place, segment : segment + 2], segment) for place in gone)
-    if not all(_is_nearly_straight(place) for place in places):
+    if not all(_is_nearly_straight(course.rod(segment, place)) for place in gone):
         return LOST
     if setup.plan.wanted[segment] == STRAIGHT and _is_nearly_straight(last):
         return STRAIGHT

@@ -213,6 +213,30 @@ class RadioTable(Table):
     addresses: list[Address] = Field(max_length=MAX_NODES, description="ten hexadecimal digits for each node")
 
 
+Relative = Annotated[float, Field(ge=-90.0, le=900.0)]
+Giving = Annotated[float, Field(ge=1e-6, allow_inf_nan=True)]
+Play = Annotated[float, Field(ge=0.0, le=45.0)]
+Held = Annotated[float, Field(ge=0.0, le=1e9)]
+Kept = Annotated[float, Field(ge=-100.0, le=100.0)]
+
+
+def _range(description: str) -> Any:
+    return Field(default=None, min_length=PAIR, max_length=PAIR, description=f"[from, to] {description}")
+
+
+class ErrorsTable(Table):
+    """`[errors]` of a display file: what the display may be in truth, for `plan --monte-carlo`."""
+
+    stiffness_percent: list[Relative] | None = _range("by which the rod is stiffer than this file says")
+    mass_percent: list[Relative] | None = _range("by which the rod is heavier than this file says")
+    clamp_stiffness_Nmm_per_deg: list[Giving] | None = _range("of the bearings' stiffness; inf for a rigid one")
+    clamp_play_deg: list[Play] | None = _range("of how far a bearing tilts, either way, at no moment")
+    clamp_mm: list[Held] | None = _range("of the rod that a bearing holds straight")
+    span_error_mm: list[Height] | None = _range("by which a gap between nodes is wider, drawn for each")
+    friction_mm: list[Held] | None = _range("of the rod that a bearing holds back, either way, before it slides")
+    set_percent: list[Kept] | None = _range("of the other state's curvature that the rod keeps")
+
+
 class DisplayTable(Table):
     """A display file."""
 
@@ -233,3 +257,4 @@ class DisplayTable(Table):
     limits: LimitsTable = Field(description="the table of what nodes and segments may be asked for")
     drive: DriveTable = Field(description="the table of the motors")
     radio: RadioTable = Field(description="the table of the radio's settings")
+    errors: ErrorsTable = Field(default=ErrorsTable(), description="the table of what the display may be in truth")

@@ -27,6 +27,7 @@ from curveline.scene import (
     Segment,
     Vector,
 )
+from curveline.shapes.error_keys import check_errors, errors_of
 from curveline.shapes.file_keys import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, ShapeTable
 from curveline.shapes.library import builtin_shapes, given_shape
 from curveline.shapes.profile_rules import profile_of
@@ -180,6 +181,7 @@ def _display(data: bytes, path: str, folder: str) -> Display:
     _refuse_empty(document, "copy the file of a built-in display and change it")
     model = document.validate(DisplayTable)
     check_display(document)
+    check_errors(document)
     if model is None or document.diagnostics():
         raise document.error()
     profile, beside = profile_of(model.rod, folder)
@@ -199,6 +201,7 @@ def _display(data: bytes, path: str, folder: str) -> Display:
             model.radio.channel, model.radio.data_rate, tuple(address.upper() for address in model.radio.addresses)
         ),
         digest=hashlib.sha256(data + beside).hexdigest(),
+        errors=errors_of(model.errors),
     )
 
 

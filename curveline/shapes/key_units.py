@@ -11,6 +11,8 @@ _UNITS = {
     "deg_per_s": "deg/s",
     "g_per_m": "g/m",
     "per_m": "per m",
+    "Nmm_per_deg": "N mm/deg",
+    "percent": "%",
     "Nmm2": "N mm^2",
     "Nmm": "N mm",
     "mm": "mm",

@@ -158,8 +158,8 @@ def test_an_axis_that_lags_matters_only_outside_the_funnel() -> None:
 def courses(errors: Errors, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Where the axes are at the barriers of as many runs, (runs, steps+1, nodes, 3), and where they are meant to be."""
     setup = Setup(DISPLAY, plan("staggered-down-peak"), errors)
-    runs = [course_of(setup, draw(setup, seed))[::PIECES] for seed in range(count)]
-    exact = course_of(replace(setup, errors=NONE), draw(setup, 0))[::PIECES]
+    runs = [course_of(setup, draw(setup, seed)).values[::PIECES] for seed in range(count)]
+    exact = course_of(replace(setup, errors=NONE), draw(setup, 0)).values[::PIECES]
     return np.array(runs), exact
 
 
@@ -187,7 +187,7 @@ def test_the_scale_of_a_feed_errs_with_what_is_fed() -> None:
 @pytest.mark.parametrize("unevenness", [0.0, 0.5, 1.0])
 def test_every_axis_has_its_own_lag_and_speed(unevenness: float) -> None:
     setup = Setup(DISPLAY, plan("level-up-peak"), replace(NONE, unevenness=unevenness))
-    fed = np.array([course_of(setup, draw(setup, seed))[: PIECES + 1, :, 0] for seed in range(400)])
+    fed = np.array([course_of(setup, draw(setup, seed)).values[: PIECES + 1, :, 0] for seed in range(400)])
     progress = fed / fed[:, -1:]
     assert np.all(np.diff(progress, axis=1) >= 0.0)
     assert np.all(progress[:, 0] == 0.0)

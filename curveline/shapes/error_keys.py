@@ -1,0 +1,109 @@
+"""How people write what a display may be in truth: in the table `[errors]` of its file, and as options."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
+
+from curveline.errors import InvalidInput
+from curveline.scene import Display, DisplayErrors, Range
+from curveline.shapes.file_keys import ErrorsTable
+from curveline.shapes.toml_document import Document
+from curveline.units import deg, mm, nmm, rounded_down, to_deg, to_mm, to_nmm, told_apart
+
+Ends = tuple[float, float]
+
+DIGITS = 9
+"""Decimals that are left of a number that went to SI and back."""
+
+
+class ErrorKey(NamedTuple):
+    """A range as it is written: its key, what it is called in a sentence, its unit, and the ways to SI and back."""
+
+    key: str
+    name: str
+    unit: str
+    si: Callable[[float], float]
+    back: Callable[[float], float]
+
+
+def _part(percent: float) -> float:
+    return percent / 100.0
+
+
+def _percent(part: float) -> float:
+    return 100.0 * part
+
+
+ERROR_KEYS: Mapping[str, ErrorKey] = {
+    "stiffness": ErrorKey("stiffness_percent", "stiffness", " %", _part, _percent),
+    "mass": ErrorKey("mass_percent", "mass", " %", _part, _percent),
+    "clamp_stiffness": ErrorKey(
+        "clamp_stiffness_Nmm_per_deg",
+        "clamp stiffness",
+        " N mm/deg",
+        lambda per_degree: nmm(per_degree) / deg(1.0),
+        lambda per_radian: to_nmm(per_radian * deg(1.0)),
+    ),
+    "clamp_play": ErrorKey("clamp_play_deg", "clamp play", " deg", deg, to_deg),
+    "clamp": ErrorKey("clamp_mm", "clamp", " mm", mm, to_mm),
+    "span": ErrorKey("span_error_mm", "span", " mm", mm, to_mm),
+    "friction": ErrorKey("friction_mm", "friction", " mm", mm, to_mm),
+    "set_share": ErrorKey("set_percent", "set", " %", _part, _percent),
+}
+"""Of the fields of `DisplayErrors`, in their order."""
+
+
+def display_errors(written: Mapping[str, Ends | None]) -> DisplayErrors:
+    """Ranges in SI from what is written under some of the keys, None for nothing."""
+    ranges = {}
+    for field, (key, _, _, si, _) in ERROR_KEYS.items():
+        if (ends := written.get(key)) is not None:
+            ranges[field] = Range(si(ends[0]), si(ends[1]))
+    return DisplayErrors(**ranges)
+
+
+def as_written(errors: DisplayErrors) -> Iterator[tuple[ErrorKey, Ends]]:
+    """Every range that there is, in the units of its key."""
+    for field, drawn in errors.given.items():
+        key = ERROR_KEYS[field]
+        yield key, (round(key.back(drawn.low), DIGITS), round(key.back(drawn.high), DIGITS))
+
+
+def errors_of(table: ErrorsTable) -> DisplayErrors:
+    """The ranges of a table that the rules found sound."""
+    return display_errors({key: None if ends is None else (ends[0], ends[1]) for key, ends in table})
+
+
+def check_errors(document: Document) -> None:
+    """Record ranges that are empty, and bearings that would leave no rod free between them."""
+    for key in ErrorsTable.model_fields:
+        low, high = (document.number("errors", key, end) for end in (0, 1))
+        if low is not None and high is not None and low > high:
+            first, last = told_apart(low, high, 6)
+            message = f"{key} goes from {first} down to {last}"
+            document.problem(("errors", key), "empty-range", message, "write [from, to], the lower end first")
+    span, clamp = (document.number(key) for key in ("span_mm", "clamp_mm"))
+    longest, narrowest = document.number("errors", "clamp_mm", 1), document.number("errors", "span_error_mm", 0)
+    if span is None or clamp is None or (longest is None and narrowest is None):
+        return
+    key = "clamp_mm" if longest is not None else "span_error_mm"
+    held, across = (clamp if longest is None else longest), span + (narrowest or 0.0)
+    if held >= across:
+        message = f"{held:g} mm of rod in a bearing, and {across:g} mm between two"
+        document.problem(("errors", key), "out-of-range", message, _leave_free(across))
+
+
+def check_fit(errors: DisplayErrors, display: Display) -> None:
+    """Raise InvalidInput if bearings could leave no rod free between them."""
+    held = errors.clamp.high if errors.clamp else display.clamp
+    across = display.span + (errors.span.low if errors.span else 0.0)
+    if held >= across:
+        message = f"errors allow {to_mm(held):g} mm of rod in a bearing, and {to_mm(across):g} mm between two"
+        raise InvalidInput(message, _leave_free(to_mm(across)))
+
+
+def _leave_free(across: float) -> str:
+    most = f"clamp_mm up to {rounded_down(math.nextafter(across, 0.0), 6):g}, or " if across > 0.0 else ""
+    return f"neighbouring bearings must leave some rod free: {most}a span_error_mm that takes less away"
