@@ -49,8 +49,10 @@ if TYPE_CHECKING:
     from curveline.radio.host.link import OperatorRequest as OperatorRequest
     from curveline.replay.monte_carlo import Errors as Errors
     from curveline.replay.trials import TrialsRequest as TrialsRequest
+    from curveline.scene import DisplayErrors as DisplayErrors
     from curveline.scene import Load as Load
     from curveline.scene import Node as Node
+    from curveline.scene import Range as Range
     from curveline.scene import Scene as Scene
     from curveline.scene import Segment as Segment
     from curveline.shapes.files import builtin_displays as builtin_displays
@@ -94,6 +96,7 @@ _HOMES = {
     "Dwell": "material.history",
     "TrialsRequest": "replay.trials",
     "Errors": "replay.monte_carlo",
+    **dict.fromkeys(("DisplayErrors", "Range"), "scene"),
     "Control": "radio.host.link",
     "OperatorRequest": "radio.host.link",
     "Policy": "radio.host.actions",

@@ -208,10 +208,11 @@ def load_map(
 def monte_carlo(
     plan: str | os.PathLike[str] | Plan, request: TrialsRequest | None = None, listener: Listener = SILENT
 ) -> Trials:
-    """A plan played many times with errors of the nodes: how often it ends in the wanted states.
+    """A plan played many times with errors of nodes and display: how often it ends in the wanted states.
 
-    `request` says how often, from which seed on, with which errors; 1000 runs with the usual ones if it is None. The
-    `share` of what comes back has its 95 % interval. Raises InvalidInput if the plan's display is of no use.
+    `request` says how often, from which seed on, with which errors; 1000 runs with the usual ones, and those of the
+    display's file, if it is None. The `share` of what comes back has its 95 % interval; the `ranking`, if that was
+    asked for, says what each error does to it and to the curve. Raises InvalidInput if the plan's display is of no use.
     """
     from curveline.displays.of_plan import display_of
     from curveline.plan_file import Plan, read_plan
@@ -221,7 +222,8 @@ def monte_carlo(
     made = read_plan(plan) if isinstance(plan, str | os.PathLike) else plan
     expect(made, Plan, "a plan, or its file,")
     asked = request or TrialsRequest()
-    return play_trials(Setup(display_of(made, listener), made, asked.errors), asked, listener)
+    setup = Setup(display_of(made, listener), made, asked.errors, asked.display_errors)
+    return play_trials(setup, asked, listener)
 
 
 def check_display(display: str | os.PathLike[str] | Display, listener: Listener = SILENT) -> DisplayCheck:

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from statistics import NormalDist
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -34,6 +34,8 @@ from curveline.shapes.error_keys import check_fit
 from curveline.simulation.simulate import clamped_rod
 from curveline.system.workers import WorkerDied, Workers
 from curveline.units import deg, mm
+
+T = TypeVar("T")
 
 TAUT = "taut"
 """How a segment ended whose rod was pulled straight between nodes that are out of line."""
@@ -189,10 +191,15 @@ class MonteCarloOutcome:
 
 def run_trials(setup: Setup, seeds: Sequence[int], jobs: int = 1) -> Generator[TrialRun, None, None]:
     """Play a run for each of `seeds`, in order, on so many processes."""
+    yield from played(partial(play_run, setup), seeds, jobs)
+
+
+def played(play: Callable[[int], T], seeds: Sequence[int], jobs: int) -> Generator[T, None, None]:
+    """What `play` makes of each of the `seeds`, in order, on so many processes."""
     if jobs == 1:
-        yield from (play_run(setup, seed) for seed in seeds)
+        yield from map(play, seeds)
         return
-    with cache.shared(), Workers(partial(play_run, setup), jobs) as workers:
+    with cache.shared(), Workers(play, jobs) as workers:
         for _, run in workers.map(seeds, len(seeds)):
             if isinstance(run, WorkerDied):
                 raise run
@@ -251,7 +258,7 @@ def course_of(setup: Setup, draws: Draws) -> Course:
 def play_run(setup: Setup, seed: int) -> TrialRun:
     """Play the plan once with the errors that follow from `seed`."""
     draws = draw(setup, seed)
-    return TrialRun(seed, endings_of(setup, draws, course_of(setup, draws)), _size_of(setup, draws))
+    return TrialRun(seed, endings_of(setup, draws, course_of(setup, draws)), size_of(setup, draws))
 
 
 def endings_of(setup: Setup, draws: Draws, course: Course) -> tuple[str, ...]:
@@ -260,7 +267,8 @@ def endings_of(setup: Setup, draws: Draws, course: Course) -> tuple[str, ...]:
     return tuple(_ending(setup, segment, course, float(bow)) for segment, bow in enumerate(bows))
 
 
-def _size_of(setup: Setup, draws: Draws) -> float:
+def size_of(setup: Setup, draws: Draws) -> float:
+    """How large the errors of a run are: see `TrialRun`."""
     drawn = [draws.offsets.ravel(), draws.scales, draws.bows]
     ranges = setup.display_errors.given
     uniform = [*(share for name, share in zip(SHARES, draws.shares, strict=True) if name in ranges)]

@@ -1,29 +1,51 @@
-"""A plan carried out many times with errors of its nodes, and what came of it as plain data."""
+"""A plan carried out many times with errors of nodes and display, and what came of it as plain data."""
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Generator
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from functools import partial
+from typing import Any, TypeVar
 
 from curveline.listening import SILENT, Listener
 from curveline.notebook import html_of
 from curveline.phrases import counted
-from curveline.replay.monte_carlo import CONFIDENCE, Errors, MonteCarloOutcome, Setup, Share, run_trials, summarise
+from curveline.replay.error_sizes import sizes_of
+from curveline.replay.monte_carlo import (
+    CONFIDENCE,
+    Errors,
+    MonteCarloOutcome,
+    Setup,
+    Share,
+    play_run,
+    played,
+    summarise,
+)
+from curveline.replay.ranking import Design, Ranking, play_row, rank
+from curveline.replay.ranking_report import ranking_document, ranking_tables
+from curveline.scene import DisplayErrors
+from curveline.shapes.error_keys import as_written
 from curveline.simulation.batch import jobs_for
-from curveline.units import to_deg, to_mm
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class TrialsRequest:
-    """How many runs from which seed on, errors of which sizes, on how many processes; None is what is fastest."""
+    """How many runs from which seed on, errors of which sizes, on how many processes; None is what is fastest.
+
+    To `rank` the errors each run is played anew with one of them after the other drawn again, and once with all.
+    """
 
     runs: int = 1000  # how many
     seed: int = 1  # of the first run; then one more each
     errors: Errors = field(default_factory=Errors)  # their sizes
     jobs: int | None = None  # processes; None is what is fastest
+    display_errors: DisplayErrors = field(default_factory=DisplayErrors)  # ranges that win over those of its file
+    rank: bool = False  # whether to tell what each error does
 
 
 @dataclass(frozen=True)
@@ -35,6 +57,12 @@ class Trials:
     outcome: MonteCarloOutcome  # what the runs came to
     seconds: float  # [s]
     jobs: int  # processes
+    ranking: Ranking | None = None  # what each error does, if that was asked for
+
+    @property
+    def plays(self) -> int:
+        """Runs in all, those that rank the errors included."""
+        return self.request.runs if self.ranking is None else self.ranking.plays
 
     @property
     def share(self) -> Share:
@@ -62,7 +90,9 @@ class Trials:
         head = ("segment", "wanted", "ended so", "runs", "share", "95 % from", "to")
         worst = self.outcome.worst
         again = [] if worst is None else [f"seed {worst.seed} fails with the smallest errors"]
-        return html_of(self.summary(), [head, *rows], remarks=[*self.reasons, *again])
+        tables = () if self.ranking is None else ranking_tables(self.ranking)
+        ranks = "".join(html_of(title, ranked) for title, ranked in tables)
+        return html_of(self.summary(), [head, *rows], remarks=[*self.reasons, *again]) + ranks
 
     def document(self) -> dict[str, Any]:
         """The same as plain data: equal for equal seeds, however many processes there were."""
@@ -72,6 +102,10 @@ class Trials:
             "seed": request.seed,
             "confidence": CONFIDENCE,
             "errors": {size.key: size.value for size in sizes_of(self.setup.errors)},
+            "display_errors": {
+                each.key: [end if math.isfinite(end) else None for end in ends]
+                for each, ends in as_written(self.setup.display_errors)
+            },
             "wanted": _share_record(outcome.total),
             "segments": [
                 {"wanted": name, **_share_record(share)}
@@ -79,41 +113,35 @@ class Trials:
             ],
             "failures": [{**asdict(reason), "reason": str(reason)} for reason in outcome.reasons],
             "worst": asdict(outcome.worst) if outcome.worst else None,
+            "ranking": None if self.ranking is None else ranking_document(self.ranking),
         }
 
 
 def play_trials(setup: Setup, request: TrialsRequest, listener: Listener = SILENT) -> Trials:
-    """Play the plan of `setup` as often as requested."""
-    jobs = jobs_for(request.jobs, request.runs)
+    """Play the plan of `setup` as often as requested. Raises InvalidInput where there is nothing to rank."""
+    design = Design(setup) if request.rank else None
+    each = 1 if design is None else len(design.inputs) + 2
+    jobs = min(request.runs, jobs_for(request.jobs, request.runs * each))
     begin = time.perf_counter()
     listener.computing()
-    runs = []
-    played = run_trials(setup, range(request.seed, request.seed + request.runs), jobs)
-    with closing(played), listener.progress("playing", request.runs) as heard:
-        for run in played:
-            runs.append(run)
-            heard(len(runs))
-    return Trials(setup, request, summarise(setup, runs), time.perf_counter() - begin, jobs)
+    seeds = range(request.seed, request.seed + request.runs)
+    with listener.progress("playing", request.runs) as heard:
+        if design is None:
+            runs, ranking = _heard(played(partial(play_run, setup), seeds, jobs), heard), None
+        else:
+            rows = _heard(played(partial(play_row, design), seeds, jobs), heard)
+            runs, ranking = [row.run for row in rows], rank(design, rows)
+    return Trials(setup, request, summarise(setup, runs), time.perf_counter() - begin, jobs, ranking)
 
 
-@dataclass(frozen=True)
-class ErrorSize:
-    """The size of one kind of error: in words, its key in a document, its value, and the unit as it is read."""
-
-    name: str
-    key: str
-    value: float
-    unit: str
-
-
-def sizes_of(errors: Errors) -> Iterator[ErrorSize]:
-    """Every kind of error, in the units that people write."""
-    yield ErrorSize("feed", "feed_mm", round(to_mm(errors.feed), 9), " mm")
-    yield ErrorSize("scale", "feed_scale_percent", round(100.0 * errors.feed_scale, 9), " %")
-    yield ErrorSize("angle", "angle_deg", round(to_deg(errors.angle), 9), " deg")
-    yield ErrorSize("height", "height_mm", round(to_mm(errors.height), 9), " mm")
-    yield ErrorSize("bow", "bow_mm", round(to_mm(errors.bow), 9), " mm")
-    yield ErrorSize("unevenness", "unevenness", errors.unevenness, "")
+def _heard(coming: Generator[T, None, None], heard: Callable[[int], object]) -> list[T]:
+    """All that is coming, somebody hearing how many have come."""
+    found = []
+    with closing(coming):
+        for each in coming:
+            found.append(each)
+            heard(len(found))
+    return found
 
 
 def _share_record(share: Share) -> dict[str, float]:

@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 from curveline.errors import InvalidInput
-from curveline.scene import Display, DisplayErrors, Range
+from curveline.scene import POSSIBLE, Display, DisplayErrors, Range
 from curveline.shapes.file_keys import ErrorsTable
 from curveline.shapes.toml_document import Document
 from curveline.units import deg, mm, nmm, rounded_down, to_deg, to_mm, to_nmm, told_apart
 
 Ends = tuple[float, float]
 
+LARGEST = 1e8
+"""A bound from which on it is only there for the sake of arithmetic."""
 DIGITS = 9
 """Decimals that are left of a number that went to SI and back."""
 
@@ -55,12 +57,28 @@ ERROR_KEYS: Mapping[str, ErrorKey] = {
 """Of the fields of `DisplayErrors`, in their order."""
 
 
-def display_errors(written: Mapping[str, Ends | None]) -> DisplayErrors:
-    """Ranges in SI from what is written under some of the keys, None for nothing."""
+def display_errors(written: Mapping[str, Ends | None], called: Callable[[str], str] = str) -> DisplayErrors:
+    """Ranges in SI from what is written under some of the keys, None for nothing.
+
+    Raises InvalidInput for a range that is empty or that no display can have; `called` says what to call its key then.
+    """
     ranges = {}
-    for field, (key, _, _, si, _) in ERROR_KEYS.items():
-        if (ends := written.get(key)) is not None:
-            ranges[field] = Range(si(ends[0]), si(ends[1]))
+    for field, each in ERROR_KEYS.items():
+        if (ends := written.get(each.key)) is None:
+            continue
+        low, high = ends
+        # As round numbers, which bounds in SI are not.
+        least, most = (float(f"{each.back(bound):.12g}") for bound in POSSIBLE[field])
+        said = f"{called(each.key)} is {low:g} to {high:g}{each.unit}"
+        if not low <= high:
+            raise InvalidInput(f"{said}, which is no range", "give the lower end first")
+        if not least <= low <= high <= most:
+            bounds = (
+                f"stay within {least:g} to {most:g}{each.unit}" if most < LARGEST else f"begin at {least:g} or more"
+            )
+            raise InvalidInput(f"{said}, beyond what a display can be", bounds)
+        first, last = (min(max(each.si(end), POSSIBLE[field][0]), POSSIBLE[field][1]) for end in ends)
+        ranges[field] = Range(first, last)
     return DisplayErrors(**ranges)
 
 

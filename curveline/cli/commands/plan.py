@@ -70,6 +70,15 @@ def plan(
     height_error_mm: trials.HeightError = None,
     bow_mm: trials.Bow = None,
     unevenness: trials.Unevenness = None,
+    stiffness_percent: trials.StiffnessPercent = None,
+    mass_percent: trials.MassPercent = None,
+    clamp_stiffness: trials.ClampStiffness = None,
+    clamp_play_deg: trials.ClampPlay = None,
+    clamp_mm: trials.Clamp = None,
+    span_error_mm: trials.SpanError = None,
+    friction_mm: trials.Friction = None,
+    set_percent: trials.SetPercent = None,
+    rank: trials.Ranks = False,
     least_share: trials.LeastShare = 0.0,
     jobs: trials.Jobs = None,
 ) -> None:
@@ -83,9 +92,10 @@ def plan(
     With --after the rod is as it comes out of other shapes, or of itself straight, at home: plastic keeps part of a
     curve that it was held in. A shape that is not safe then says what to do first.
 
-    With --monte-carlo the plan is played many times with errors of the nodes, and the share of runs that end in the
-    wanted states is reported. --json then prints one object with `plan` and `monte_carlo`, --brief that share alone; -o
-    always writes the plan.
+    With --monte-carlo the plan is played many times with errors of the nodes, and of the display as far as its file or
+    options tell what it may be in truth, and the share of runs that end in the wanted states is reported; with --rank
+    also what each error does to that and to the curve. --json then prints one object with `plan` and `monte_carlo`,
+    --brief that share alone; -o always writes the plan.
     """
     from curveline.cli.printing.reports.plan_text import describe
     from curveline.plan_file import to_json
@@ -94,7 +104,17 @@ def plan(
     for path in files:
         check_output(PLAN, path, force=force)
     sizes = (feed_error_mm, feed_scale_percent, angle_error_deg, height_error_mm, bow_mm, unevenness)
-    request = trials.requested(monte_carlo, (seed, least_share, jobs), sizes)
+    ranges = {
+        "stiffness_percent": stiffness_percent,
+        "mass_percent": mass_percent,
+        "clamp_stiffness_Nmm_per_deg": clamp_stiffness,
+        "clamp_play_deg": clamp_play_deg,
+        "clamp_mm": clamp_mm,
+        "span_error_mm": span_error_mm,
+        "friction_mm": friction_mm,
+        "set_percent": set_percent,
+    }
+    request = trials.requested(monte_carlo, (seed, least_share, jobs), sizes, ranges, rank=rank)
     made = _made(shapes or [], begin, after, goes_home=home)
     # Before anything is printed: whoever reads it may stop listening.
     write_outputs(made, files, force=force)

@@ -9,15 +9,18 @@ from textwrap import wrap
 from curveline.cli.printing import screen
 from curveline.cli.printing.manner import MANNER
 from curveline.phrases import counted
+from curveline.replay.error_sizes import sizes_of
 from curveline.replay.monte_carlo import Share
-from curveline.replay.trials import Trials, sizes_of
+from curveline.replay.ranking_report import ranking_tables
+from curveline.replay.trials import Trials
+from curveline.shapes.error_keys import as_written
 
 COLUMNS = 80
 HEAD = ("segment", "wanted", "ended so", "share %", "95 % confidence")
 
 
 def describe(trials: Trials) -> Iterator[str]:
-    """Lines of text: shares with their intervals, why runs failed, and the errors that were drawn."""
+    """Lines of text: shares with their intervals, why runs failed, what each error does, the errors that were drawn."""
     if MANNER.is_brief:
         yield trials.summary()
         return
@@ -34,10 +37,17 @@ def describe(trials: Trials) -> Iterator[str]:
     if outcome.worst is not None:
         seed = outcome.worst.seed
         yield f"seed {seed} fails with the smallest errors; again: --monte-carlo 1 --seed {seed}"
+    for title, ranked in () if trials.ranking is None else ranking_tables(trials.ranking):
+        yield from wrap(title, COLUMNS)
+        yield from screen.table([tuple(map(str, row)) for row in ranked]) if ranked else ()
     sizes = ", ".join(f"{size.name} {size.value:g}{size.unit}" for size in sizes_of(trials.setup.errors))
     yield from wrap(f"errors: {sizes}", COLUMNS)
+    if ranges := [
+        f"{each.name} {ends[0]:g} to {ends[1]:g}{each.unit}" for each, ends in as_written(trials.setup.display_errors)
+    ]:
+        yield from wrap(f"errors of the display: {', '.join(ranges)}", COLUMNS)
     processes = f"{trials.jobs} process{'' if trials.jobs == 1 else 'es'}"
-    yield f"{trials.seconds:.1f} s on {processes}, {request.runs / trials.seconds:.0f} runs per second"
+    yield f"{trials.seconds:.1f} s on {processes}, {trials.plays / trials.seconds:.0f} runs per second"
 
 
 def _share_cells(share: Share) -> tuple[str, str, str]:
