@@ -23,7 +23,7 @@ MOST_RUNS = 1_000_000
 MOST_JOBS = 256
 LARGEST_SEED = 2**53
 MONTE_CARLO = "Many runs with errors (--monte-carlo)"
-OF_DISPLAY = "What the display may be in truth, the same in a whole run (--monte-carlo)"
+OF_DISPLAY = "The display in truth (--monte-carlo)"
 
 
 def _size(default: str, text: str) -> Any:

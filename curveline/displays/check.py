@@ -24,6 +24,7 @@ from curveline.notebook import html_of
 from curveline.planning.reachability import Access
 from curveline.scene import Display
 from curveline.units import HOUR, WEEK, deg, to_deg, to_mm, to_nmm
+from curveline.shapes.error_keys import as_plain
 
 SET_AFTER = (HOUR, 8.0 * HOUR, WEEK)
 """Times in a shape of which a check says how much of the bend they set [s]."""
@@ -65,6 +66,7 @@ class DisplayCheck:
                 "data_rate": display.radio.data_rate,
                 "addresses": list(display.radio.addresses),
             },
+            "errors": as_plain(display.errors),
             "warnings": [each._asdict() for each in self.warnings],
         }
 

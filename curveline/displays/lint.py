@@ -24,6 +24,7 @@ from curveline.plan_file import MAX_STEP_SECONDS
 from curveline.planning.funnels import ANGLES
 from curveline.scene import DOWN, Display
 from curveline.sections import Rectangle
+from curveline.shapes.error_keys import ERROR_KEYS
 from curveline.shapes.files import builtin_displays, read_display
 from curveline.shapes.radians import look_like_radians
 from curveline.units import HOUR, gpa, mm, rounded_down, to_deg, to_gpa, to_mm, told_apart
@@ -50,6 +51,10 @@ SETS = (0.05, 0.4)
 """Part of a bend that is set after an hour: outside of these it is hardly that of a rod which springs back."""
 ROOM_C = (5.0, 45.0)
 """Temperatures of rooms."""
+SMALLEST_PERCENT = 0.5
+"""Percent up to which an error hardly matters: it is more likely a part of one."""
+ROUNDED = 1e-9
+"""Of a number that went to SI and back, as a part."""
 FLATTENED = 0.05
 """Share of its bending stiffness that a tube may lose by flattening without a word."""
 NO_FUNNEL = "the best of the funnels into one fails"
@@ -79,6 +84,7 @@ def suspicions(display: Display, ability: Ability) -> list[Suspicion]:
         *_geometry(display),
         *_motors(display),
         *_radio(display),
+        *_errors(display),
         *_copied(display),
     ]
 
@@ -279,6 +285,21 @@ def _radio(display: Display) -> Iterator[Suspicion]:
         if len({address[i : i + 2] for i in range(0, len(address), 2)} - {"00", "FF", "55", "AA"}) == 0:
             message = f"address {address} of node {node} looks like noise or a preamble on the air"
             yield Suspicion("noisy-address", "radio.addresses", message, "take bytes other than 00, 55, AA and FF")
+
+
+def _errors(display: Display) -> Iterator[Suspicion]:
+    """Ranges in another unit than percent, or that leave out what the file itself says."""
+    said = {"clamp_stiffness": display.clamp_stiffness, "clamp_play": display.clamp_play, "clamp": display.clamp}
+    for field, drawn in display.errors.given.items():
+        key, name, unit, _, back = ERROR_KEYS[field]
+        low, high = back(drawn.low), back(drawn.high)
+        if unit == " %" and 0.0 < max(abs(low), abs(high)) < SMALLEST_PERCENT:
+            message = f"{low:g} to {high:g} % is next to nothing"
+            yield Suspicion("odd-error", f"errors.{key}", message, f"is it in percent? {100.0 * high:g} % is {high:g}")
+        if field in said and not drawn.low * (1.0 - ROUNDED) <= said[field] <= drawn.high * (1.0 + ROUNDED):
+            message = f"{name} is {low:g} to {high:g}{unit} in truth, which leaves out the {back(said[field]):g} above"
+            hint = "put that right: plans are made for what the file says, and errors are around it"
+            yield Suspicion("off-file", f"errors.{key}", message, hint)
 
 
 def _copied(display: Display) -> Iterator[Suspicion]:

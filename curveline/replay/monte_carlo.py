@@ -236,8 +236,8 @@ def draw(setup: Setup, seed: int | tuple[int, ...]) -> Draws:
     )
 
 
-class Course(NamedTuple):
-    """What a run is: the display in truth, and where the axes of all its nodes are, (poses, nodes, 3) in SI."""
+class RealRun(NamedTuple):
+    """What a run really is: the display in truth, and where the axes of all its nodes are, (poses, nodes, 3) in SI."""
 
     real: RealDisplay
     values: Array
@@ -247,12 +247,12 @@ class Course(NamedTuple):
         return _segment_of(self.real.gaps[segment], self.values[place, segment : segment + 2], segment)
 
 
-def course_of(setup: Setup, draws: Draws) -> Course:
+def course_of(setup: Setup, draws: Draws) -> RealRun:
     """A run with some errors from its start to its end."""
     real = real_display(setup.display, setup.display_errors, draws.shares, draws.gaps)
     values = _motion(setup, draws)
     values[:, :, 0] = held_back(values[:, :, 0], real.friction)
-    return Course(real, values)
+    return RealRun(real, values)
 
 
 def play_run(setup: Setup, seed: int) -> TrialRun:
@@ -261,7 +261,7 @@ def play_run(setup: Setup, seed: int) -> TrialRun:
     return TrialRun(seed, endings_of(setup, draws, course_of(setup, draws)), size_of(setup, draws))
 
 
-def endings_of(setup: Setup, draws: Draws, course: Course) -> tuple[str, ...]:
+def endings_of(setup: Setup, draws: Draws, course: RealRun) -> tuple[str, ...]:
     """How each segment ends in a run."""
     bows = setup.errors.bow * draws.bows
     return tuple(_ending(setup, segment, course, float(bow)) for segment, bow in enumerate(bows))
@@ -323,7 +323,7 @@ def _uneven(targets: Array, draws: Array) -> Array:
     return np.concatenate([targets[:1], moved.reshape(-1, *targets.shape[1:])])
 
 
-def _ending(setup: Setup, segment: int, course: Course, bow: float) -> str:
+def _ending(setup: Setup, segment: int, course: RealRun, bow: float) -> str:
     """How the rod of a segment ends in a run."""
     poses = _poses(course.real.gaps[segment], course.values[:, segment : segment + 2], segment)
     first, last = course.rod(segment, 0), course.rod(segment, -1)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import InvalidInput
-from curveline.replay.monte_carlo import Course, Draws, Setup, TrialRun, course_of, draw, endings_of, size_of
+from curveline.replay.monte_carlo import Draws, RealRun, Setup, TrialRun, course_of, draw, endings_of, size_of
 from curveline.replay.real_display import SHARES, RealDisplay
 from curveline.replay.sensitivity import Effects, Terms, effects_of, row_terms
 from curveline.rod.branches.tracking import TOLERANCE, TrackedState, refined
@@ -90,7 +90,7 @@ class Design:
         """The curve where everything is as planned: see `curve_of`."""
         setup = self.setup
         exact = RealDisplay((setup.display,) * len(setup.plan.wanted), 0.0)
-        return curve_of(setup, Course(exact, setup.targets))
+        return curve_of(setup, RealRun(exact, setup.targets))
 
     @cached_property
     def middle(self) -> Array | None:
@@ -114,7 +114,7 @@ def play_row(design: Design, seed: int) -> Row:
     return Row(run, good, terms, off)
 
 
-def _curve_terms(design: Design, courses: Sequence[Course]) -> tuple[tuple[float, Array, Array, Array] | None, float]:
+def _curve_terms(design: Design, courses: Sequence[RealRun]) -> tuple[tuple[float, Array, Array, Array] | None, float]:
     """The `terms` of a row and how far it is `off`; None and NaN where a curve does not exist."""
     planned, middle, curves = design.planned, design.middle, []
     for course in courses if planned is not None and middle is not None else ():
@@ -143,7 +143,7 @@ def _with_input(base: Draws, other: Draws, name: str) -> Draws:
     return base._replace(shares=shares)
 
 
-def curve_of(setup: Setup, course: Course) -> Array | None:
+def curve_of(setup: Setup, course: RealRun) -> Array | None:
     """Where the rod is at the end of a run in the wanted states, however it ended there: (2 POINTS segments,) [m].
 
     In the frame of the leftmost node, x and y of points equally spaced along each segment; None if there is no such

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Generator
 from contextlib import closing
@@ -27,7 +26,7 @@ from curveline.replay.monte_carlo import (
 from curveline.replay.ranking import Design, Ranking, play_row, rank
 from curveline.replay.ranking_report import ranking_document, ranking_tables
 from curveline.scene import DisplayErrors
-from curveline.shapes.error_keys import as_written
+from curveline.shapes.error_keys import as_plain
 from curveline.simulation.batch import jobs_for
 
 T = TypeVar("T")
@@ -102,10 +101,7 @@ class Trials:
             "seed": request.seed,
             "confidence": CONFIDENCE,
             "errors": {size.key: size.value for size in sizes_of(self.setup.errors)},
-            "display_errors": {
-                each.key: [end if math.isfinite(end) else None for end in ends]
-                for each, ends in as_written(self.setup.display_errors)
-            },
+            "display_errors": as_plain(self.setup.display_errors),
             "wanted": _share_record(outcome.total),
             "segments": [
                 {"wanted": name, **_share_record(share)}

@@ -89,6 +89,16 @@ def as_written(errors: DisplayErrors) -> Iterator[tuple[ErrorKey, Ends]]:
         yield key, (round(key.back(drawn.low), DIGITS), round(key.back(drawn.high), DIGITS))
 
 
+def as_plain(errors: DisplayErrors) -> dict[str, list[float | None]]:
+    """Every range under its key as a document has it, with null for an infinite end."""
+    return {each.key: [end if math.isfinite(end) else None for end in ends] for each, ends in as_written(errors)}
+
+
+def in_words(errors: DisplayErrors) -> str:
+    """Every range, in one sentence; empty if there is none."""
+    return ", ".join(f"{each.name} {ends[0]:g} to {ends[1]:g}{each.unit}" for each, ends in as_written(errors))
+
+
 def errors_of(table: ErrorsTable) -> DisplayErrors:
     """The ranges of a table that the rules found sound."""
     return display_errors({key: None if ends is None else (ends[0], ends[1]) for key, ends in table})

@@ -6,6 +6,7 @@ in `rules`.
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, TypeAdapter
@@ -220,21 +221,27 @@ Held = Annotated[float, Field(ge=0.0, le=1e9)]
 Kept = Annotated[float, Field(ge=-100.0, le=100.0)]
 
 
-def _range(description: str) -> Any:
-    return Field(default=None, min_length=PAIR, max_length=PAIR, description=f"[from, to] {description}")
+def _range(example: list[float], description: str) -> Any:
+    return Field(
+        default=None, min_length=PAIR, max_length=PAIR, examples=[example], description=f"[from, to] {description}"
+    )
 
 
 class ErrorsTable(Table):
     """`[errors]` of a display file: what the display may be in truth, for `plan --monte-carlo`."""
 
-    stiffness_percent: list[Relative] | None = _range("by which the rod is stiffer than this file says")
-    mass_percent: list[Relative] | None = _range("by which the rod is heavier than this file says")
-    clamp_stiffness_Nmm_per_deg: list[Giving] | None = _range("of the bearings' stiffness; inf for a rigid one")
-    clamp_play_deg: list[Play] | None = _range("of how far a bearing tilts, either way, at no moment")
-    clamp_mm: list[Held] | None = _range("of the rod that a bearing holds straight")
-    span_error_mm: list[Height] | None = _range("by which a gap between nodes is wider, drawn for each")
-    friction_mm: list[Held] | None = _range("of the rod that a bearing holds back, either way, before it slides")
-    set_percent: list[Kept] | None = _range("of the other state's curvature that the rod keeps")
+    stiffness_percent: list[Relative] | None = _range([-20.0, 5.0], "by which the rod is stiffer than this file says")
+    mass_percent: list[Relative] | None = _range([-3.0, 3.0], "by which the rod is heavier than this file says")
+    clamp_stiffness_Nmm_per_deg: list[Giving] | None = _range(
+        [50.0, math.inf], "of the bearings' stiffness; inf for a rigid one"
+    )
+    clamp_play_deg: list[Play] | None = _range([0.0, 0.5], "of how far a bearing tilts, either way, at no moment")
+    clamp_mm: list[Held] | None = _range([10.0, 20.0], "of the rod that a bearing holds straight")
+    span_error_mm: list[Height] | None = _range([-1.0, 1.0], "by which a gap between nodes is wider, drawn for each")
+    friction_mm: list[Held] | None = _range(
+        [0.0, 0.5], "of the rod that a bearing holds back, either way, before it slides"
+    )
+    set_percent: list[Kept] | None = _range([0.0, 10.0], "of the other state's curvature that the rod keeps")
 
 
 class DisplayTable(Table):

@@ -15,6 +15,7 @@ from curveline.scene import Display, Range
 from curveline.shapes.file_keys import (
     DisplayTable,
     DriveTable,
+    ErrorsTable,
     LimitsTable,
     NodeTable,
     RadioTable,
@@ -50,7 +51,13 @@ INSTEAD_OF = {
 """Keys that say in another way what others say."""
 ESTIMATES = frozenset({"youngs_modulus_GPa", "thickness_mm", "mass_g_per_m", "max_force_N", "max_moment_Nmm"})
 """What is an estimate in the built-in display."""
-SECTIONS: Mapping[str, type[Table]] = {"rod": RodTable, "limits": LimitsTable, "drive": DriveTable, "radio": RadioTable}
+SECTIONS: Mapping[str, type[Table]] = {
+    "rod": RodTable,
+    "limits": LimitsTable,
+    "drive": DriveTable,
+    "radio": RadioTable,
+    "errors": ErrorsTable,
+}
 WIDTH = 34
 """Columns before a comment."""
 ROD_PER_SEGMENT_MM, LEAST_ROD_MM = 1000.0, 2000.0
@@ -77,7 +84,7 @@ def display_template(name: str, nodes: int) -> str:
         *_keys({key: field for key, field in DisplayTable.model_fields.items() if key not in SECTIONS}, values),
     ]
     for section, table in SECTIONS.items():
-        lines += ["", f"[{section}]", *_keys(table.model_fields, values[section])]
+        lines += ["", f"[{section}]", *_keys(table.model_fields, values.get(section, {}))]
     return "\n".join(lines) + "\n"
 
 
@@ -126,14 +133,15 @@ def _keys(fields: Mapping[str, FieldInfo], values: Mapping[str, Any]) -> Iterato
         remark = "estimate: " if key in ESTIMATES else f"instead of {INSTEAD_OF[key]}: " if key in INSTEAD_OF else ""
         comment = f"# {remark}{field.description}"
         is_out = key not in values
-        value = EXAMPLES.get(key, field.default) if is_out else values[key]
+        example = field.examples[0] if field.examples else EXAMPLES.get(key, field.default)
+        value = example if is_out else values[key]
         line = f"{'# ' if is_out else ''}{key} = {_written(value)}"
         yield from [f"{line:<{WIDTH}} {comment}"] if len(line) <= WIDTH else [comment, line]
 
 
 def _written(value: Any) -> str:
-    """A value as TOML, which has text, arrays and truth values as JSON has them."""
-    return json.dumps(value, ensure_ascii=False)
+    """A value as TOML, which has text, arrays and truth values as JSON has them, and its own infinity."""
+    return json.dumps(value, ensure_ascii=False).replace("Infinity", "inf")
 
 
 def _poses(display: Display, state: str) -> Iterable[tuple[str, str]]:

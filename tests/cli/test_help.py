@@ -170,6 +170,7 @@ def test_long_helps_have_sections(run: Run) -> None:
         "The way",
         "Results",
         "Many runs with errors (--monte-carlo)",
+        "The display in truth (--monte-carlo)",
         "Options",
         "Examples",
     ]

@@ -12,6 +12,7 @@ from curveline.displays.check import DisplayCheck, clamp_stiffness_as_given, rod
 from curveline.material.history import duration_text
 from curveline.phrases import wrapped
 from curveline.scene import Display
+from curveline.shapes.error_keys import in_words
 from curveline.units import to_deg, to_mm
 
 AXIS_HEAD = ("axis", "from", "to", "unit", "counts", "per unit", "per s", "takes s")
@@ -30,6 +31,8 @@ def describe(checked: DisplayCheck) -> Iterator[str]:
         yield f"bearings tilt by one degree under {stiffness:g} N mm"
     if display.clamp_play > 0.0:
         yield f"bearings tilt by {to_deg(display.clamp_play):g} deg either way at no moment"
+    if ranges := in_words(display.errors):
+        yield from wrapped(f"may be in truth, the same in a whole run: {ranges}")
     yield from _rod_lines(display)
     yield from _table(BUDGET_HEAD, list(_budget_rows(display)))
     yield from _axis_lines(display)

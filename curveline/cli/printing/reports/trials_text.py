@@ -13,7 +13,7 @@ from curveline.replay.error_sizes import sizes_of
 from curveline.replay.monte_carlo import Share
 from curveline.replay.ranking_report import ranking_tables
 from curveline.replay.trials import Trials
-from curveline.shapes.error_keys import as_written
+from curveline.shapes.error_keys import in_words
 
 COLUMNS = 80
 HEAD = ("segment", "wanted", "ended so", "share %", "95 % confidence")
@@ -42,10 +42,8 @@ def describe(trials: Trials) -> Iterator[str]:
         yield from screen.table([tuple(map(str, row)) for row in ranked]) if ranked else ()
     sizes = ", ".join(f"{size.name} {size.value:g}{size.unit}" for size in sizes_of(trials.setup.errors))
     yield from wrap(f"errors: {sizes}", COLUMNS)
-    if ranges := [
-        f"{each.name} {ends[0]:g} to {ends[1]:g}{each.unit}" for each, ends in as_written(trials.setup.display_errors)
-    ]:
-        yield from wrap(f"errors of the display: {', '.join(ranges)}", COLUMNS)
+    if ranges := in_words(trials.setup.display_errors):
+        yield from wrap(f"errors of the display: {ranges}", COLUMNS)
     processes = f"{trials.jobs} process{'' if trials.jobs == 1 else 'es'}"
     yield f"{trials.seconds:.1f} s on {processes}, {trials.plays / trials.seconds:.0f} runs per second"
 
