@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from curveline.plan_file import NodeTarget, Plan
+from curveline.drive_settings import AXES, drive_settings
+from curveline.plan_file import NodeTarget, Plan, Step
 from curveline.planning.tours import make_plan
-from curveline.scene import Scene
+from curveline.scene import Display, Scene
 from curveline.shapes.files import read_shape
 
 FILES = {path.stem: path for path in sorted((Path(__file__).parent.parent / "shapes").glob("*.toml"))}
@@ -73,3 +75,30 @@ def motion(of: Plan, lag: float = 0.0) -> list[Frame]:
             frames.append((clock + now, tuple((c[0], c[1], c[2]) for c in counts)))
         clock, before = clock + whole, after
     return frames
+
+
+def by_hand(display: Display, *rows: tuple[tuple[float, float, float], ...], wanted: tuple[str, ...]) -> Plan:
+    """A plan that goes through rows of (feed mm, angle deg, height mm) per node, from home, and proves nothing."""
+    drive = drive_settings(display)
+
+    def target(values: tuple[float, float, float]) -> NodeTarget:
+        extrude, bias, lift = (axis.counts(value) for axis, value in zip(drive.axes, values, strict=True))
+        return NodeTarget(*values, counts=(extrude, bias, lift))
+
+    def step(number: int, row: tuple[tuple[float, float, float], ...]) -> Step:
+        nothing = (0.0,) * len(wanted)
+        targets = tuple(map(target, row))
+        return replace(
+            plan("level-up-peak").steps[0], number=number, targets=targets, lengths_mm=nothing, states=wanted
+        )
+
+    home = (target((0.0,) * len(AXES)),) * display.node_count
+    steps = tuple(step(number, row) for number, row in enumerate(rows, start=1))
+    return Plan("by hand", drive, home, steps, wanted, (0.0,) * len(wanted))
+
+
+def short_cut(goal: Plan) -> Plan:
+    """Home, straight to the final length between level nodes, then to the goal."""
+    length = tuple((target.extrude_mm, 0.0, 0.0) for target in goal.steps[-1].targets)
+    last = tuple((each.extrude_mm, each.bias_deg, each.translate_mm) for each in goal.steps[-1].targets)
+    return by_hand(scene("level-up-peak").display, length, last, wanted=goal.wanted)

@@ -295,7 +295,8 @@ def _errors(display: Display) -> Iterator[Suspicion]:
         low, high = back(drawn.low), back(drawn.high)
         if unit == " %" and 0.0 < max(abs(low), abs(high)) < SMALLEST_PERCENT:
             message = f"{low:g} to {high:g} % is next to nothing"
-            yield Suspicion("odd-error", f"errors.{key}", message, f"is it in percent? {100.0 * high:g} % is {high:g}")
+            hint = f"is it in percent? As parts it would be {100.0 * low:g} to {100.0 * high:g} %"
+            yield Suspicion("odd-error", f"errors.{key}", message, hint)
         if field in said and not drawn.low * (1.0 - ROUNDED) <= said[field] <= drawn.high * (1.0 + ROUNDED):
             message = f"{name} is {low:g} to {high:g}{unit} in truth, which leaves out the {back(said[field]):g} above"
             hint = "put that right: plans are made for what the file says, and errors are around it"

@@ -9,9 +9,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from curveline.drive_settings import AXES, drive_settings
 from curveline.errors import InvalidInput
-from curveline.plan_file import NodeTarget, Plan, Step
 from curveline.replay.monte_carlo import (
     LOST,
     PIECES,
@@ -31,42 +29,14 @@ from curveline.replay.playback import replay
 from curveline.rod.branches.quasi_static import FELL, Event, State, buckle
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Pose
-from curveline.scene import Display
 from curveline.shapes.files import read_display
 from curveline.units import deg, mm
-from playing import motion, plan, scene
+from playing import by_hand, motion, plan, scene, short_cut
 
 DISPLAY = scene("level-up-peak").display
 NONE = Errors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 BOWS = replace(NONE, bow=mm(5.0))
 PEAKS = ("level-neutral-peak", "level-up-peak", "staggered-down-peak")
-
-
-def by_hand(display: Display, *rows: tuple[tuple[float, float, float], ...], wanted: tuple[str, ...]) -> Plan:
-    """A plan that goes through rows of (feed mm, angle deg, height mm) per node, from home, and proves nothing."""
-    drive = drive_settings(display)
-
-    def target(values: tuple[float, float, float]) -> NodeTarget:
-        extrude, bias, lift = (axis.counts(value) for axis, value in zip(drive.axes, values, strict=True))
-        return NodeTarget(*values, counts=(extrude, bias, lift))
-
-    def step(number: int, row: tuple[tuple[float, float, float], ...]) -> Step:
-        nothing = (0.0,) * len(wanted)
-        targets = tuple(map(target, row))
-        return replace(
-            plan("level-up-peak").steps[0], number=number, targets=targets, lengths_mm=nothing, states=wanted
-        )
-
-    home = (target((0.0,) * len(AXES)),) * display.node_count
-    steps = tuple(step(number, row) for number, row in enumerate(rows, start=1))
-    return Plan("by hand", drive, home, steps, wanted, (0.0,) * len(wanted))
-
-
-def short_cut(goal: Plan) -> Plan:
-    """Home, straight to the final length between level nodes, then to the goal."""
-    length = tuple((target.extrude_mm, 0.0, 0.0) for target in goal.steps[-1].targets)
-    last = tuple((each.extrude_mm, each.bias_deg, each.translate_mm) for each in goal.steps[-1].targets)
-    return by_hand(DISPLAY, length, last, wanted=goal.wanted)
 
 
 def outcome_of(setup: Setup, count: int, first: int = 1) -> Share:
