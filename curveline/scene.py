@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from curveline.material.relaxation import Relaxation
 from curveline.errors import InvalidInput
 from curveline.sections import CrossSection
-from curveline.units import STANDARD_GRAVITY, deg, to_gpa, to_nmm2
+from curveline.units import STANDARD_GRAVITY, deg, nmm, to_gpa, to_nmm2
 
 if TYPE_CHECKING:
     from curveline.material.past import Past
@@ -219,8 +219,8 @@ class DisplayErrors:
 
 POSSIBLE = {
     "stiffness": (-0.9, 9.0),
-    "mass": (-1.0, 9.0),
-    "clamp_stiffness": (1e-9, math.inf),
+    "mass": (-0.9, 9.0),
+    "clamp_stiffness": (nmm(1e-6) / deg(1.0), math.inf),
     "clamp_play": (0.0, deg(45.0)),
     "clamp": (0.0, 1e6),
     "span": (-1e6, 1e6),

@@ -37,19 +37,19 @@ class Terms(NamedTuple):
 
 
 class Estimates(NamedTuple):
-    """A number for each input, and where the true ones lie with a confidence of `CONFIDENCE`: three arrays (k,)."""
+    """A number for each input, and where the true ones lie with a confidence of `CONFIDENCE`."""
 
-    value: Array
-    low: Array
-    high: Array
+    value: Array  # (k,)
+    low: Array  # (k,)
+    high: Array  # (k,)
 
 
 class Effects(NamedTuple):
-    """Shares of the `variance` of an outcome: by each input alone, and with all that it does together with others."""
+    """Shares of the variance of an outcome: by each input alone, and with all that it does together with others."""
 
-    variance: float
-    first: Estimates
-    total: Estimates
+    variance: float  # of the outcome, in its unit squared
+    first: Estimates  # of each input alone
+    total: Estimates  # with all that it does together with others
 
 
 def row_terms(base: Array, other: Array, mixed: Array, centre: Array | float) -> tuple[float, Array, Array, Array]:

@@ -9,6 +9,7 @@ import pytest
 
 from curveline.plan_file import from_json, read_plan
 from curveline.replay.monte_carlo import Errors
+from curveline.shapes.files import builtin_text
 from curveline.units import to_deg, to_mm
 
 from .conftest import SHAPES, Run
@@ -96,3 +97,114 @@ def test_help_states_the_usual_errors(run: Run) -> None:
     }
     for words, size in sizes.items():
         assert f"{words} [at least 0; default: {size:.1f}]" in text
+
+
+RANGES = ("--clamp-mm", "0:20", "--stiffness-percent", "-20:5", "--clamp-stiffness-Nmm-per-deg", "50:inf")
+
+
+def test_the_display_in_truth_is_drawn_and_told(run: Run) -> None:
+    code, out, err = run("plan", SHAPE, "--monte-carlo", 20, *RANGES)
+    assert (code, err) == (0, "")
+    assert all(len(line) <= 80 for line in out.splitlines())
+    told = " ".join(out.split())
+    assert "errors of the display: stiffness -20 to 5 %, clamp stiffness 50 to inf N mm/deg, clamp 0 to 20 mm" in told
+    assert "errors of the display" not in run("plan", SHAPE, "--monte-carlo", 20).out
+
+
+def test_ranks_follow_the_share_on_80_columns(run: Run) -> None:
+    code, out, err = run("plan", SHAPE, "--monte-carlo", 15, "--rank", *RANGES)
+    assert (code, err) == (0, "")
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert "good runs: of 165 runs all end alike, whatever is drawn" in out
+    assert "error            alone %" in out
+    rows = [line for line in out.splitlines() if " to " in line and "." in line.rsplit(" ", 1)[-1]]
+    assert any(row.startswith("clamp stiffness") for row in rows)
+    moves = [float(row.rsplit(" ", 1)[-1]) for row in rows]
+    assert moves == sorted(moves, reverse=True)
+    # A share that varies has a table of its own.
+    out = run("plan", SHAPE, *ROUGH, "--rank").out
+    assert "what decides whether a run is good, from 160 runs" in out
+    assert all(len(line) <= 80 for line in out.splitlines())
+
+
+def test_ranges_and_ranks_are_in_the_json(run: Run) -> None:
+    plain = json.loads(run("plan", SHAPE, "--monte-carlo", 15, "--json").out)["monte_carlo"]
+    assert (plain["display_errors"], plain["ranking"]) == ({}, None)
+    code, out, _ = run("plan", SHAPE, "--monte-carlo", 15, "--rank", *RANGES, "--json")
+    found = json.loads(out)["monte_carlo"]
+    assert code == 0
+    assert found["display_errors"] == {
+        "stiffness_percent": [-20.0, 5.0],
+        "clamp_stiffness_Nmm_per_deg": [50.0, None],
+        "clamp_mm": [0.0, 20.0],
+    }
+    ranking = found["ranking"]
+    assert (ranking["plays"], ranking["share"]) == (165, None)
+    assert {each["input"] for each in ranking["curve"]["inputs"]} == {*found["errors"], *found["display_errors"]}
+    # The runs themselves are those without ranks.
+    again = json.loads(run("plan", SHAPE, "--monte-carlo", 15, *RANGES, "--json").out)["monte_carlo"]
+    assert {**found, "ranking": None} == again
+
+
+def test_options_win_over_the_file(run: Run, tmp_path: Path) -> None:
+    display = (
+        builtin_text("single").replace('"single"', '"mine"', 1)
+        + "\n[errors]\nclamp_mm = [5, 20]\nmass_percent = [-3, 3]\n"
+    )
+    (tmp_path / "mine.toml").write_text(display)
+    (tmp_path / "shape.toml").write_text(SHAPE.read_text().replace('"single"', '"mine.toml"'))
+    shape = ("plan", tmp_path / "shape.toml", "--monte-carlo", 2, "--json")
+    found = json.loads(run(*shape).out)["monte_carlo"]["display_errors"]
+    assert found == {"mass_percent": [-3.0, 3.0], "clamp_mm": [5.0, 20.0]}
+    found = json.loads(run(*shape, "--clamp-mm", 10, "--friction-mm", "0:0.5").out)["monte_carlo"]["display_errors"]
+    assert found == {"mass_percent": [-3.0, 3.0], "clamp_mm": [10.0, 10.0], "friction_mm": [0.0, 0.5]}
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "said", "hint"),
+    [
+        ("--clamp-mm", "20:0", "--clamp-mm is 20 to 0 mm, which is no range", "the lower end first"),
+        ("--clamp-mm", "wide", "--clamp-mm 'wide' is no range", "write FROM:TO"),
+        ("--clamp-mm", "1:2:3", "is no range", "write FROM:TO"),
+        ("--clamp-mm", "0:500", "500 mm of rod in a bearing, and 500 mm between two", "must leave some rod free"),
+        ("--span-error-mm", "-490:0", "20 mm of rod in a bearing, and 10 mm between two", "must leave some rod free"),
+        ("--stiffness-percent", "-95:0", "beyond what a display can be", "stay within -90 to 900 %"),
+        ("--clamp-stiffness-Nmm-per-deg", "nan", "is no range", "lower end first"),
+        ("--clamp-stiffness-Nmm-per-deg", "0:inf", "beyond what a display can be", "begin at 1e-06"),
+        ("--clamp-play-deg", "0:inf", "beyond what a display can be", "stay within 0 to 45 deg"),
+        ("--friction-mm", "-1:1", "beyond what a display can be", "begin at 0"),
+        ("--set-percent", "0:120", "beyond what a display can be", "stay within -100 to 100 %"),
+    ],
+)
+def test_ranges_that_no_display_can_have_are_refused(run: Run, option: str, text: str, said: str, hint: str) -> None:
+    code, out, err = run("plan", SHAPE, "--monte-carlo", 5, option, text, "--brief")
+    assert code == 2
+    told = " ".join(err.split())
+    assert said in told
+    assert hint in told
+    assert out == ""
+
+
+@pytest.mark.parametrize("options", [("--clamp-mm", "0:20"), ("--rank",)])
+def test_errors_of_the_display_need_runs(run: Run, options: tuple[object, ...]) -> None:
+    code, _, err = run("plan", SHAPE, *options)
+    assert code == 2
+    assert "add --monte-carlo 1000" in err
+
+
+def test_ranks_of_nothing_are_refused(run: Run) -> None:
+    none = [
+        option
+        for size in (
+            "feed-error-mm",
+            "feed-scale-percent",
+            "angle-error-deg",
+            "height-error-mm",
+            "bow-mm",
+            "unevenness",
+        )
+        for option in (f"--{size}", 0)
+    ]
+    code, _, err = run("plan", SHAPE, "--monte-carlo", 5, "--rank", *none)
+    assert code == 2
+    assert "nothing to rank" in err
