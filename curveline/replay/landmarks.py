@@ -67,7 +67,10 @@ class Landmarks:
         names, shapes, forces = self._known
         if not names:
             return []
-        arrive, shapes, forces = led_along(straight_path(self._rod.pose, rod.pose), rod.bearing, shapes, forces)
+        # Of a rod that is alike all along nobody has counted which material is where.
+        counted = self._rod.is_unevenly_curved or not rod.is_unevenly_curved
+        begin = self._rod.pose if counted else self._rod.pose._replace(begin=rod.pose.begin)
+        arrive, shapes, forces = led_along(straight_path(begin, rod.pose), rod.bearing, shapes, forces)
         return [
             (name, TrackedState(angles, pull))
             for name, is_there, angles, pull in zip(names, arrive, shapes, forces, strict=True)

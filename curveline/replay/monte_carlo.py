@@ -12,9 +12,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from statistics import NormalDist
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -23,13 +22,25 @@ from curveline.drive_settings import drive_settings
 from curveline.errors import InvalidInput
 from curveline.kernels import cache
 from curveline.plan_file import NodeTarget, Plan
+from curveline.replay.kept_curvature import kept_curvature
 from curveline.replay.landmarks import Landmarks
+from curveline.replay.outcome import TAUT, MonteCarloOutcome, Reason, Share, TrialRun
 from curveline.replay.real_display import SHARES, RealDisplay, held_back, real_display
 from curveline.rod.branches.quasi_static import FELL, move_through
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.states.slack import has_spare
-from curveline.scene import BUCKLED, LOST, STRAIGHT, Display, DisplayErrors, Node
+from curveline.scene import (
+    LOST,
+    PEAK,
+    STRAIGHT,
+    UNNAMED,
+    VALLEY,
+    Display,
+    DisplayErrors,
+    Node,
+    Profile,
+)
 from curveline.shapes.error_keys import check_fit
 from curveline.simulation.simulate import clamped_rod
 from curveline.system.workers import WorkerDied, Workers
@@ -37,8 +48,9 @@ from curveline.units import deg, mm
 
 T = TypeVar("T")
 
-TAUT = "taut"
-"""How a segment ended whose rod was pulled straight between nodes that are out of line."""
+OTHER = {PEAK: VALLEY, VALLEY: PEAK}
+EVEN = Profile((0.0,), (0.0,))
+"""Of a rod that is alike all along."""
 
 PIECES = 16
 """Poses per step that the rod is taken through; each is reached straight from the one before."""
@@ -48,8 +60,6 @@ DETOUR = mm(1.0)
 
 NEARLY_STRAIGHT = 5e-3
 """The excess of length over chord below which a rod is as straight as errors of the feed let it be."""
-
-CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
@@ -113,6 +123,24 @@ class Setup:
         return np.array([[values(target) for target in row] for row in rows])
 
     @cached_property
+    def kept(self) -> Profile | None:
+        """The curvature of which the rod may keep a part, None if it keeps none.
+
+        It is that of the states at the start, where the plan says which. From home it is that of the other states at
+        the end: of all that the rod may have been in, they pull hardest away from the wanted ones.
+        """
+        if self.display_errors.set_share is None:
+            return None
+        # Where material counts, it is counted.
+        counted = replace(self.display, rod=replace(self.display.rod, profile=self.display.rod.profile or EVEN))
+        held = []
+        for segment, (start, wanted) in enumerate(zip(self.plan.granted, self.plan.wanted, strict=True)):
+            is_known = start not in ("", STRAIGHT, *UNNAMED)
+            axes = self.targets[0 if is_known else -1, segment : segment + 2]
+            held.append((_segment_of(counted, axes, segment), start if is_known else OTHER.get(wanted, "")))
+        return kept_curvature(held)
+
+    @cached_property
     def landmarks(self) -> tuple[tuple[Landmarks, Landmarks], ...]:
         """Of each segment, left to right: the states that are known at the start and at the end."""
         pairs = (self.targets[[0, -1], segment : segment + 2] for segment in range(len(self.plan.wanted)))
@@ -120,73 +148,6 @@ class Setup:
             (Landmarks(_segment_of(self.display, start, segment)), Landmarks(_segment_of(self.display, end, segment)))
             for segment, (start, end) in enumerate(pairs)
         )
-
-
-@dataclass(frozen=True)
-class TrialRun:
-    """One run: how each segment ended, the name of a state or LOST, STRAIGHT or TAUT.
-
-    `size` is the root mean square of its calibration errors, bows and errors of the display, in units of their standard
-    deviations.
-    """
-
-    seed: int  # that repeats it
-    endings: tuple[str, ...]  # of each segment, left to right
-    size: float
-
-
-@dataclass(frozen=True)
-class Reason:
-    """How a segment (from 1) ended that should have ended otherwise, and how often."""
-
-    segment: int  # from 1
-    ending: str  # name of a state, or taut, lost, straight
-    runs: int  # how many
-
-    def __str__(self) -> str:
-        fates = {
-            TAUT: "is pulled taut between nodes that are out of line",
-            BUCKLED: "leaves the plane",
-            LOST: "falls into no state that was found",
-            STRAIGHT: "ends straight",
-        }
-        return f"segment {self.segment} {fates.get(self.ending, f'ends as the {self.ending}')}"
-
-
-@dataclass(frozen=True)
-class Share:
-    """How many of `runs` ended as wanted."""
-
-    count: int  # ended as wanted
-    runs: int
-
-    @property
-    def value(self) -> float:
-        """The share itself."""
-        return self.count / self.runs
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Where the true share lies with a confidence of `CONFIDENCE` (Wilson 1927, J. Am. Stat. Assoc. 22)."""
-        z = NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE)
-        widened = self.runs + z * z
-        middle = (self.count + 0.5 * z * z) / widened
-        reach = z * math.sqrt(self.count * (self.runs - self.count) / self.runs + 0.25 * z * z) / widened
-        # What rounding leaves beyond none and all.
-        return max(0.0, middle - reach), min(1.0, middle + reach)
-
-
-@dataclass(frozen=True)
-class MonteCarloOutcome:
-    """What many runs came to: how many ended as wanted in all segments, and in each; why others did not, most first.
-
-    `worst` is the run with the smallest errors of those that did not.
-    """
-
-    total: Share  # all segments as wanted
-    segments: tuple[Share, ...]  # left to right
-    reasons: tuple[Reason, ...]  # most frequent first
-    worst: TrialRun | None
 
 
 def run_trials(setup: Setup, seeds: Sequence[int], jobs: int = 1) -> Generator[TrialRun, None, None]:
@@ -249,7 +210,7 @@ class RealRun(NamedTuple):
 
 def course_of(setup: Setup, draws: Draws) -> RealRun:
     """A run with some errors from its start to its end."""
-    real = real_display(setup.display, setup.display_errors, draws.shares, draws.gaps)
+    real = real_display(setup.display, setup.display_errors, draws.shares, draws.gaps, setup.kept)
     values = _motion(setup, draws)
     values[:, :, 0] = held_back(values[:, :, 0], real.friction)
     return RealRun(real, values)

@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import InvalidInput
-from curveline.replay.monte_carlo import Draws, RealRun, Setup, TrialRun, course_of, draw, endings_of, size_of
+from curveline.replay.monte_carlo import Draws, RealRun, Setup, course_of, draw, endings_of, size_of
+from curveline.replay.outcome import TrialRun
 from curveline.replay.real_display import SHARES, RealDisplay
 from curveline.replay.sensitivity import Effects, Terms, effects_of, row_terms
 from curveline.rod.branches.tracking import TOLERANCE, TrackedState, refined

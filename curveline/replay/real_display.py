@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curveline.replay.kept_curvature import with_kept
 from curveline.rod.problem import Array
-from curveline.scene import Display, DisplayErrors, Rod
+from curveline.scene import Display, DisplayErrors, Profile, Rod
 
 SHARES = ("stiffness", "mass", "clamp_stiffness", "clamp_play", "clamp", "friction", "set_share")
 """Of which errors one share is drawn, in this order; of `span` there is one for each gap. New ones come after them."""
@@ -22,10 +23,13 @@ class RealDisplay(NamedTuple):
     friction: float  # [m]
 
 
-def real_display(display: Display, errors: DisplayErrors, shares: Array, gaps: Array) -> RealDisplay:
+def real_display(
+    display: Display, errors: DisplayErrors, shares: Array, gaps: Array, kept: Profile | None = None
+) -> RealDisplay:
     """What a `display` is where `shares (len(SHARES),)` and those of its `gaps (segments,)` say how far into a range.
 
-    A share of clamp stiffness is one of the compliance: a bearing that hardly gives is as rigid as one that does not.
+    `kept` is the curvature of which its rod may keep a part. A share of clamp stiffness is one of the compliance: a
+    bearing that hardly gives is as rigid as one that does not.
     """
     if not errors.given:
         return RealDisplay((display,) * gaps.size, 0.0)
@@ -34,9 +38,10 @@ def real_display(display: Display, errors: DisplayErrors, shares: Array, gaps: A
         for name, share in zip(SHARES, shares.tolist(), strict=True)
         if name in errors.given and name != "clamp_stiffness"
     }
+    rod = _real_rod(display.rod, 1.0 + drawn.get("stiffness", 0.0), 1.0 + drawn.get("mass", 0.0))
     real = replace(
         display,
-        rod=_real_rod(display.rod, 1.0 + drawn.get("stiffness", 0.0), 1.0 + drawn.get("mass", 0.0)),
+        rod=with_kept(rod, kept, drawn["set_share"]) if kept is not None and drawn.get("set_share") else rod,
         clamp=drawn.get("clamp", display.clamp),
         clamp_play=drawn.get("clamp_play", display.clamp_play),
         clamp_stiffness=_clamp_stiffness(display, errors, float(shares[SHARES.index("clamp_stiffness")])),

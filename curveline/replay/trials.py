@@ -13,16 +13,8 @@ from curveline.listening import SILENT, Listener
 from curveline.notebook import html_of
 from curveline.phrases import counted
 from curveline.replay.error_sizes import sizes_of
-from curveline.replay.monte_carlo import (
-    CONFIDENCE,
-    Errors,
-    MonteCarloOutcome,
-    Setup,
-    Share,
-    play_run,
-    played,
-    summarise,
-)
+from curveline.replay.monte_carlo import Errors, Setup, play_run, played, summarise
+from curveline.replay.outcome import CONFIDENCE, MonteCarloOutcome, Share
 from curveline.replay.ranking import Design, Ranking, play_row, rank
 from curveline.replay.ranking_report import ranking_document, ranking_tables
 from curveline.scene import DisplayErrors

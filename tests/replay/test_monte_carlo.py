@@ -10,21 +10,8 @@ import numpy as np
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.replay.monte_carlo import (
-    LOST,
-    PIECES,
-    TAUT,
-    Errors,
-    Reason,
-    Setup,
-    Share,
-    TrialRun,
-    course_of,
-    draw,
-    play_run,
-    run_trials,
-    summarise,
-)
+from curveline.replay.monte_carlo import LOST, PIECES, Errors, Setup, course_of, draw, play_run, run_trials, summarise
+from curveline.replay.outcome import TAUT, Reason, Share, TrialRun
 from curveline.replay.playback import replay
 from curveline.rod.branches.quasi_static import FELL, Event, State, buckle
 from curveline.rod.clamped_rod import ClampedRod

@@ -9,15 +9,21 @@ import numpy as np
 import pytest
 
 from curveline.errors import InvalidInput
+from curveline.plan_file import Plan
+from curveline.planning.tours import make_plan
 from curveline.replay import monte_carlo
+from curveline.replay.kept_curvature import with_kept
 from curveline.replay.monte_carlo import Errors, Setup, course_of, draw, play_run
 from curveline.replay.playback import known_state, name_of
 from curveline.replay.real_display import SHARES, held_back, real_display
 from curveline.rod.branches.quasi_static import State
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.scene import Display, DisplayErrors, Range
+from curveline.rod.models.showable import showable_states
+from curveline.rod.natural_curvature import NaturalCurvature
+from curveline.scene import Display, DisplayErrors, Profile, Range, Scene
+from curveline.simulation.simulate import DEFAULT_TOLERANCE
 from curveline.units import deg, mm, nmm
-from playing import plan, scene
+from playing import next_plan, plan, scene
 
 DISPLAY = scene("level-up-peak").display
 NONE = Errors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -29,6 +35,7 @@ WIDE = DisplayErrors(
     clamp=Range(0.0, mm(20.0)),
     span=Range(mm(-2.0), mm(2.0)),
     friction=Range(0.0, mm(1.0)),
+    set_share=Range(-0.05, 0.1),
 )
 
 
@@ -180,3 +187,68 @@ def test_bearings_that_leave_no_rod_free_are_refused(wrong: dict[str, Range]) ->
     with pytest.raises(InvalidInput, match="of rod in a bearing") as refusal:
         Setup(DISPLAY, plan("level-up-peak"), ranges=DisplayErrors(**wrong))
     assert "must leave some rod free" in (refusal.value.hint or "")
+
+
+def near_its_limit(right: float) -> Scene:
+    """An asymmetric peak that ceases to be at 50.5 deg of its right node [rad]."""
+    at = scene("level-asymmetric-peak")
+    return replace(at, nodes=(at.nodes[0], replace(at.nodes[1], angle=right)))
+
+
+def ends_as(made: Plan, share: float) -> str:
+    """How a plan ends, without errors of nodes, whose rod keeps a share of a curvature."""
+    (ending,) = play_run(Setup(DISPLAY, made, NONE, DisplayErrors(set_share=Range(share, share))), 1).endings
+    return ending
+
+
+def test_a_rod_that_was_in_the_valley_does_not_hold_the_peak() -> None:
+    # An independent solver has the limit at 36.3 deg with a tenth of a valley's curvature, at 57.9 with a peak's.
+    for right, ending in ((34.0, "peak"), (42.0, "valley")):
+        made = make_plan(near_its_limit(deg(right)))
+        assert ends_as(made, 0.0) == "peak"
+        assert ends_as(made, 0.1) == ending
+        assert ends_as(made, -0.1) == "peak"
+
+
+def test_of_a_plan_from_a_shape_the_rod_keeps_that_shape() -> None:
+    made = next_plan("level-asymmetric-peak", "level-up-peak")
+    assert made.granted == ("",)
+    known = replace(made, shows=("peak",))
+    ranges = DisplayErrors(set_share=Range(0.0, 0.1))
+    for each, name, at in ((made, "valley", -1), (known, "peak", 0)):
+        kept = Setup(DISPLAY, each, NONE, ranges).kept
+        assert kept is not None
+        run = course_of(Setup(DISPLAY, each, NONE), draw(Setup(DISPLAY, each), 1))
+        segment = run.rod(0, at)
+        state = showable_states(segment, DEFAULT_TOLERANCE).called(name)
+        assert state is not None
+        assert max(map(abs, kept.values)) == pytest.approx(state.max_curvature, rel=0.01)
+        # Counted from the rod's left end, which lies 750 mm before the left node at home.
+        begin = 0.75 - float(run.values[at, 0, 0]) + 0.5 * DISPLAY.clamp
+        assert kept.places[1] == pytest.approx(begin)
+        assert kept.places[-2] == pytest.approx(begin + segment.free_length)
+        assert kept.values[0] == kept.values[-1] == 0.0
+    assert Setup(DISPLAY, made, NONE).kept is None
+
+
+def test_what_is_kept_comes_on_top_of_what_the_file_says() -> None:
+    kept = Profile((0.8, 0.9, 1.0), (0.0, 4.0, 0.0))
+    plain, curved = (
+        with_kept(replace(DISPLAY.rod, profile=own), kept, 0.25).profile
+        for own in (None, Profile((0.5, 1.5), (1.0, 3.0)))
+    )
+    assert plain == Profile(kept.places, (0.0, 1.0, 0.0))
+    assert curved is not None
+    assert curved.places == (0.5, 0.8, 0.9, 1.0, 1.5)
+    own_there = NaturalCurvature(np.array([0.5, 1.5]), np.array([1.0, 3.0]))(np.array(curved.places))
+    assert curved.values == pytest.approx(own_there + [0.0, 0.0, 1.0, 0.0, 0.0])
+
+
+def test_rows_keep_what_each_segment_was_in() -> None:
+    shape = scene("roofline")
+    made = plan("roofline")
+    kept = Setup(shape.display, made, NONE, DisplayErrors(set_share=Range(0.0, 0.2))).kept
+    assert kept is not None
+    assert list(kept.places) == sorted(kept.places)
+    total = shape.display.rod.total_length
+    assert 0.0 < kept.places[0] < kept.places[-1] < total

@@ -10,7 +10,7 @@ from curveline.cli.printing import screen
 from curveline.cli.printing.manner import MANNER
 from curveline.phrases import counted
 from curveline.replay.error_sizes import sizes_of
-from curveline.replay.monte_carlo import Share
+from curveline.replay.outcome import Share
 from curveline.replay.ranking_report import ranking_tables
 from curveline.replay.trials import Trials
 from curveline.shapes.error_keys import in_words
