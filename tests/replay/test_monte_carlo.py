@@ -63,6 +63,12 @@ def test_out_of_the_funnel_the_bow_decides() -> None:
     assert 0.1 < outcome_of(Setup(DISPLAY, made), 100).value < 0.6
 
 
+def test_a_rod_that_falls_lands() -> None:
+    # One descent in 3,000 got stuck beside the bottom, and the peak that it was in was called lost.
+    for name in ("level-up-peak", "level-neutral-peak", "level-asymmetric-peak"):
+        assert play_run(Setup(DISPLAY, plan(name)), 2420).endings == ("peak",)
+
+
 def test_errors_that_are_too_large_break_a_plan() -> None:
     setup = Setup(DISPLAY, plan("level-up-peak"), Errors(angle=deg(25.0)))
     runs = list(run_trials(setup, range(1, 61)))

@@ -241,7 +241,7 @@ def test_what_is_kept_comes_on_top_of_what_the_file_says() -> None:
     assert curved is not None
     assert curved.places == (0.5, 0.8, 0.9, 1.0, 1.5)
     own_there = NaturalCurvature(np.array([0.5, 1.5]), np.array([1.0, 3.0]))(np.array(curved.places))
-    assert curved.values == pytest.approx(own_there + [0.0, 0.0, 1.0, 0.0, 0.0])
+    assert curved.values == pytest.approx(own_there + np.array([0.0, 0.0, 1.0, 0.0, 0.0]))
 
 
 def test_rows_keep_what_each_segment_was_in() -> None:

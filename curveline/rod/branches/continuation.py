@@ -330,6 +330,9 @@ def land(path, fraction, bearing, phi, multipliers, nudge):
     for j in range(phi.size):
         angles[j] += nudge[j]
     iterations = descend(free, angles, force, LAND)
+    if iterations < 0:
+        # A descent may get stuck beside the bottom, where rounding hides what leads down: begun anew, Newton goes on.
+        iterations = descend(free, angles, force, LAND)
     return iterations > 0 and sharpest_turn(free, angles) < 1.0, angles, force
 
 
