@@ -59,6 +59,7 @@ class Ranking:
     """
 
     inputs: tuple[str, ...]
+    samples: int  # seeds, and rows
     plays: int  # runs in all
     share: Effects | None  # of whether a run is good; None if all are, or none
     turned: Array  # (k,), the share of runs that end well or not only as this input was drawn
@@ -174,6 +175,7 @@ def rank(design: Design, rows: Sequence[Row]) -> Ranking:
     curve = effects_of(_terms([terms for terms, _ in seen]), seed) if seen else None
     return Ranking(
         inputs=design.inputs,
+        samples=len(rows),
         plays=good.size,
         share=effects_of(_terms(flags), seed),
         turned=np.mean(good[:, 2:] != good[:, :1], axis=0),

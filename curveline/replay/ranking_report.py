@@ -32,7 +32,10 @@ def ranking_tables(ranking: Ranking) -> Iterator[tuple[str, Rows]]:
     else:
         moves = [f"{to_mm(move):.2f}" for move in moves_of(ranking.curve, ranking.spread)]
         title = f"what moves the curve: {to_mm(ranking.spread):.2f} mm about its mean, {to_mm(ranking.off):.2f} mm off"
-        yield f"{title} the plan, RMS", [(*HEAD, "in all mm"), *_rows(ranking, ranking.curve, moves)]
+        some = (
+            "" if ranking.rows == ranking.samples else f", where it exists: {ranking.rows} of {ranking.samples} samples"
+        )
+        yield f"{title} the plan, RMS{some}", [(*HEAD, "in all mm"), *_rows(ranking, ranking.curve, moves)]
 
 
 def moves_of(effects: Effects, spread: float) -> list[float]:

@@ -31,12 +31,13 @@ def real_display(
     `kept` is the curvature of which its rod may keep a part. A share of clamp stiffness is one of the compliance: a
     bearing that hardly gives is as rigid as one that does not.
     """
-    if not errors.given:
+    ranges = errors.given
+    if not ranges:
         return RealDisplay((display,) * gaps.size, 0.0)
     drawn = {
-        name: errors.given[name].at(share)
+        name: ranges[name].at(share)
         for name, share in zip(SHARES, shares.tolist(), strict=True)
-        if name in errors.given and name != "clamp_stiffness"
+        if name in ranges and name != "clamp_stiffness"
     }
     rod = _real_rod(display.rod, 1.0 + drawn.get("stiffness", 0.0), 1.0 + drawn.get("mass", 0.0))
     real = replace(
@@ -76,7 +77,7 @@ def held_back(feeds: Array, friction: float) -> Array:
     """
     if friction == 0.0:
         return feeds
-    lagging = feeds.copy()
+    lagging, least, most = feeds.copy(), feeds - friction, feeds + friction
     for place in range(1, len(feeds)):
-        lagging[place] = np.clip(lagging[place - 1], feeds[place] - friction, feeds[place] + friction)
+        lagging[place] = np.minimum(np.maximum(lagging[place - 1], least[place]), most[place])
     return lagging

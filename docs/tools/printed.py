@@ -169,7 +169,7 @@ def _is_close(one: str, other: str) -> bool:
         first, second = float(one), float(other)
     except ValueError:
         return one == other
-    return abs(first - second) <= CLOSE * max(abs(first), abs(second))
+    return first == second or abs(first - second) <= CLOSE * max(abs(first), abs(second))
 
 
 def reports(page: Path) -> Iterator[tuple[Block, Printed]]:
