@@ -81,9 +81,10 @@ class Trials:
         head = ("segment", "wanted", "ended so", "runs", "share", "95 % from", "to")
         worst = self.outcome.worst
         again = [] if worst is None else [f"seed {worst.seed} fails with the smallest errors"]
-        tables = () if self.ranking is None else ranking_tables(self.ranking)
-        ranks = "".join(html_of(title, ranked) for title, ranked in tables)
-        return html_of(self.summary(), [head, *rows], remarks=[*self.reasons, *again]) + ranks
+        tables = [] if self.ranking is None else list(ranking_tables(self.ranking))
+        nothing = [title for title, ranked in tables if not ranked]
+        ranks = "".join(html_of(title, ranked) for title, ranked in tables if ranked)
+        return html_of(self.summary(), [head, *rows], remarks=[*self.reasons, *again, *nothing]) + ranks
 
     def document(self) -> dict[str, Any]:
         """The same as plain data: equal for equal seeds, however many processes there were."""

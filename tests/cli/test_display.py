@@ -202,6 +202,9 @@ def test_a_measured_display_of_ones_own_has_no_warnings(run: Run, write: Write) 
         ("translate_mm_per_s = 10.0", "translate_mm_per_s = 5.0", "slow-axis"),
         ("channel = 76", "channel = 84", "off-band"),
         ('"C1C1C1C102"', '"00ff00ff00"', "noisy-address"),
+        ("[radio]", "[errors]\nstiffness_percent = [-0.2, 0.05]\n\n[radio]", "odd-error"),
+        ("[radio]", "[errors]\nclamp_mm = [5.0, 10.0]\n\n[radio]", "off-file"),
+        ("[radio]", "[errors]\nclamp_stiffness_Nmm_per_deg = [25.0, 50.0]\n\n[radio]", "off-file"),
     ],
 )
 def test_what_looks_odd_is_warned_of(run: Run, write: Write, old: str, new: str, code: str) -> None:
@@ -212,6 +215,26 @@ def test_what_looks_odd_is_warned_of(run: Run, write: Write, old: str, new: str,
     assert f"warning[{code}]" in result.out
     assert "nothing looks odd" not in result.out
     assert all(len(line) <= 80 for line in result.out.splitlines() if str(path) not in line)
+
+
+def test_errors_around_what_the_file_says_are_told_and_not_odd(run: Run, write: Write) -> None:
+    ranges = (
+        "[errors]\nstiffness_percent = [-20, 5]\nclamp_stiffness_Nmm_per_deg = [50.0, inf]\nclamp_mm = [10.0, 20.0]\n"
+        "clamp_play_deg = [0.0, 0.5]\nset_percent = [0, 10]\n\n[radio]"
+    )
+    path = write(*OWN, ("[radio]", ranges))
+    found = checked(run, path)
+    assert found["warnings"] == []
+    assert found["errors"] == {
+        "stiffness_percent": [-20.0, 5.0],
+        "clamp_stiffness_Nmm_per_deg": [50.0, None],
+        "clamp_play_deg": [0.0, 0.5],
+        "clamp_mm": [10.0, 20.0],
+        "set_percent": [0.0, 10.0],
+    }
+    told = " ".join(run("display", "check", path).out.split())
+    assert "in truth, the same in a whole run: stiffness -20 to 5 %, clamp stiffness 50 to inf N mm/deg," in told
+    assert checked(run, write(*OWN))["errors"] == {}
 
 
 def test_no_weight_and_a_weak_motor_are_odd_only_where_they_matter(run: Run, write: Write) -> None:

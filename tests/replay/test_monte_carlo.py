@@ -63,6 +63,17 @@ def test_out_of_the_funnel_the_bow_decides() -> None:
     assert 0.1 < outcome_of(Setup(DISPLAY, made), 100).value < 0.6
 
 
+def test_seeds_end_as_they_did_before_displays_had_errors() -> None:
+    setup = Setup(DISPLAY, short_cut(plan("level-up-peak")))
+    runs = [play_run(setup, seed) for seed in range(40)]
+    assert "".join(run.endings[0][0] for run in runs) == "vvvvvpvvpvvpvvpvvvppvvvppppvvpvpvpvvvpvv"
+    assert [run.size for run in runs[:3]] == pytest.approx([0.663720105, 0.697594422, 1.143688472], abs=1e-9)
+    rough = Setup(DISPLAY, plan("staggered-asymmetric-peak"), Errors(angle=deg(6.0)))
+    # Of seed 34 the peak was called lost: see below.
+    endings = "".join(play_run(rough, seed).endings[0][0] for seed in range(40))
+    assert endings == "ptptptppttpppppttpttpppppptpppppptpptppp"
+
+
 def test_a_rod_that_falls_lands() -> None:
     # One descent in 3,000 got stuck beside the bottom, and the peak that it was in was called lost.
     for name in ("level-up-peak", "level-neutral-peak", "level-asymmetric-peak"):

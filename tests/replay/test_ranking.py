@@ -140,8 +140,11 @@ def test_a_document_has_the_most_important_error_first() -> None:
             assert each[more] >= 0.0
     best = document["curve"]["inputs"][0]
     assert best["moves_mm"] == pytest.approx(document["curve"]["spread_mm"] * best["total"]["share"] ** 0.5)
-    for _, table in ranking_tables(trials.ranking):
+    html = trials._repr_html_()
+    assert html.count("<table>") == 3
+    for title, table in ranking_tables(trials.ranking):
         assert len(table) == 8
+        assert f"<b>{title}</b>" in html
 
 
 def test_where_nothing_varies_there_is_nothing_to_rank() -> None:
@@ -153,5 +156,6 @@ def test_where_nothing_varies_there_is_nothing_to_rank() -> None:
     found = ranked(Setup(DISPLAY, home, SMALL), 3)
     assert (found.share, found.curve, found.rows) == (None, None, 0)
     titles = [title for title, _ in ranking_tables(found)]
+    assert all(title in played(Setup(DISPLAY, home, SMALL), rank=True, runs=3)._repr_html_() for title in titles)
     assert "all end alike" in titles[0]
     assert "there is none" in titles[1]
