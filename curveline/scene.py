@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
-from functools import cache
+from functools import cache, cached_property
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -206,7 +206,7 @@ class DisplayErrors:
                 message = f"the error {name} is {drawn.low:g} to {drawn.high:g}, in SI, which no display can have"
                 raise InvalidInput(message, f"stay within {least:g} to {most:g}")
 
-    @property
+    @cached_property
     def given(self) -> dict[str, Range]:
         """Those of which there is a range, by name."""
         named = ((each.name, getattr(self, each.name)) for each in fields(self))

@@ -232,7 +232,7 @@ def size_of(setup: Setup, draws: Draws) -> float:
     """How large the errors of a run are: see `TrialRun`."""
     drawn = [draws.offsets.ravel(), draws.scales, draws.bows]
     ranges = setup.display_errors.given
-    uniform = [*(share for name, share in zip(SHARES, draws.shares, strict=True) if name in ranges)]
+    uniform = [share for name, share in zip(SHARES, draws.shares.tolist(), strict=True) if name in ranges]
     uniform += draws.gaps.tolist() if "span" in ranges else []
     # A uniform share has a twelfth of variance.
     drawn.append(math.sqrt(12.0) * (np.array(uniform) - 0.5))
