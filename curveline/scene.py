@@ -12,8 +12,8 @@ from functools import cache, cached_property
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from curveline.material.relaxation import Relaxation
 from curveline.errors import InvalidInput
+from curveline.material.relaxation import Relaxation
 from curveline.sections import CrossSection
 from curveline.units import STANDARD_GRAVITY, deg, nmm, to_gpa, to_nmm2
 

@@ -23,8 +23,8 @@ from curveline.material.relaxation import Relaxation
 from curveline.notebook import html_of
 from curveline.planning.reachability import Access
 from curveline.scene import Display
-from curveline.units import HOUR, WEEK, deg, to_deg, to_mm, to_nmm
 from curveline.shapes.error_keys import as_plain
+from curveline.units import HOUR, WEEK, deg, to_deg, to_mm, to_nmm
 
 SET_AFTER = (HOUR, 8.0 * HOUR, WEEK)
 """Times in a shape of which a check says how much of the bend they set [s]."""
