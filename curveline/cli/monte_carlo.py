@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from curveline.plan_file import Plan
     from curveline.replay.monte_carlo import Errors
     from curveline.replay.trials import TrialsRequest
-    from curveline.scene import DisplayErrors
+    from curveline.scene import Display, DisplayErrors
 
 MOST_RUNS = 1_000_000
 MOST_JOBS = 256
@@ -160,10 +160,11 @@ def _errors(sizes: tuple[float | None, ...]) -> Errors:
     return Errors(**{field.name: unit(size) for field, size, unit in named if size is not None})
 
 
-def perturb(plan: Plan, request: TrialsRequest, *, as_json: bool, aside: bool) -> float:
+def perturb(plan: Plan, request: TrialsRequest, display: Display | None, *, as_json: bool, aside: bool) -> float:
     """Play `plan` as often as requested and print what came of it; the share of runs that ended as wanted.
 
-    It goes to stdout, or with `aside` to stderr, where the plan itself is on stdout.
+    It is played on a `display` whose rod has a history, on that of its file for None. It goes to stdout, or with
+    `aside` to stderr, where the plan itself is on stdout.
     """
     from curveline.cli.printing.reports.trials_text import describe
     from curveline.displays.of_plan import display_of
@@ -171,7 +172,7 @@ def perturb(plan: Plan, request: TrialsRequest, *, as_json: bool, aside: bool) -
     from curveline.replay.monte_carlo import Setup
     from curveline.replay.trials import play_trials
 
-    setup = Setup(display_of(plan, TERMINAL), plan, request.errors, request.display_errors)
+    setup = Setup(display or display_of(plan, TERMINAL), plan, request.errors, request.display_errors)
     trials = play_trials(setup, request, TERMINAL)
     if as_json:
         screen.emit({"plan": json.loads(to_json(plan)), "monte_carlo": trials.document()})

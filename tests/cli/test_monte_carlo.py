@@ -208,3 +208,18 @@ def test_ranks_of_nothing_are_refused(run: Run) -> None:
     code, _, err = run("plan", SHAPE, "--monte-carlo", 5, "--rank", *none)
     assert code == 2
     assert "nothing to rank" in err
+
+
+def test_runs_are_played_with_the_history_of_the_rod(run: Run, tmp_path: Path) -> None:
+    # A peak near its limit, as the page has it; plans are refused only after longer in a valley.
+    asymmetric = (SHAPES / "level-asymmetric-peak.toml").read_text()
+    (tmp_path / "steep.toml").write_text(asymmetric.replace("angle_deg = 10.0", "angle_deg = 45.0"))
+    asked = ("plan", tmp_path / "steep.toml", "--monte-carlo", 40, "--angle-error-deg", 2, "--json")
+    counts = []
+    for after in ((), ("--after", f"{SHAPES / 'level-up-valley.toml'}@1min"), ("--after", "level-up-peak@8h")):
+        code, out, _ = run(*asked, *after)
+        assert code == 0
+        counts.append(json.loads(out)["monte_carlo"]["wanted"]["count"])
+    fresh, after_valley, after_peak = counts
+    assert fresh == after_peak == 40
+    assert after_valley < 32

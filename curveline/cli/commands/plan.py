@@ -16,6 +16,7 @@ from curveline.outputs import PLAN, check_output
 
 if TYPE_CHECKING:
     from curveline.plan_file import Plan
+    from curveline.scene import Display
 
 WAY = "The way"
 
@@ -115,7 +116,7 @@ def plan(
         "set_percent": set_percent,
     }
     request = trials.requested(monte_carlo, (seed, least_share, jobs), sizes, ranges, rank=rank)
-    made = _made(shapes or [], begin, after, goes_home=home)
+    made, display = _made(shapes or [], begin, after, goes_home=home)
     # Before anything is printed: whoever reads it may stop listening.
     write_outputs(made, files, force=force)
     is_piped = len(files) < len(output or ())
@@ -124,12 +125,17 @@ def plan(
     elif not json and (request is None or not brief):
         screen.result("\n".join(describe(made)))
     if request is not None:
-        share = trials.perturb(made, request, as_json=json and not is_piped, aside=is_piped)
+        share = trials.perturb(made, request, display, as_json=json and not is_piped, aside=is_piped)
         raise typer.Exit(trials.exit_code_of(share, least_share))
 
 
-def _made(paths: Sequence[str], begin: str | None, after: str | None, *, goes_home: bool) -> Plan:
-    """A plan that was worked out before, or one through some shapes, and home, `after` a history of the rod."""
+def _made(
+    paths: Sequence[str], begin: str | None, after: str | None, *, goes_home: bool
+) -> tuple[Plan, Display | None]:
+    """A plan that was worked out before, or one through some shapes, and home, `after` a history of the rod.
+
+    With it the display whose rod has that history; None for one that is as its file says.
+    """
     from curveline.api import after as past_history
     from curveline.cli.terminal import TERMINAL
     from curveline.driving.tours import Whereabouts, plan_tour, tour_of
@@ -143,13 +149,14 @@ def _made(paths: Sequence[str], begin: str | None, after: str | None, *, goes_ho
     named = [*paths, *([] if begin is None else [begin])]
     given = read_inputs(named, hint, takes_plan=begin is None and not goes_home)
     if isinstance(given, Plan):
-        return given
+        return given, None
     if after is not None:
         given = [past_history(scene, after) for scene in given]
     tour = tour_of(given, ends_home=goes_home)
     tell_of_radians(given, TERMINAL)
+    display = None if after is None else given[0].display
     if begin is None:
-        return plan_tour(tour, Whereabouts(), TERMINAL)
+        return plan_tour(tour, Whereabouts(), TERMINAL), display
     from curveline.planning.tours import start_at
 
-    return plan_tour(tour.without_last(), Whereabouts(*start_at(given[-1])), TERMINAL)
+    return plan_tour(tour.without_last(), Whereabouts(*start_at(given[-1])), TERMINAL), display
