@@ -282,7 +282,7 @@ def rod_now(
 
     With `new` it is put down that a new rod is in the display from now on. All else as for `connect`. `stays` of what
     comes back are the shapes it was held in, `past` the set and `past.flat_after` [s], `with_set` the display with its
-    rod as it is. Raises InvalidInput if the display file does not say what set its rod takes.
+    rod as it is. If the display file does not say what set its rod takes, that is acetal's, an estimate.
     """
     from curveline.driving.session import connect
 

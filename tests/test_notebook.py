@@ -30,6 +30,7 @@ TABLES = {
     "DryRun",
     "Halting",
     "PoseStates",
+    "RodNow",
     "Run",
     "RunLog",
     "RunResult",
@@ -77,6 +78,7 @@ def made(runs: Path) -> Iterator[Any]:
         yield session.scan()
         yield session.dry_run(plan)
         yield session.send(plan)
+        yield session.rod()
         yield session.stop()
         yield next(session.runs())
     yield curveline.log("last", runs)

@@ -41,8 +41,8 @@ class RodNow:
     """
 
     display: Display  # its rod as it was made
-    stays: tuple[Stay, ...]
-    past: Past
+    stays: tuple[Stay, ...]  # the first one first
+    past: Past  # the set that they left
     remarks: tuple[str, ...] = ()
 
     @property
@@ -91,21 +91,16 @@ class _Kept:
 
 
 def rod_now(display: Display, record: RodRecord, now: float, before: str = "") -> RodNow:
-    """The rod of a display whose file says what set it takes, `now` [s since 1970], or before a run of that name.
+    """The rod of a display `now` [s since 1970], or before a run of that name.
 
-    InvalidInput if the file says nothing of that.
+    If the display's file does not say what set it takes, that is acetal's, an estimate.
     """
     from curveline.material.history import Dwell
     from curveline.material.memory import RodMemory
     from curveline.material.past import Past
-    from curveline.material.relaxation import LONGEST
+    from curveline.material.relaxation import LONGEST, power_law
 
-    law = display.rod.relaxation
-    if law is None:
-        raise InvalidInput(
-            f"the file of display {display.name} does not say what set its rod takes",
-            "add set_strength = 1.0 to its [rod], the estimate for acetal, or measure it: `curveline calibrate set`",
-        )
+    law = display.rod.relaxation or power_law()
     path = _path(display, record)
     found, new = stays_of(display, record, now, before), RodMemory.new(law, display.rod.total_length)
     kept = _read(path, law, display.rod.total_length)
@@ -127,20 +122,18 @@ def rod_now(display: Display, record: RodRecord, now: float, before: str = "") -
         display.span,
         error + last_error,
         steps=len(ahead),
-        is_estimate=False,
+        is_estimate=display.rod.relaxation is None,
         made=None if profile is None else (profile.places, profile.values),
     )
     return RodNow(display, tuple(stays), past, (*remarks, *last_remarks))
 
 
 def begin_new_rod(display: Display, record: RodRecord, now: float) -> None:
-    """Put down that a rod is new in a display since `now` [s since 1970]; InvalidInput as of `rod_now`."""
+    """Put down that a rod is new in a display since `now` [s since 1970]."""
     from curveline.material.memory import RodMemory
+    from curveline.material.relaxation import power_law
 
-    law = display.rod.relaxation
-    if law is None:
-        rod_now(display, record, now)
-        return
+    law = display.rod.relaxation or power_law()
     _write(_path(display, record), _Kept(NO_RUN, now, RodMemory.new(law, display.rod.total_length)), must=True)
 
 

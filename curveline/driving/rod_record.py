@@ -48,7 +48,7 @@ class Stay:
     run: str  # by name
     number: int  # of the run, 0 if it has none
     shape: str  # by name
-    scene: Scene | None
+    scene: Scene | None  # None for a straight rod
     begin: float  # [s]
     end: float  # [s]
     is_known: bool = True

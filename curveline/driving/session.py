@@ -225,7 +225,7 @@ class Session:
     def rod(self) -> RodNow:
         """What the rod of this display went through by the runs on record, and what set that left in it now.
 
-        Raises InvalidInput if the display file does not say what set its rod takes.
+        If the display file does not say what set its rod takes, that is acetal's, an estimate.
         """
         from curveline.driving.rod_now import rod_now
         from curveline.shapes.files import given_display

@@ -33,6 +33,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "send": ("send", PEAK, *RADIO, "--yes"),
     "status": ("status", *RADIO),
     "stop": ("stop", *RADIO),
+    "rod": ("rod", *RADIO),
     "node status": ("node", "status", "1", *RADIO),
     "node clear": ("node", "clear", "1", *RADIO),
     "node home": ("node", "home", "1", *RADIO, "--yes"),

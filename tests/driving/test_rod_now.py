@@ -17,8 +17,9 @@ from typer.testing import CliRunner
 
 import curveline
 from curveline.cli.app import app
+from curveline.driving import rod_now
 from curveline.driving.session import Session
-from curveline.errors import Infeasible, InvalidInput, LinkError
+from curveline.errors import Infeasible, LinkError
 from curveline.shapes.files import builtin_text, read_display
 from curveline.simulation.dwelling import scene_after
 from curveline.units import DAY, HOUR
@@ -183,12 +184,18 @@ def test_a_clock_that_was_set_back_takes_no_time_away(files: Path, wait: Waits) 
         assert [stay.seconds for stay in session.rod().stays] == [0.0, pytest.approx(0.0, abs=30.0)]
 
 
-def test_a_display_that_says_nothing_of_a_set_is_sent_as_before(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="does not say what set its rod takes") as refusal:
-        curveline.rod_now("mock", "single", runs=tmp_path)
-    assert "set_strength = 1.0" in refusal.value.hint
-    with pytest.raises(InvalidInput, match="does not say what set its rod takes"):
-        curveline.rod_now("mock", "single", new=True, runs=tmp_path)
+def test_a_display_that_says_nothing_of_a_set_is_sent_as_before(
+    tmp_path: Path, wait: Waits, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(rod_now, "rod_now", lambda *_: pytest.fail("nobody asked for the set"))
+        for shape in ("level-up-valley", curveline.plan("level-asymmetric-peak", begin="level-up-valley")):
+            with curveline.connect("mock", runs=tmp_path) as session:
+                session.send(shape)
+            wait(8 * HOUR)
+    rod = curveline.rod_now("mock", "single", runs=tmp_path)
+    assert rod.past.is_estimate
+    assert [stay.shape for stay in rod.stays] == ["level-up-valley", "level-asymmetric-peak"]
 
 
 def test_the_command_says_what_there_is(files: Path, wait: Waits) -> None:

@@ -29,9 +29,10 @@ def rod(
 ) -> None:
     """Say which shapes the rod of a display was held in, by the runs on record, and what is left of them in it.
 
-    A plastic rod keeps part of a curve that it was held in: its set. It counts where the display file says how much
-    that is (set_strength and others of its [rod]); `send` then plans with the rod as it is. Nothing moves for this, and
-    no node is asked. What a hand did to the rod is not on record.
+    A plastic rod keeps part of a curve that it was held in: its set. Where the display file says how much that is
+    (set_strength and others of its [rod]), `send` plans with the rod as it is; where it says nothing, this is what
+    acetal would keep, an estimate. Nothing moves for this, and no node is asked. What a hand did to the rod is not on
+    record.
     """
     from curveline.cli.printing.reports.rod_text import describe
     from curveline.driving.session import connect

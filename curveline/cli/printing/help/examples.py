@@ -55,6 +55,10 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ("curveline status --radio serial:/dev/ttyACM0 --watch", "again every second, until Ctrl-C"),
     ),
     "curveline stop": (("curveline stop --radio mock", "hold all nodes, whoever moves them"),),
+    "curveline rod": (
+        ("curveline rod --radio mock", "what the rod went through, and what is left of it"),
+        ("curveline rod --radio mock --new", "a new rod is in the display"),
+    ),
     "curveline load": (
         (
             "curveline load shapes/level-neutral-peak.toml --at 0.35",

@@ -34,6 +34,7 @@ def describe(rod: RodNow) -> Iterator[str]:
     else:
         yield f"no run of display {rod.display.name} over this radio is on record: its rod remembers nothing"
         return
-    yield from wrapped(f"the rod has a set of up to {rod.past.largest_set:.2g} 1/m; {set_words(rod.past)}")
+    law = " (acetal's estimate: the display file says nothing)" if rod.past.is_estimate else ""
+    yield from wrapped(f"the rod has a set of up to {rod.past.largest_set:.2g} 1/m{law}; {set_words(rod.past)}")
     for remark in rod.remarks:
         yield from wrapped(remark)
