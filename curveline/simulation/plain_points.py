@@ -85,6 +85,9 @@ class PlainSweep:
         scene = sweep.file.scene
         if sweep.poses is None or settings.model not in (AUTO, PLANAR) or tuple(settings.windings) != (0,):
             return False
+        if scene.display.rod.relaxation is not None:
+            # What its set could do is asked of each point.
+            return False
         return not settings.explained and not any(beyond(scene_rod(scene, i)) for i in range(len(scene.segments)))
 
     @cached_property

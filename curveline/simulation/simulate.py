@@ -22,7 +22,8 @@ from curveline.rod.profile import NO_PROFILE
 from curveline.rod.section import Section
 from curveline.rod.states.equilibrium import PLANAR, SPATIAL, Equilibrium
 from curveline.scene import Display, Node, Profile, Scene
-from curveline.units import to_mj, to_mm
+from curveline.simulation.set_left_out import set_bound
+from curveline.units import millimetres, to_mj, to_mm
 
 STATE_HEAD = ("state", "stable", "energy mJ", "mean height mm", "error mm")
 DEFAULT_TOLERANCE = 1e-4
@@ -170,14 +171,20 @@ def _segment_states(scene: Scene, index: int, ask: SearchRequest) -> SegmentStat
         for state in found.states
     )
     origin = (index * scene.display.span, scene.nodes[index].height)
+    left_out, reasons = found.left_out, found.reasons
+    law = scene.display.rod.relaxation
+    if law is not None and scene.past is None and (bound := set_bound(law, found.states)) is not None:
+        left_out = {**left_out, "set": bound}
+        said = f"left out: set, which moves the curve by at most {millimetres(bound.bound)}: {bound.why}"
+        reasons = (*reasons, said)
     return SegmentStates(
         length=segment.length,
         wanted_name=segment.state,
         origin=origin,
         terms=found.terms,
-        left_out=found.left_out,
+        left_out=left_out,
         states=states,
         model=found.model,
-        reasons=found.reasons,
+        reasons=reasons,
         advice="" if states else why_none(rod, ask.windings),
     )
