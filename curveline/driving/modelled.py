@@ -13,13 +13,15 @@ from curveline.radio.protocol.codes import Counts
 class ModelledDisplay(Protocol):
     """A display that is modelled; `rod` names the states that its segments were last seen in, `disk` may be full.
 
-    `clamp` [N mm/deg] and `play` [deg] are how its bearings give in truth; None for what its file says.
+    `clamp` [N mm/deg] and `play` [deg] are how its bearings give in truth; None for what its file says. `set_share` is
+    the part of a curvature that its rod has kept: see `replay.monte_carlo.Setup.kept`.
     """
 
     rod: list[str]
     disk: Disk
     clamp: float | None
     play: float | None
+    set_share: float
 
     @property
     def known_rod(self) -> tuple[str, ...]:

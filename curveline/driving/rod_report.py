@@ -60,7 +60,7 @@ def play_back_run(played: PlayedPlan, display: ModelledDisplay | None, begin: fl
         return None, ()
     from curveline.replay.tour_checks import CarriedOut, play_back
 
-    described = _with_set(in_truth(described, display), played)
+    described = _with_set(in_truth(described, display, played.plan), played)
     listener.computing()
     motion = [(seconds - begin, counts) for seconds, counts in display.motion()]
     before = [(BEFORE, counts) for counts in played.way]
@@ -78,12 +78,20 @@ def _with_set(described: Display, played: PlayedPlan) -> Display:
     return rod_now(described, played.record, time.time(), played.run).with_set
 
 
-def in_truth(described: Display, display: ModelledDisplay) -> Display:
-    """The display as it is, where that differs from what its file says."""
+def in_truth(described: Display, display: ModelledDisplay, plan: Plan) -> Display:
+    """The display as it is in a run of a plan, where that differs from what its file says."""
     stiffness, play = described.clamp_stiffness, described.clamp_play
     if display.clamp is not None:
         stiffness = nmm(display.clamp) / deg(1.0)
-    return replace(described, clamp_stiffness=stiffness, clamp_play=play if display.play is None else deg(display.play))
+    play = play if display.play is None else deg(display.play)
+    rod = described.rod
+    if display.set_share:
+        from curveline.replay.kept_curvature import with_kept
+        from curveline.replay.monte_carlo import kept_before
+
+        kept = kept_before(described, plan)
+        rod = rod if kept is None else with_kept(rod, kept, display.set_share)
+    return replace(described, clamp_stiffness=stiffness, clamp_play=play, rod=rod)
 
 
 def rod_lines(playback: Playback | None, promised: Promise) -> Iterator[str]:

@@ -112,33 +112,13 @@ class Setup:
 
     @cached_property
     def targets(self) -> Array:
-        """Where the axes of all nodes are meant to be at the start and after each step: (steps+1, nodes, 3), in SI."""
-        axes = drive_settings(self.display).axes
-
-        def values(target: NodeTarget) -> tuple[float, float, float]:
-            feed, bias, lift = (axis.value(counts) for axis, counts in zip(axes, target.counts, strict=True))
-            return mm(feed), deg(bias), mm(lift)
-
-        rows = [self.plan.start, *(step.targets for step in self.plan.steps)]
-        return np.array([[values(target) for target in row] for row in rows])
+        """As `targets_of` has them."""
+        return targets_of(self.display, self.plan)
 
     @cached_property
     def kept(self) -> Profile | None:
-        """The curvature of which the rod may keep a part, None if it keeps none.
-
-        It is that of the states at the start, where the plan says which. From home it is that of the other states at
-        the end: of all that the rod may have been in, they pull hardest away from the wanted ones.
-        """
-        if self.display_errors.set_share is None:
-            return None
-        # Where material counts, it is counted.
-        counted = replace(self.display, rod=replace(self.display.rod, profile=self.display.rod.profile or EVEN))
-        held = []
-        for segment, (start, wanted) in enumerate(zip(self.plan.granted, self.plan.wanted, strict=True)):
-            is_known = start not in ("", STRAIGHT, *UNNAMED)
-            axes = self.targets[0 if is_known else -1, segment : segment + 2]
-            held.append((_segment_of(counted, axes, segment), start if is_known else OTHER.get(wanted, "")))
-        return kept_curvature(held)
+        """The curvature of which the rod may keep a part, None if it keeps none: see `kept_before`."""
+        return None if self.display_errors.set_share is None else kept_before(self.display, self.plan)
 
     @cached_property
     def landmarks(self) -> tuple[tuple[Landmarks, Landmarks], ...]:
@@ -148,6 +128,35 @@ class Setup:
             (Landmarks(_segment_of(self.display, start, segment)), Landmarks(_segment_of(self.display, end, segment)))
             for segment, (start, end) in enumerate(pairs)
         )
+
+
+def targets_of(display: Display, plan: Plan) -> Array:
+    """Where the axes of all nodes are meant to be at the start and after each step: (steps+1, nodes, 3), in SI."""
+    axes = drive_settings(display).axes
+
+    def values(target: NodeTarget) -> tuple[float, float, float]:
+        feed, bias, lift = (axis.value(counts) for axis, counts in zip(axes, target.counts, strict=True))
+        return mm(feed), deg(bias), mm(lift)
+
+    rows = [plan.start, *(step.targets for step in plan.steps)]
+    return np.array([[values(target) for target in row] for row in rows])
+
+
+def kept_before(display: Display, plan: Plan) -> Profile | None:
+    """The curvature of which a rod may have kept a part before a plan; None if it was straight.
+
+    It is that of the states at the start, where the plan says which. From home it is that of the other states at the
+    end: of all that the rod may have been in, they pull hardest away from the wanted ones.
+    """
+    # Where material counts, it is counted.
+    counted = replace(display, rod=replace(display.rod, profile=display.rod.profile or EVEN))
+    targets = targets_of(display, plan)
+    held = []
+    for segment, (start, wanted) in enumerate(zip(plan.granted, plan.wanted, strict=True)):
+        is_known = start not in ("", STRAIGHT, *UNNAMED)
+        axes = targets[0 if is_known else -1, segment : segment + 2]
+        held.append((_segment_of(counted, axes, segment), start if is_known else OTHER.get(wanted, "")))
+    return kept_curvature(held)
 
 
 def run_trials(setup: Setup, seeds: Sequence[int], jobs: int = 1) -> Generator[TrialRun, None, None]:

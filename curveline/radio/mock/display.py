@@ -78,7 +78,7 @@ class MockRadio:
         self._random = Random(spec.seed)
         self._air = Air(spec.weather, drive.data_rate, self._random)
         self._realtime = spec.realtime
-        self.clamp, self.play = spec.clamp, spec.play
+        self.clamp, self.play, self.set_share = spec.clamp, spec.play, spec.set
         self._start_us = steady_us()
         self._virtual_us = 0
         self._store = store

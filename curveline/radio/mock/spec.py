@@ -21,8 +21,9 @@ NAMES = "a name alone, such as mock:stall, is answered with how it is written; t
 class MockSpec:
     """What kind of display and air to model; `spread` is the largest part by which a motor is slower than told.
 
-    `clamp` [N mm/deg] and `play` [deg] are how its bearings give, whatever the display's file says. With `keys` the
-    nodes hold the master key of the site's key file instead of the mock's open one; with `repower` all of them are
+    `clamp` [N mm/deg] and `play` [deg] are how its bearings give, whatever the display's file says; `set` is the part
+    that its rod has kept of the curvature of the states in which it was, or of those that are not wanted. With `keys`
+    the nodes hold the master key of the site's key file instead of the mock's open one; with `repower` all of them are
     switched off and on before anything else.
     """
 
@@ -36,6 +37,7 @@ class MockSpec:
     repower: bool = False
     clamp: float | None = None
     play: float | None = None
+    set: float = 0.0
     mishaps: tuple[Mishap, ...] = ()
 
 
@@ -133,6 +135,13 @@ def _play(text: str) -> float:
     return value
 
 
+def _share(text: str) -> float:
+    value = float(text)
+    if not -1.0 <= value <= 1.0:
+        raise ValueError
+    return value
+
+
 def _whole(text: str) -> int:
     if not re.fullmatch(r"[0-9]{1,9}", text):
         raise ValueError
@@ -152,6 +161,7 @@ _READERS: Mapping[str, tuple[Callable[[str], object], str]] = {
     "spread": (_slowness, "<number from 0 to 0.9>"),
     "clamp": (_stiffness, "<N mm per degree>"),
     "play": (_play, "<degrees from 0 to 45>"),
+    "set": (_share, "<number from -1 to 1>"),
 }
 _NODE = "=(?P<node>[1-9][0-9]{0,2})"
 _STEP = "@step(?P<step>[1-9][0-9]{0,4})"
