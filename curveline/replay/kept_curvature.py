@@ -10,7 +10,7 @@ import numpy as np
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.vertex_table import CURVATURE
 from curveline.rod.models.showable import showable_states
-from curveline.rod.natural_curvature import NaturalCurvature
+from curveline.rod.natural_curvature import NaturalCurvature, curvatures_at
 from curveline.rod.problem import Array
 from curveline.rod.states.slack import is_slack
 from curveline.scene import Profile, Rod
@@ -38,6 +38,8 @@ def kept_curvature(held: Sequence[tuple[ClampedRod, str]]) -> Profile | None:
         along = np.linspace(0.0, rod.free_length, POINTS)
         at_vertices = np.concatenate([[0.0], np.cumsum(state.edges)]) * rod.free_length / np.sum(state.edges)
         curved = np.interp(along, at_vertices, state.vertices_table[:, CURVATURE]) - rod.natural_curvature
+        if rod.is_unevenly_curved:
+            curved -= curvatures_at(rod.bearing.profile, begin + along)
         if begin - places[-1][-1] > 2.0 * BESIDE:
             places.append(np.array([begin - BESIDE]))
             values.append(np.zeros(1))

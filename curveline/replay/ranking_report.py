@@ -15,6 +15,9 @@ from curveline.units import to_mm
 
 HEAD = ("error", "alone %", "95 %", "in all %", "95 %")
 
+FOREMOST = 3
+"""Errors that a sentence names."""
+
 Rows = list[Sequence[object]]
 
 
@@ -36,6 +39,19 @@ def ranking_tables(ranking: Ranking) -> Iterator[tuple[str, Rows]]:
             "" if ranking.rows == ranking.samples else f", where it exists: {ranking.rows} of {ranking.samples} samples"
         )
         yield f"{title} the plan, RMS{some}", [(*HEAD, "in all mm"), *_rows(ranking, ranking.curve, moves)]
+
+
+def ranking_sentences(ranking: Ranking) -> Iterator[str]:
+    """The errors that matter most, in a sentence for each outcome that varies."""
+    if ranking.share is not None:
+        yield f"good runs: {_foremost(ranking, ranking.share)}"
+    if ranking.curve is not None:
+        yield f"curve, {to_mm(ranking.spread):.2f} mm about its mean: {_foremost(ranking, ranking.curve)}"
+
+
+def _foremost(ranking: Ranking, effects: Effects) -> str:
+    first = _order(effects)[:FOREMOST]
+    return ", ".join(f"{name_of(ranking.inputs[i])} {100.0 * effects.total.value[i]:.0f} %" for i in first)
 
 
 def moves_of(effects: Effects, spread: float) -> list[float]:

@@ -72,8 +72,9 @@ def _clamp_stiffness(display: Display, errors: DisplayErrors, share: float) -> f
 def held_back(feeds: Array, friction: float) -> Array:
     """Where the rod in each node is, (poses, nodes) [m], that motors feed so far: it lags by up to `friction` [m].
 
-    The pinion winds up, or goes through its play, until the rod slides; back it goes through twice of that. At first
-    the rod is where the motor is. That is the play operator of hysteresis (Krasnosel'skii and Pokrovskii 1989, ch. 2).
+    The pinion winds up, or goes through its play, until the rod slides; back it goes through twice of that. At the
+    start the rod is where the motor is. That is the play operator (Krasnosel'skii and Pokrovskii 1989, Systems with
+    Hysteresis).
     """
     if friction == 0.0:
         return feeds

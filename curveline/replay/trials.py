@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import Any, TypeVar
 
+from curveline.errors import InvalidInput
 from curveline.listening import SILENT, Listener
 from curveline.notebook import html_of
 from curveline.phrases import counted
@@ -22,6 +23,9 @@ from curveline.shapes.error_keys import as_plain
 from curveline.simulation.batch import jobs_for
 
 T = TypeVar("T")
+
+MOST_RANKED = 100_000
+"""Runs, each of which is played once more for each error."""
 
 
 @dataclass(frozen=True)
@@ -107,8 +111,11 @@ class Trials:
 
 
 def play_trials(setup: Setup, request: TrialsRequest, listener: Listener = SILENT) -> Trials:
-    """Play the plan of `setup` as often as requested. Raises InvalidInput where there is nothing to rank."""
+    """Play the plan of `setup` as often as requested. InvalidInput where there is nothing to rank, or too much."""
     design = Design(setup) if request.rank else None
+    if design is not None and request.runs > MOST_RANKED:
+        message = f"{request.runs} runs are more than it takes to rank errors"
+        raise InvalidInput(message, f"take {MOST_RANKED} or fewer: a thousand tell shares of a few percent")
     each = 1 if design is None else len(design.inputs) + 2
     jobs = min(request.runs, jobs_for(request.jobs, request.runs * each))
     begin = time.perf_counter()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -121,6 +122,9 @@ def test_ranks_follow_the_share_on_80_columns(run: Run) -> None:
     assert any(row.startswith("clamp stiffness") for row in rows)
     moves = [float(row.rsplit(" ", 1)[-1]) for row in rows]
     assert moves == sorted(moves, reverse=True)
+    brief = run("plan", SHAPE, "--monte-carlo", 15, "--rank", *RANGES, "--brief").out.splitlines()
+    assert len(brief) == 2
+    assert re.fullmatch(r"curve, [\d.]+ mm about its mean: (\w[\w ]* \d+ %(, )?){3}", brief[1])
     # A share that varies has a table of its own.
     out = run("plan", SHAPE, *ROUGH, "--rank").out
     assert "what decides whether a run is good, from 160 runs" in out
@@ -190,6 +194,12 @@ def test_errors_of_the_display_need_runs(run: Run, options: tuple[object, ...]) 
     code, _, err = run("plan", SHAPE, *options)
     assert code == 2
     assert "add --monte-carlo 1000" in err
+
+
+def test_ranks_of_very_many_runs_are_refused(run: Run) -> None:
+    code, _, err = run("plan", SHAPE, "--monte-carlo", 100_001, "--rank")
+    assert code == 2
+    assert "take 100000 or fewer" in err
 
 
 def test_ranks_of_nothing_are_refused(run: Run) -> None:

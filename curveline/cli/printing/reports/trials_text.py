@@ -11,7 +11,7 @@ from curveline.cli.printing.manner import MANNER
 from curveline.phrases import counted
 from curveline.replay.error_sizes import sizes_of
 from curveline.replay.outcome import Share
-from curveline.replay.ranking_report import ranking_tables
+from curveline.replay.ranking_report import ranking_sentences, ranking_tables
 from curveline.replay.trials import Trials
 from curveline.shapes.error_keys import in_words
 
@@ -23,6 +23,7 @@ def describe(trials: Trials) -> Iterator[str]:
     """Lines of text: shares with their intervals, why runs failed, what each error does, the errors that were drawn."""
     if MANNER.is_brief:
         yield trials.summary()
+        yield from () if trials.ranking is None else ranking_sentences(trials.ranking)
         return
     request, outcome = trials.request, trials.outcome
     seeds = f"seed {request.seed}" + (f" to {request.seed + request.runs - 1}" if request.runs > 1 else "")
