@@ -107,7 +107,7 @@ def play_row(design: Design, seed: int) -> Row:
     """Play the plan with the errors that follow from `seed`, and as often as it takes to see what each input does."""
     setup = design.setup
     base, other = draw(setup, seed), draw(setup, (seed, ANEW))
-    drawn = [base, other, *(_with_input(base, other, name) for name in design.inputs)]
+    drawn = [base, other, *(with_input(base, other, name) for name in design.inputs)]
     courses = [course_of(setup, draws) for draws in drawn]
     endings = [endings_of(setup, draws, course) for draws, course in zip(drawn, courses, strict=True)]
     run = TrialRun(seed, endings[0], size_of(setup, base))
@@ -131,7 +131,7 @@ def _curve_terms(design: Design, courses: Sequence[RealRun]) -> tuple[tuple[floa
     return row_terms(base, other, np.array(mixed), middle / scale), off
 
 
-def _with_input(base: Draws, other: Draws, name: str) -> Draws:
+def with_input(base: Draws, other: Draws, name: str) -> Draws:
     """The errors of `base`, those of one input as in `other`."""
     if name in WHOLE:
         return base._replace(**{WHOLE[name]: getattr(other, WHOLE[name])})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,14 +12,15 @@ import pytest
 import curveline
 from curveline.errors import InvalidInput
 from curveline.replay.error_sizes import sizes_of
-from curveline.replay.monte_carlo import Errors, Setup, course_of, draw, play_run
-from curveline.replay.ranking import POINTS, Design, Ranking, curve_of, play_row, rank
+from curveline.replay.monte_carlo import Draws, Errors, Setup, course_of, draw, play_run
+from curveline.replay.ranking import POINTS, Design, Ranking, curve_of, play_row, rank, with_input
 from curveline.replay.ranking_report import ranking_document, ranking_tables
+from curveline.replay.real_display import real_display
 from curveline.replay.trials import Trials, TrialsRequest, play_trials
 from curveline.scene import DisplayErrors, Range
 from curveline.shapes.files import read_shape
 from curveline.simulation.simulate import simulate
-from curveline.units import deg, mm
+from curveline.units import deg, mm, nmm
 from playing import FILES, plan, scene, short_cut
 
 DISPLAY = scene("level-up-peak").display
@@ -49,6 +51,75 @@ def test_the_one_input_that_moves_the_curve_is_found() -> None:
     assert mm(0.5) < found.spread < mm(20.0)
     # What leaves the range's middle where the file is leaves the curve around the plan's.
     assert found.off > found.spread
+
+
+EACH = DisplayErrors(
+    stiffness=Range(-0.3, 0.3),
+    mass=Range(-0.6, 0.6),
+    clamp_stiffness=Range(nmm(100.0) / deg(1.0), math.inf),
+    clamp_play=Range(0.0, deg(1.0)),
+    clamp=Range(mm(15.0), mm(20.0)),
+    span=Range(mm(-1.0), mm(1.0)),
+    friction=Range(0.0, mm(2.0)),
+    set_share=Range(0.0, 0.05),
+)
+"""Of sizes that move a curve about as much as one another."""
+
+
+def in_the_middle(but: str) -> DisplayErrors:
+    """Every error in the middle of its range, one but left as it is."""
+    middles = {name: Range(drawn.at(0.5), drawn.at(0.5)) for name, drawn in EACH.given.items()}
+    softest = EACH.given["clamp_stiffness"].low
+    middles["clamp_stiffness"] = Range(2.0 * softest, 2.0 * softest)
+    return DisplayErrors(**{**middles, **{name: drawn for name, drawn in EACH.given.items() if name == but}})
+
+
+def test_every_input_alone_moves_the_curve_as_it_is_said_to() -> None:
+    """Held against runs in which nothing else is drawn: effects of errors that are small hardly mix."""
+    made = plan("staggered-asymmetric-peak")
+    nodes = Errors(mm(0.5), 0.005, deg(0.3), mm(0.3), 0.0, 0.0)
+    found = ranked(Setup(DISPLAY, made, nodes, EACH), 60)
+    assert found.curve is not None
+    assert set(found.inputs) == {"feed", "feed_scale", "angle", "height", *EACH.given}
+    for name, share, total in zip(found.inputs, found.curve.first.value, found.curve.total.value, strict=True):
+        only = {} if name in EACH.given else {name: getattr(nodes, name)}
+        alone = Setup(DISPLAY, made, replace(NONE, **only), in_the_middle(name))
+        curves = [curve_of(alone, course_of(alone, draw(alone, seed))) for seed in range(100)]
+        expected = float(np.sum(np.var(np.array(curves), axis=0))) / POINTS / found.curve.variance
+        assert expected > 0.015, name
+        assert total == pytest.approx(expected, rel=0.6, abs=0.01), name
+        assert share == pytest.approx(expected, rel=0.6, abs=0.05), name
+
+
+def drawn_of(setup: Setup, draws: Draws) -> dict[str, object]:
+    """What is drawn, by the names of inputs; feeds, their scale and unevenness are in the axes."""
+    real = real_display(setup.display, setup.display_errors, draws.shares, draws.gaps, setup.kept)
+    first, rod = real.gaps[0], real.gaps[0].rod
+    values = course_of(replace(setup, ranges=DisplayErrors()), draws).values
+    return {
+        "stiffness": rod.bending_stiffness,
+        "mass": rod.mass_per_length,
+        "clamp_stiffness": first.clamp_stiffness,
+        "clamp_play": first.clamp_play,
+        "clamp": first.clamp,
+        "span": [each.span for each in real.gaps],
+        "friction": real.friction,
+        "set_share": rod.profile,
+        "bow": draws.bows.tolist(),
+        **{axis: values[:, :, place].tolist() for place, axis in enumerate(("feed", "angle", "height"))},
+    }
+
+
+def test_an_input_that_is_drawn_anew_is_that_one_alone() -> None:
+    setup = Setup(DISPLAY, plan("staggered-asymmetric-peak"), Errors(), EACH)
+    base, other = draw(setup, 1), draw(setup, (1, 1))
+    before = drawn_of(setup, base)
+    axes = {"feed_scale": {"feed"}, "unevenness": {"feed", "angle", "height"}}
+    for name in Design(setup).inputs:
+        now = drawn_of(setup, with_input(base, other, name))
+        assert {key for key, value in now.items() if value != before[key]} == axes.get(name, {name})
+        if name in (*EACH.given, "bow"):
+            assert now[name] == drawn_of(setup, other)[name]
 
 
 def test_the_one_input_that_decides_how_runs_end_is_found() -> None:
