@@ -146,17 +146,22 @@ def plan(
     With `home` it goes home at the end; without any shape, from `begin` home. Raises Infeasible with the reason, and
     the nearest number that would do, where no safe plan exists; InvalidInput for shapes that no motors can make.
     """
+    from curveline.driving.rod_plans import tell_of_fading
     from curveline.driving.tours import Whereabouts, plan_tour, tour_of
     from curveline.planning.tours import start_at
 
     if not shapes and (begin is None or not home):
         raise InvalidInput("no shape to plan", "name shapes, or the one that is shown and home")
     scenes = [_scene(shape, listener) for shape in shapes]
-    if begin is None:
-        return plan_tour(tour_of(scenes, ends_home=home), Whereabouts(), listener)
-    first = _scene(begin, listener)
-    tour = tour_of([*scenes, first], ends_home=home)
-    return plan_tour(tour.without_last(), Whereabouts(*start_at(first)), listener)
+    start = Whereabouts()
+    if begin is not None:
+        first = _scene(begin, listener)
+        scenes, start = [*scenes, first], Whereabouts(*start_at(first))
+    tour = tour_of(scenes, ends_home=home)
+    tour = tour if begin is None else tour.without_last()
+    made = plan_tour(tour, start, listener)
+    tell_of_fading(made, tour, listener)
+    return made
 
 
 def load(shape: str | os.PathLike[str] | Scene, push: Push | None = None, listener: Listener = SILENT) -> Loading:

@@ -31,6 +31,22 @@ def with_rod_now(tour: Tour, record: RodRecord, listener: Listener) -> Tour:
     return replace(tour, display=display, scenes=scenes)
 
 
+def tell_of_fading(plan: Plan, tour: Tour, listener: Listener) -> None:
+    """Tell if a plan for a rod with a set is not safe without that: it fades until the plan is sent."""
+    scene = next((scene for scene in tour.scenes if scene.past is not None), None)
+    if scene is None:
+        return
+    from curveline.planning.reproof import prove_again
+    from curveline.simulation.dwelling import as_made
+
+    try:
+        prove_again(plan, as_made(scene))
+    except Infeasible as refusal:
+        listener.note(
+            f"note: this plan is safe while the rod has this set, and not once that has faded: {refusal.message}"
+        )
+
+
 def check_for_rod(plan: Plan, record: RodRecord, listener: Listener) -> None:
     """Infeasible for a plan that is not safe for the rod as the runs on record left it; nothing moves for that."""
     from curveline.displays.of_plan import display_of

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from curveline.errors import Infeasible
 from curveline.plan_file import NodeTarget, Plan
@@ -26,11 +27,11 @@ def prove_again(plan: Plan, display: Display) -> None:
     try:
         before: Sequence[str] = plan.granted
         for step in plan.steps:
-            funnels = {
-                segment: name
-                for segment, (old, name) in enumerate(zip(before, step.states, strict=True))
-                if travel.stage.holds[segment] is None and _is_one(name) and not _is_one(old)
-            }
+            pairs = list(enumerate(zip(before, step.states, strict=True)))
+            funnels = {segment: new for segment, (old, new) in pairs if _is_one(new) and not _is_one(old)}
+            # What the plan itself lets go of need not be kept.
+            keeps = all(old == new for _, (old, new) in pairs if _is_one(old))
+            travel = replace(travel, stage=replace(travel.stage, keeps=keeps))
             leg = Leg(step.action, layout_at(verifier.drive, _counts(step.targets)), funnels, halvings=0)
             travel = advance(verifier, travel, leg)
             before = step.states

@@ -138,6 +138,7 @@ def _made(
     """
     from curveline.api import after as past_history
     from curveline.cli.terminal import TERMINAL
+    from curveline.driving.rod_plans import tell_of_fading
     from curveline.driving.tours import Whereabouts, plan_tour, tour_of
     from curveline.plan_file import Plan
     from curveline.shapes.inputs import read_inputs
@@ -155,8 +156,11 @@ def _made(
     tour = tour_of(given, ends_home=goes_home)
     tell_of_radians(given, TERMINAL)
     display = None if after is None else given[0].display
-    if begin is None:
-        return plan_tour(tour, Whereabouts(), TERMINAL), display
-    from curveline.planning.tours import start_at
+    start = Whereabouts()
+    if begin is not None:
+        from curveline.planning.tours import start_at
 
-    return plan_tour(tour.without_last(), Whereabouts(*start_at(given[-1])), TERMINAL), display
+        tour, start = tour.without_last(), Whereabouts(*start_at(given[-1]))
+    made = plan_tour(tour, start, TERMINAL)
+    tell_of_fading(made, tour, TERMINAL)
+    return made, display
