@@ -146,8 +146,8 @@ def plan(
     With `home` it goes home at the end; without any shape, from `begin` home. Raises Infeasible with the reason, and
     the nearest number that would do, where no safe plan exists; InvalidInput for shapes that no motors can make.
     """
-    from curveline.driving.rod_plans import tell_of_fading
-    from curveline.driving.tours import Whereabouts, plan_tour, tour_of
+    from curveline.driving.rod_plans import plan_for_later
+    from curveline.driving.tours import Whereabouts, tour_of
     from curveline.planning.tours import start_at
 
     if not shapes and (begin is None or not home):
@@ -158,10 +158,9 @@ def plan(
         first = _scene(begin, listener)
         scenes, start = [*scenes, first], Whereabouts(*start_at(first))
     tour = tour_of(scenes, ends_home=home)
-    tour = tour if begin is None else tour.without_last()
-    made = plan_tour(tour, start, listener)
-    tell_of_fading(made, tour, listener)
-    return made
+    if begin is not None:
+        tour = tour.without_last()
+    return plan_for_later(tour, start, listener)
 
 
 def load(shape: str | os.PathLike[str] | Scene, push: Push | None = None, listener: Listener = SILENT) -> Loading:

@@ -6,7 +6,7 @@ import time
 from dataclasses import replace
 
 from curveline.driving.rod_record import RodRecord
-from curveline.driving.tours import Tour
+from curveline.driving.tours import Tour, Whereabouts, plan_tour
 from curveline.errors import Infeasible, InvalidInput
 from curveline.listening import Listener
 from curveline.plan_file import Plan
@@ -16,9 +16,12 @@ SLIGHT = 0.01
 
 
 def with_rod_now(tour: Tour, record: RodRecord, listener: Listener) -> Tour:
-    """A tour of shapes whose rod is as the runs on record left it; the same tour if it takes no set."""
-    if tour.display.rod.relaxation is None:
-        return tour
+    """As `as_on_record`; the same tour if the display file does not say what set its rod takes."""
+    return tour if tour.display.rod.relaxation is None else as_on_record(tour, record, listener)
+
+
+def as_on_record(tour: Tour, record: RodRecord, listener: Listener) -> Tour:
+    """A tour of shapes whose rod is as the runs on record left it."""
     from curveline.driving.rod_now import rod_now
 
     rod = rod_now(tour.display, record, time.time())
@@ -31,8 +34,14 @@ def with_rod_now(tour: Tour, record: RodRecord, listener: Listener) -> Tour:
     return replace(tour, display=display, scenes=scenes)
 
 
-def tell_of_fading(plan: Plan, tour: Tour, listener: Listener) -> None:
-    """Tell if a plan for a rod with a set is not safe without that: it fades until the plan is sent."""
+def plan_for_later(tour: Tour, begin: Whereabouts, listener: Listener) -> Plan:
+    """As `plan_tour`; and if the rod has a set, tell if the plan is not safe once that has faded."""
+    plan = plan_tour(tour, begin, listener)
+    _tell_of_fading(plan, tour, listener)
+    return plan
+
+
+def _tell_of_fading(plan: Plan, tour: Tour, listener: Listener) -> None:
     scene = next((scene for scene in tour.scenes if scene.past is not None), None)
     if scene is None:
         return

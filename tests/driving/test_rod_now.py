@@ -19,7 +19,7 @@ import curveline
 from curveline.cli.app import app
 from curveline.driving import rod_now
 from curveline.driving.session import Session
-from curveline.errors import Infeasible, LinkError
+from curveline.errors import Infeasible, InvalidInput, LinkError
 from curveline.shapes.files import builtin_text, read_display
 from curveline.simulation.dwelling import scene_after
 from curveline.units import DAY, HOUR
@@ -196,6 +196,20 @@ def test_a_display_that_says_nothing_of_a_set_is_sent_as_before(
     rod = curveline.rod_now("mock", "single", runs=tmp_path)
     assert rod.past.is_estimate
     assert [stay.shape for stay in rod.stays] == ["level-up-valley", "level-asymmetric-peak"]
+
+
+def test_a_plan_may_take_the_rod_as_it_is(files: Path, wait: Waits, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CURVELINE_RUNS", str(files / "runs"))
+    asked = ["plan", str(files / STEEP), "--as-is", "mock"]
+    assert CliRunner().invoke(app, asked).exit_code == 0
+    sent(files, VALLEY)
+    wait(HOUR)
+    refused = CliRunner().invoke(app, asked)
+    assert (refused.exit_code, refused.stdout) == (1, "")
+    assert isinstance(refused.exception, Infeasible)
+    assert "hold it at home for 10min" in refused.exception.hint
+    for odd in ([*asked, "--after", "home@1h"], [*asked[:-1], "nowhere"]):
+        assert isinstance(CliRunner().invoke(app, odd).exception, InvalidInput)
 
 
 def test_the_command_says_what_there_is(files: Path, wait: Waits) -> None:

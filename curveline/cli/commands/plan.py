@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from curveline.cli import monte_carlo as trials
-from curveline.cli.options import RESULTS, BriefOption, ForceOption
+from curveline.cli.options import RESULTS, BriefOption, ForceOption, runs_folder
 from curveline.cli.printing import screen
 from curveline.cli.written_plans import write_outputs
 from curveline.errors import InvalidInput
@@ -41,6 +41,15 @@ def plan(
             metavar="SHAPE@TIME,...",
             rich_help_panel=WAY,
             help="What the rod went through: shapes and how long it was in each, such as other.toml@8h,home@30min.",
+        ),
+    ] = None,
+    as_is: Annotated[
+        str | None,
+        typer.Option(
+            "--as-is",
+            metavar="RADIO",
+            rich_help_panel=WAY,
+            help="The rod is as the runs on record over this radio left it, such as mock; no node is asked.",
         ),
     ] = None,
     home: Annotated[
@@ -91,7 +100,8 @@ def plan(
     bend too tightly or need more than the motors give.
 
     With --after the rod is as it comes out of other shapes, or of itself straight, at home: plastic keeps part of a
-    curve that it was held in. A shape that is not safe then says what to do first.
+    curve that it was held in. With --as-is it is as the runs on record left it. A shape that is not safe then says what
+    to do first.
 
     With --monte-carlo the plan is played many times with errors of the nodes, and of the display as far as its file or
     options tell what it may be in truth, and the share of runs that end in the wanted states is reported; with --rank
@@ -116,7 +126,9 @@ def plan(
         "set_percent": set_percent,
     }
     request = trials.requested(monte_carlo, (seed, least_share, jobs), sizes, ranges, rank=rank)
-    made, display = _made(shapes or [], begin, after, goes_home=home)
+    if after is not None and as_is is not None:
+        raise InvalidInput("--after and --as-is both say what the rod went through", "leave one of the two out")
+    made, display = _made(shapes or [], begin, (after, as_is), goes_home=home)
     # Before anything is printed: whoever reads it may stop listening.
     write_outputs(made, files, force=force)
     is_piped = len(files) < len(output or ())
@@ -130,17 +142,20 @@ def plan(
 
 
 def _made(
-    paths: Sequence[str], begin: str | None, after: str | None, *, goes_home: bool
+    paths: Sequence[str], begin: str | None, history: tuple[str | None, str | None], *, goes_home: bool
 ) -> tuple[Plan, Display | None]:
-    """A plan that was worked out before, or one through some shapes, and home, `after` a history of the rod.
+    """A plan that was worked out before, or one through some shapes, and home, after a history of the rod.
 
-    With it the display whose rod has that history; None for one that is as its file says.
+    The history is told, or is that of the runs on record over a radio. With it the display whose rod has that; None for
+    one that is as its file says.
     """
     from curveline.api import after as past_history
     from curveline.cli.terminal import TERMINAL
-    from curveline.driving.rod_plans import tell_of_fading
-    from curveline.driving.tours import Whereabouts, plan_tour, tour_of
+    from curveline.driving.rod_plans import as_on_record, plan_for_later
+    from curveline.driving.rod_record import RodRecord
+    from curveline.driving.tours import Whereabouts, tour_of
     from curveline.plan_file import Plan
+    from curveline.radio.interface import check_radio
     from curveline.shapes.inputs import read_inputs
     from curveline.shapes.radians import tell_of_radians
 
@@ -151,16 +166,19 @@ def _made(
     given = read_inputs(named, hint, takes_plan=begin is None and not goes_home)
     if isinstance(given, Plan):
         return given, None
+    after, as_is = history
     if after is not None:
         given = [past_history(scene, after) for scene in given]
     tour = tour_of(given, ends_home=goes_home)
     tell_of_radians(given, TERMINAL)
-    display = None if after is None else given[0].display
+    if as_is is not None:
+        check_radio(as_is)
+        tour = as_on_record(tour, RodRecord(as_is, runs_folder(None)), TERMINAL)
+        given = list(tour.scenes)
+    display = None if after is None and as_is is None else tour.display
     start = Whereabouts()
     if begin is not None:
         from curveline.planning.tours import start_at
 
         tour, start = tour.without_last(), Whereabouts(*start_at(given[-1]))
-    made = plan_tour(tour, start, TERMINAL)
-    tell_of_fading(made, tour, TERMINAL)
-    return made, display
+    return plan_for_later(tour, start, TERMINAL), display
