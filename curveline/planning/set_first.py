@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from curveline.errors import Infeasible
 from curveline.material.history import Dwell, duration_text
 from curveline.scene import PEAK, VALLEY, Scene
 from curveline.simulation.dwelling import Holding, as_made, at_home_first, followed, with_set
@@ -27,7 +28,7 @@ def advice_first(scene: Scene, works: Works) -> str:
     mirrored = None
     if scene.last is not None:
         shorter = (wait for wait in WAITS if at_home is None or wait < at_home)
-        mirrored = next((wait for wait in shorter if works(_mirrored_first(scene, scene.last, wait))), None)
+        mirrored = next((wait for wait in shorter if _works_mirrored_first(scene, scene.last, wait, works)), None)
     ways = []
     if at_home is not None:
         ways.append(f"at home for {duration_text(at_home)}")
@@ -47,8 +48,23 @@ def mirrored_shape(scene: Scene) -> Scene:
     )
 
 
+def _works_mirrored_first(scene: Scene, last: Scene, seconds: float, works: Works) -> bool:
+    """True if a shape can be planned when the rod was held for so long [s] in the mirror image of the last one.
+
+    It cannot where the set keeps the rod from the mirror image, too.
+    """
+    try:
+        first = _mirrored_first(scene, last, seconds)
+    except Infeasible:
+        return False
+    return works(first)
+
+
 def _mirrored_first(scene: Scene, last: Scene, seconds: float) -> Scene:
-    """A shape with a past, had the rod been held for so long [s] after it in the mirror image of the last one."""
+    """A shape with a past, had the rod been held for so long [s] after it in the mirror image of the last one.
+
+    Infeasible if it cannot be held there.
+    """
     assert scene.past is not None
     display = as_made(scene)
     there = replace(mirrored_shape(last), display=display, past=None, last=None)
