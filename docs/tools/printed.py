@@ -97,6 +97,7 @@ def blocks(page: Path) -> list[Block]:
 def clone(folder: Path) -> Path:
     """A folder with what commands look for in a fresh clone."""
     shutil.copytree(ROOT / "shapes", folder / "shapes")
+    shutil.copytree(ROOT / "docs" / "tools", folder / "docs" / "tools", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "firmware", folder / "firmware", ignore=shutil.ignore_patterns("build"))
     return folder
 
