@@ -54,6 +54,11 @@ def test_limits_are_as_printed_and_where_a_search_has_them(cause: str) -> None:
         assert not simulate(turned(scene, end + 0.02))[0].wanted
 
 
+def test_coarse_edges_end_earlier_as_the_page_says() -> None:
+    assert limit(read(LEVEL), 48) == pytest.approx(50.32, abs=0.01)
+    assert limit(read(LEVEL)) == pytest.approx(50.47, abs=0.01)
+
+
 def test_all_that_is_changed_has_a_row_on_the_page() -> None:
     for cause, _ in real_rod_limits.changes():
         assert f"\n{cause}  " in LIMITS, cause

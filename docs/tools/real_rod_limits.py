@@ -58,13 +58,13 @@ class Row(NamedTuple):
     staggered: float
 
 
-def limit(scene: Scene) -> float:
+def limit(scene: Scene, edges: int = EDGES) -> float:
     """How far [deg] the right node of a shape of one segment may turn before its peak ceases to exist."""
     left, right = scene.nodes
     rod = scene_rod(replace(scene, nodes=(left, replace(right, angle=deg(FROM)))), 0)
     peak = next(state for state in find_states(rod, mm(0.01)) if state.name == PEAK)
     path = straight_path(rod.pose, rod.pose._replace(end=deg(TO)))
-    return FROM + (TO - FROM) * follow(path, rod.bearing, *start_along(path, peak, EDGES)).reached
+    return FROM + (TO - FROM) * follow(path, rod.bearing, *start_along(path, peak, edges)).reached
 
 
 def changes() -> Iterator[tuple[str, Change]]:
