@@ -107,6 +107,11 @@ def rod_document(display: Display) -> dict[str, Any]:
         "weight_N_per_m": rod.weight_per_length if display.gravity else 0.0,
         "smallest_radius_mm": to_mm(1.0 / rod.max_curvature),
         "buckling_force_N": buckling_force(display),
+        "natural_curvature": {
+            "uniform_per_m": rod.natural_curvature,
+            "least_along_per_m": min(rod.profile.values) if rod.profile else 0.0,
+            "most_along_per_m": max(rod.profile.values) if rod.profile else 0.0,
+        },
         "set": _set_document(rod.relaxation),
     }
 

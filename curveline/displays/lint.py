@@ -190,6 +190,9 @@ def _rod(display: Display, held: Held) -> Iterator[Suspicion]:
         message = f"bent as far as max_strain allows, the tube flattens and is {100.0 * softer:.0f} % softer"
         hint = "that is not modelled: take a thicker wall, or lower max_strain"
         yield Suspicion("thin-tube", "rod.inner_diameter_mm", message, hint)
+    if rod.profile is not None and max(map(abs, rod.profile.values)) > rod.max_curvature:
+        message = "the free rod is curved so much somewhere that going straight would strain it beyond max_strain"
+        yield Suspicion("curved-rod", "rod.natural_curvature_along", message, "is it in 1/m, and its places in mm?")
     if abs(rod.natural_curvature) > rod.max_curvature:
         message = "the free rod is curved so much that going straight would strain it beyond max_strain"
         yield Suspicion("curved-rod", "rod.natural_curvature_per_m", message, "is it in 1/m?")

@@ -166,7 +166,8 @@ def _display_of(document: Document, folder: str) -> tuple[Display | None, tuple[
         return read_display(name, folder), ()
     except InvalidInput as error:
         first = error.diagnostics[0]
-        if first.code not in ("unknown-display", "no-such-file"):
+        # A display file may miss a file that it names itself.
+        if first.code not in ("unknown-display", "no-such-file") or first.source:
             return None, error.diagnostics
         message = first.message if first.code == "unknown-display" else f"there is no display file {shown(first.path)}"
         escape = "write / between folders: in quotes a \\ begins an escape" if not SAFE_PATH.fullmatch(name) else ""
@@ -184,7 +185,7 @@ def _display(data: bytes, path: str, folder: str) -> Display:
     check_errors(document)
     if model is None or document.diagnostics():
         raise document.error()
-    profile, beside = profile_of(model.rod, folder)
+    profile, beside = profile_of(document, model.rod, folder)
     return Display(
         name=model.name,
         node_count=model.nodes,

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from curveline.errors import Diagnostic, InvalidInput
 from curveline.scene import Profile
 from curveline.shapes.file_keys import MAX_PLACES, RodTable
-from curveline.shapes.toml_document import Document
+from curveline.shapes.toml_document import Document, shown
 from curveline.system.files import decode_text, excerpt, read_file, refuse_file
 from curveline.units import mm
 
@@ -41,15 +41,20 @@ def check_profile(document: Document) -> None:
         before = place
 
 
-def profile_of(table: RodTable, folder: str) -> tuple[Profile | None, bytes]:
+def profile_of(document: Document, table: RodTable, folder: str) -> tuple[Profile | None, bytes]:
     """The profile of a table that the rules found sound, and what was read for it from a file in its `folder`.
 
-    InvalidInput lists every problem of that file.
+    InvalidInput lists every problem of that file; that there is none is a problem of the document.
     """
     if table.natural_curvature_file is None:
         pairs = [(place, value) for place, value in table.natural_curvature_along or ()]
         return _profile(pairs), b""
     path = os.path.join(folder, os.path.expanduser(table.natural_curvature_file))
+    if not os.path.lexists(path):
+        message = f"there is no file {shown(table.natural_curvature_file)}"
+        hint = "a path is relative to the display file; the file has the columns place_mm and curvature_per_m"
+        document.problem(("rod", FILE), "no-such-file", message, hint)
+        raise document.error()
     data = read_file(path, MAX_BYTES)
     return _profile(_read(path, decode_text(data, path), table.total_length_mm)), data
 

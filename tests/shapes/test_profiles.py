@@ -6,11 +6,15 @@ import re
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from curveline.cli.app import app
+from curveline.displays.check import check_of
 from curveline.errors import InvalidInput
 from curveline.scene import Profile
-from curveline.shapes.files import builtin_text, read_display
+from curveline.shapes.files import builtin_text, read_display, read_shape
 
+SHAPES = Path(__file__).parents[2] / "shapes"
 PAIRS = Profile((0.0, 0.5), (1.0, -2.5))
 
 
@@ -77,5 +81,22 @@ def test_what_is_no_text_is_refused(tmp_path: Path, data: bytes) -> None:
 
 
 def test_a_table_that_is_not_there_is_missed(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"other\.csv"):
-        read_display(display_with(tmp_path, 'natural_curvature_file = "other.csv"'))
+    path = display_with(tmp_path, 'natural_curvature_file = "other.csv"')
+    (tmp_path / "shape.toml").write_text((SHAPES / "level-up-peak.toml").read_text().replace('"single"', '"bent.toml"'))
+    for read in (lambda: read_display(path), lambda: read_shape(tmp_path / "shape.toml")):
+        with pytest.raises(InvalidInput) as refusal:
+            read()
+        (found,) = refusal.value.diagnostics
+        assert (found.path, found.code) == (str(path), "no-such-file")
+        assert "other.csv" in found.source
+
+
+def test_a_check_says_how_the_free_rod_is_bent(tmp_path: Path) -> None:
+    path = display_with(tmp_path, "natural_curvature_along = [[0, 1.0], [500.0, -72.5]]")
+    check = check_of(read_display(path)).document()
+    told = check["rod"]["natural_curvature"]
+    assert (told["least_along_per_m"], told["most_along_per_m"]) == (-72.5, 1.0)
+    assert ("curved-rod", "rod.natural_curvature_along") in [(each["code"], each["key"]) for each in check["warnings"]]
+    text = CliRunner().invoke(app, ["display", "check", str(path)]).stdout
+    assert "along its length the free rod is bent by -72.5 to 1 1/m" in text
+    assert "free rod is bent" not in CliRunner().invoke(app, ["display", "check", "single"]).stdout

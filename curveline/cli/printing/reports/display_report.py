@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from curveline.cli.printing import screen
 from curveline.cli.printing.tables import fitting
@@ -60,6 +60,7 @@ def _rod_lines(display: Display) -> Iterator[str]:
     bends = f"bends to a radius of {rod['smallest_radius_mm']:.0f} mm at least"
     yield f"{weight}; {bends}"
     yield f"buckles at {rod['buckling_force_N']:.3g} N when it goes straight from node to node"
+    yield from _bent_lines(rod["natural_curvature"])
     if taken := rod["set"]:
         parts = [f"{100.0 * each['fraction']:.0f} % after {duration_text(each['held_s'])}" for each in taken["after"]]
         yield from wrapped(f"of a bend that is held it keeps {', '.join(parts)}, at {taken['temperature_C']:g} C")
@@ -102,6 +103,16 @@ def _axis_cells(reach: AxisReach) -> tuple[str, ...]:
         f"{reach.drive.speed:g}",
         f"{reach.seconds:.1f}",
     )
+
+
+def _bent_lines(bent: Mapping[str, float]) -> Iterator[str]:
+    """How the free rod is bent, if it is."""
+    least, most = bent["least_along_per_m"], bent["most_along_per_m"]
+    if bent["uniform_per_m"]:
+        yield f"the free rod is bent by {bent['uniform_per_m']:.3g} 1/m"
+    if least or most:
+        also = " besides" if bent["uniform_per_m"] else ""
+        yield f"along its length the free rod is bent by {least:.3g} to {most:.3g} 1/m{also}"
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]], left: frozenset[int] = frozenset({0})) -> Iterator[str]:
