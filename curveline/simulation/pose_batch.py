@@ -39,7 +39,7 @@ from curveline.rod.states.refined import (
     WRAPS,
 )
 from curveline.scene import Display, Scene
-from curveline.simulation.simulate import DEFAULT_TOLERANCE, check_model, scene_rod
+from curveline.simulation.simulate import DEFAULT_TOLERANCE, scene_rod
 from curveline.system.portable import cores
 
 Array = npt.NDArray[np.float64]
@@ -95,9 +95,7 @@ class PoseStates:
 
     def modelled(self, pose: int, model: str = AUTO) -> ModelledStates:
         """The states at one pose by the smallest model that they allow, with bounds on what it leaves out."""
-        rod = self.rod_at(pose)
-        check_model(rod, model)
-        return model_states(rod, SearchRequest(self.tolerance, (0,), model))
+        return model_states(self.rod_at(pose), SearchRequest(self.tolerance, (0,), model))
 
     def _repr_html_(self) -> str:
         columns = (self.pose, self.name, 1e3 * self.energy, 1e3 * self.mean_height, 1e3 * self.error)

@@ -13,14 +13,14 @@ from curveline.notebook import html_of
 from curveline.rod.clamped_rod import ClampedRod, DeadLoad
 from curveline.rod.models.choice import AUTO as AUTO
 from curveline.rod.models.choice import MODELS as MODELS
-from curveline.rod.models.choice import SearchRequest, beyond, model_states
+from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.models.model_error import Bound
 from curveline.rod.models.no_state_reason import why_none
 from curveline.rod.natural_curvature import NaturalCurvature
 from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.profile import NO_PROFILE
 from curveline.rod.section import Section
-from curveline.rod.states.equilibrium import PLANAR, SPATIAL, Equilibrium
+from curveline.rod.states.equilibrium import PLANAR, Equilibrium
 from curveline.scene import Display, Node, Profile, Scene
 from curveline.simulation.set_left_out import set_bound
 from curveline.units import millimetres, to_mj, to_mm
@@ -147,24 +147,10 @@ def simulate(
     return [_segment_states(scene, index, ask) for index in range(len(scene.segments))]
 
 
-def check_model(rod: ClampedRod, model: str) -> None:
-    """Refuse, by InvalidInput, a rod between clamps that give where it needs space: they are modelled in the plane."""
-    if not rod.has_giving_clamps:
-        return
-    hint = "leave clamp_stiffness_Nmm_per_deg and clamp_play_deg out of the display file to have rigid clamps"
-    if model == SPATIAL:
-        raise InvalidInput("the spatial model has no clamps that give, and this display's do", hint)
-    if there := beyond(rod):
-        raise InvalidInput(
-            f"clamps that give are modelled in the plane, and this shape has {' and '.join(there)}", hint
-        )
-
-
 def _segment_states(scene: Scene, index: int, ask: SearchRequest) -> SegmentStates:
     """The states of the segment between nodes `index` and `index` + 1."""
     segment = scene.segments[index]
     rod = scene_rod(scene, index)
-    check_model(rod, ask.model)
     found = model_states(rod, ask)
     states = tuple(
         state.but(wanted=True) if state.name == segment.state and state.simple and state.stable else state

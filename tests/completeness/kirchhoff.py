@@ -136,12 +136,18 @@ def rates(rod, y, out):
 @njit
 def integrated(rod, wrench, places):
     """Position and quaternion (k, 7) at `places (k,)`, the first 0, among which are those of the loads."""
-    out = np.empty((places.size, 7))
+    return integrated_whole(rod, wrench, places)[:, :7].copy()
+
+
+@njit
+def integrated_whole(rod, wrench, places):
+    """Position, quaternion, force and moment (k, 13) at `places (k,)`, see `integrated`."""
+    out = np.empty((places.size, 13))
     y, trial = np.zeros(13), np.empty(13)
     slopes = np.empty((STAGES, 13))
     y[3:7] = rod.first
     y[7:] = wrench
-    out[0] = y[:7]
+    out[0] = y
     for step in range(places.size - 1):
         for load in range(rod.at.size):
             if abs(places[step] - rod.at[load]) < 1e-12:
@@ -158,7 +164,7 @@ def integrated(rod, wrench, places):
         for stage in range(STAGES):
             for i in range(13):
                 y[i] += h * B[stage] * slopes[stage, i]
-        out[step + 1] = y[:7]
+        out[step + 1] = y
     return out
 
 

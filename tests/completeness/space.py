@@ -1,10 +1,12 @@
 """How many stable states in space are missed or invented, over random scenes, half of them drawn around folds.
 
     python -m tests.completeness.space --scenes 300 --seed 1
+    python -m tests.completeness.space --scenes 300 --seed 1 --giving
 
 Every scene is searched by descents from random curvatures, each of which is made exact by shooting: see `kirchhoff`. A
 scene around a fold is one that a state is followed to, exactly, along a random change of all that a scene says, until
-it ceases to be stable; the change is then taken back by a part of 0.001 to 0.1 of it.
+it ceases to be stable; the change is then taken back by a part of 0.001 to 0.1 of it. With `--giving` most bearings
+give, or have some play: see `tilting`.
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Rod as Material
 from curveline.sections import Rectangle
 
-from .kirchhoff import DEGREES, EVEN, Solution, descend, linking, rod_of, shoot
+from .kirchhoff import DEGREES, EVEN, Solution, descend, linking, rod_of
+from .tilting import rest, tilted, tilts_of
 
 Array = NDArray[np.float64]
 
@@ -77,10 +80,25 @@ class Tally:
     scenes_missed: int = 0
 
 
-def segment_of(numbers: Array, size: tuple[float, float], clamp: float) -> ClampedRod:
+GIVES, PLAYS = (0.003, 0.02, 0.1), (0.0, 0.0, 0.01, 0.1)
+"""Of bearings that give [m] and [rad]."""
+BEYOND_PLAY = 0.2
+"""Tilts [rad] beyond the play with which descents begin, at most."""
+
+
+class Held(NamedTuple):
+    """What holds a rod besides its nodes: the size of the rod [m], the clamp [m], its give [m] and its play [rad]."""
+
+    size: tuple[float, float]
+    clamp: float
+    give: float = 0.0
+    play: float = 0.0
+
+
+def segment_of(numbers: Array, held: Held) -> ClampedRod:
     """The segment of 15 numbers: dx, height, angles, yaws, rolls, weight (3), where a load is, load (3), and length."""
     numbers = np.clip(numbers, LEAST, MOST)
-    rod = Material(2.45e9, Rectangle(*size), 0.048, 0.03, 0.0, 2.0, 2.45e9 / 2.7)
+    rod = Material(2.45e9, Rectangle(*held.size), 0.048, 0.03, 0.0, 2.0, 2.45e9 / 2.7)
     height, start, end = numbers[0:3]
     yaw, roll, weight, load = numbers[3:5], numbers[5:7], numbers[7:10], numbers[10:14]
     flexible = rod.bending_stiffness
@@ -90,7 +108,13 @@ def segment_of(numbers: Array, size: tuple[float, float], clamp: float) -> Clamp
     acts = bool(np.any(forces))
     pose = Pose(0.5, float(height), float(start), float(end), length)
     bearing = Bearing(
-        clamp, flexible, -float(weight[1]), lateral=rod.lateral_bending_stiffness, twisting=rod.twisting_stiffness
+        held.clamp,
+        flexible,
+        -float(weight[1]),
+        lateral=rod.lateral_bending_stiffness,
+        twisting=rod.twisting_stiffness,
+        give=held.give,
+        play=held.play,
     )
     return ClampedRod(
         pose,
@@ -104,8 +128,8 @@ def segment_of(numbers: Array, size: tuple[float, float], clamp: float) -> Clamp
     )
 
 
-def drawn(rng: np.random.Generator) -> tuple[Array, tuple[float, float], float]:
-    """Numbers, width and thickness, and clamp of a random scene."""
+def drawn(rng: np.random.Generator, giving: bool = False) -> tuple[Array, Held]:
+    """Numbers of a random scene, and what holds its rod: in one of five `giving` ones the play's end is a stop."""
     numbers = np.zeros(15)
     numbers[0:3] = rng.uniform([-0.15, -0.9, -0.9], [0.15, 0.9, 0.9]) * rng.integers(0, 2)
     sizes = ((10.0, 2.4), (10.0, rng.uniform(1.0, 3.0)), (rng.uniform(3.0, 10.0), rng.uniform(1.0, 3.0)), (3.0, 3.0))
@@ -124,7 +148,12 @@ def drawn(rng: np.random.Generator) -> tuple[Array, tuple[float, float], float]:
     if rng.integers(0, 3) == 0:
         numbers[11:14] = rng.normal(0.0, 8.0, 3)
     numbers[14] = rng.uniform(math.log(0.04), math.log(0.6))
-    return numbers, (1e-3 * width, 1e-3 * thickness), 0.02 * rng.integers(0, 2)
+    held = Held((1e-3 * width, 1e-3 * thickness), 0.02 * rng.integers(0, 2))
+    if not giving:
+        return numbers, held
+    is_stopped = rng.integers(0, 5) == 0
+    give = 0.0 if is_stopped else float(rng.choice(GIVES))
+    return numbers, held._replace(give=give, play=float(rng.choice(PLAYS[2:] if is_stopped else PLAYS)))
 
 
 def change_of(rng: np.random.Generator) -> Array:
@@ -138,12 +167,14 @@ def searched(segment: ClampedRod, rng: np.random.Generator, starts: int) -> list
     rod = rod_of(segment)
     found: list[Solution] = []
     turn = segment.roll[1] - segment.roll[0]
+    most = segment.bearing.play + (BEYOND_PLAY if segment.bearing.give > 0.0 else 0.0)
     for _ in range(starts):
         size = rng.uniform(0.5, 8.0)
         curvatures = rng.normal(0.0, size, (3, DEGREES)) / (1.0 + np.arange(DEGREES)) ** rng.uniform(0.5, 2.0)
         curvatures[2, 0] += turn + 2.0 * math.pi * rng.integers(-1, 2)
-        wrench = descend(rod, curvatures)
-        state = None if wrench is None else shoot(rod, wrench)
+        tilts = rng.uniform(-most, most, 2) if most > 0.0 else np.empty(0)
+        wrench = descend(rod_of(tilted(segment, tilts)) if most > 0.0 else rod, curvatures)
+        state = None if wrench is None else rest(segment, np.append(wrench, tilts))
         if state is not None and belongs(segment, state) and not listed(state, found):
             found.append(state)
     return found
@@ -152,7 +183,8 @@ def searched(segment: ClampedRod, rng: np.random.Generator, starts: int) -> list
 def belongs(segment: ClampedRod, state: Solution) -> bool:
     """True if an exact equilibrium is stable and has the turns that the segment's clamps ask for."""
     turn = (segment.roll[1] - segment.roll[0]) / (2.0 * math.pi)
-    return state.conjugate == 0 and abs(linking(rod_of(segment), state) - turn) < TURNS
+    stands = tilted(segment, tilts_of(segment, state.wrench))
+    return state.conjugate == 0 and abs(linking(rod_of(stands), state) - turn) < TURNS
 
 
 def listed(state: Solution, others: list[Solution], side: float = 1.0) -> bool:
@@ -161,18 +193,18 @@ def listed(state: Solution, others: list[Solution], side: float = 1.0) -> bool:
     return any(np.max(np.abs(here - other.curve)) < SAME for other in others)
 
 
-def cases(seed: int, count: int) -> Iterator[Case]:
+def cases(seed: int, count: int, giving: bool = False) -> Iterator[Case]:
     """Random scenes, every other one around a fold if its state has one."""
     rng = np.random.default_rng(seed)
     for number in range(count):
-        numbers, size, clamp = drawn(rng)
-        segment = segment_of(numbers, size, clamp)
+        numbers, held = drawn(rng, giving)
+        segment = segment_of(numbers, held)
         if number % 2:
             yield Case(segment, None, 0.0)
             continue
         found = searched(segment, rng, 6)
         change = change_of(rng)
-        yield around(lambda share: segment_of(numbers + share * change, size, clamp), found[-1:], rng)  # noqa: B023
+        yield around(lambda share: segment_of(numbers + share * change, held), found[-1:], rng)  # noqa: B023
 
 
 def around(scene, found: list[Solution], rng: np.random.Generator) -> Case:  # type: ignore[no-untyped-def]
@@ -187,7 +219,7 @@ def around(scene, found: list[Solution], rng: np.random.Generator) -> Case:  # t
         if len(trail) > 1:
             (past, before), (now, _) = trail[-2:]
             start = start + (state.wrench - before.wrench) * step / (now - past)
-        there = shoot(rod_of(ahead), start)
+        there = rest(ahead, start)
         if there is not None and belongs(ahead, there) and np.max(np.abs(there.curve - state.curve)) < 0.1:
             share, state = share + step, there
             trail.append((share, state))
@@ -198,7 +230,7 @@ def around(scene, found: list[Solution], rng: np.random.Generator) -> Case:  # t
     back = float(np.exp(rng.uniform(math.log(1e-3), math.log(1e-1))))
     kept = share - min(back, share)
     nearest = min(trail, key=lambda each: abs(each[0] - kept))
-    known = shoot(rod_of(scene(kept)), nearest[1].wrench)
+    known = rest(scene(kept), nearest[1].wrench)
     is_same = known is not None and belongs(scene(kept), known) and np.max(np.abs(known.curve - nearest[1].curve)) < 0.1
     return Case(scene(kept), known if is_same else None, back)
 
@@ -209,7 +241,9 @@ def exact(segment: ClampedRod, state: Equilibrium) -> Solution | None:
         return None
     length, unit = segment.free_length, segment.free_length / segment.stiffness
     wrench = -np.concatenate([state.space.forces[0] * length * unit, state.space.moments[0] * unit])
-    found = shoot(rod_of(segment), wrench)
+    along = np.arctan2(state.space.tangents[:, 1], state.space.tangents[:, 0])
+    tilts = np.mod(along - [segment.start, segment.end] + math.pi, 2.0 * math.pi) - math.pi
+    found = rest(segment, np.append(wrench, tilts))
     if found is None:
         return None
     at = np.concatenate([[0.0], np.cumsum(state.space.edges)]) / length
@@ -275,9 +309,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--giving", action="store_true", help="between bearings of which most give")
     asked = parser.parse_args()
     tally, rng = Tally(), np.random.default_rng(asked.seed + 1000)
-    for case in cases(asked.seed, asked.scenes):
+    for case in cases(asked.seed, asked.scenes, asked.giving):
         judge(case, rng, tally)
     print(f"{tally.scenes} scenes, {tally.folds} of them around folds, seed {asked.seed}: {tally.states} stable states")
     for what, said in (("missed", tally.missed), ("invented", tally.invented), ("not judged", tally.unreached)):

@@ -9,7 +9,7 @@ from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.spatial.linking_number import writhe
 
 from .kirchhoff import DEGREES, gauss, lagrangian, linking, rod_of
-from .space import Tally, cases, drawn, exact, judge, segment_of
+from .space import Held, Tally, cases, drawn, exact, judge, segment_of
 
 SCENES = 60
 STARTS = 6
@@ -29,9 +29,9 @@ def test_nothing_is_missed_and_nothing_invented() -> None:
 
 def test_slopes_of_the_descent_are_those_of_its_values() -> None:
     rng = np.random.default_rng(1)
-    numbers, size, clamp = drawn(rng)
+    numbers, held = drawn(rng)
     numbers[10:14] = 0.4, 3.0, -5.0, 4.0
-    rod = rod_of(segment_of(numbers, size, clamp))
+    rod = rod_of(segment_of(numbers, held))
     coefficients, way = rng.normal(size=(2, 3, DEGREES))
     force, slope, unused = rng.normal(size=7), np.empty((3, DEGREES)), np.empty((3, DEGREES))
     lagrangian(rod, coefficients, force, 30.0, slope)
@@ -45,7 +45,7 @@ def test_turns_are_whole_beside_those_of_the_clamps() -> None:
     for roll in (0.5, 5.0):
         numbers = np.zeros(15)
         numbers[6], numbers[10], numbers[14] = roll, 0.5, np.log(0.25)
-        segment = segment_of(numbers, (0.01, 0.0024), 0.0)
+        segment = segment_of(numbers, Held((0.01, 0.0024), 0.0))
         states = [exact(segment, state) for state in model_states(segment, SearchRequest(1e-4, (0,), "spatial")).states]
         assert states
         for state in states:

@@ -20,6 +20,15 @@ from curveline.rod.spatial.twisting import spun
 from .spatial_rods import arch, random_rod, turned
 
 SEEDS = (1, 2, 3)
+BEARINGS = {
+    "rigid": (0.0, 0.0, 0.0),
+    "soft": (0.05, 0.0, 0.1),
+    "in line": (0.3, 0.0, 0.0),
+    "loose": (0.05, 0.1, 0.1),
+    "within its play": (0.05, 2.0, 0.1),
+    "against its stop": (0.0, 0.05, 0.1),
+}
+"""Give, play and reach."""
 REACTION = np.array([30.0, -20.0, 50.0])
 
 
@@ -50,8 +59,10 @@ def whole_of(system: Any, give: Array) -> Array:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_slopes_and_curvatures_are_those_of_the_lagrangian(seed: int) -> None:
+@pytest.mark.parametrize("bearings", BEARINGS)
+def test_slopes_and_curvatures_are_those_of_the_lagrangian(seed: int, bearings: str) -> None:
     rod, shape = random_rod(seed)
+    rod = rod._replace(bearings=np.array(BEARINGS[bearings]))
     turns, n = turns_of(rod, shape), rod.edges.size
     system, _, gap, give = system_of(rod, shape, REACTION)
     slope = np.append(-system[2][:, :, 0].ravel(), gap)
@@ -108,9 +119,12 @@ def rested(stiffness: tuple[float, ...] = (17.0, 1.0, 0.9, 1e6)) -> tuple[Spatia
     return rod, relaxed.shape
 
 
+@pytest.mark.parametrize("bearings", ["rigid", "soft", "loose"])
 @pytest.mark.parametrize("angle", [0.4, -1.5, 3.0])
-def test_a_shape_that_is_rolled_on_is_at_rest_where_small_steps_lead_it(angle: float) -> None:
+def test_a_shape_that_is_rolled_on_is_at_rest_where_small_steps_lead_it(angle: float, bearings: str) -> None:
     rod, shape = rested()
+    rod = rod._replace(bearings=np.array(BEARINGS[bearings]))
+    shape = descend(rod, shape).shape
     ahead, done, work = roll_on(rod, shape, angle)
     assert done == angle
     assert work < 30 * abs(angle) + 10

@@ -104,26 +104,35 @@ def test_a_push_snaps_earlier_between_soft_bearings(tmp_path: Path) -> None:
         curveline.fall(giving)
 
 
-@pytest.mark.parametrize("model", ["auto", "planar"])
-def test_what_points_out_of_the_plane_is_refused(tmp_path: Path, model: str) -> None:
-    scene = soft(tmp_path, STIFFNESS)
-    leaning = replace(scene, nodes=(replace(scene.nodes[0], yaw=0.1), *scene.nodes[1:]))
-    with pytest.raises(InvalidInput, match="this shape has the yaw of its clamps") as refusal:
-        curveline.simulate(leaning, model=model)
-    assert "clamp_stiffness_Nmm_per_deg" in (refusal.value.hint or "")
+def test_what_points_out_of_the_plane_is_modelled_in_space_between_bearings_that_give(tmp_path: Path) -> None:
+    rigid, giving = (
+        curveline.simulate(replace(scene, nodes=(replace(scene.nodes[0], yaw=0.1), *scene.nodes[1:])))[0]
+        for scene in (soft(tmp_path), soft(tmp_path, STIFFNESS))
+    )
+    assert (giving.model, rigid.model) == ("spatial", "spatial")
+    assert "giving clamps" in giving.terms
+    for name in ("peak", "valley"):
+        before, after = (next(state for state in each.states if state.name == name) for each in (rigid, giving))
+        assert after.stable
+        assert 0.005 < abs(before.curve(101) - after.curve(101)).max() < 0.05
 
 
-def test_the_spatial_model_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="the spatial model has no clamps that give"):
-        curveline.simulate(soft(tmp_path, PLAY), model="spatial")
+@pytest.mark.parametrize("lines", [(STIFFNESS,), (PLAY,), (STIFFNESS, PLAY)])
+def test_the_spatial_model_has_the_states_of_the_extensible_one(tmp_path: Path, lines: tuple[str, ...]) -> None:
+    scene = soft(tmp_path, *lines)
+    (flat,), (whole,) = (curveline.simulate(scene, model=model) for model in ("extensible", "spatial"))
+    for one, other in zip(flat.states, whole.states, strict=True):
+        assert one.name == other.name
+        assert abs(one.curve(101) - other.curve(101)).max() <= one.error + other.error
 
 
-def test_a_state_that_would_leave_its_plane_is_listed_and_not_followed(tmp_path: Path) -> None:
+def test_a_state_that_would_leave_its_plane_goes_to_space(tmp_path: Path) -> None:
     scene = soft(tmp_path, STIFFNESS, shape="level-up-peak")
     narrow = replace(scene.display.rod, section=Rectangle(0.002, 0.0024))
     (segment,) = curveline.simulate(replace(scene, display=replace(scene.display, rod=narrow)))
-    assert segment.model == "planar"
-    assert any(state.leaves_plane and not state.stable for state in segment.states)
+    assert segment.model == "spatial"
+    assert "giving clamps" in segment.terms
+    assert any(state.leaves_plane and state.stable for state in segment.states)
 
 
 def test_a_bearing_softer_than_the_rod_looks_odd(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ def model_states(segment: ClampedRod, ask: SearchRequest) -> ModelledStates:
             Judged(state, lateral(state), {}) if model == SPATIAL else judge(state)
             for state in _stretched(found, ask.tolerance, why)
         ]
-        if ask.model == AUTO and model == EXTENSIBLE and _leaving(judged) and not segment.has_giving_clamps:
+        if ask.model == AUTO and model == EXTENSIBLE and _leaving(judged):
             model = SPATIAL
             why.append(_leaving(judged))
     if model == SPATIAL:
@@ -105,7 +105,7 @@ def _choice(segment: ClampedRod, judged: Sequence[Judged], tolerance: float) -> 
     if segment.needs_space:
         return SPATIAL, [f"the segment needs all three dimensions for {' and '.join(beyond(segment))}"]
     unstable = _leaving(judged)
-    if unstable and not segment.has_giving_clamps:
+    if unstable:
         return SPATIAL, [unstable]
     for state, _, bounds in _shown(judged):
         stretch = bounds["stretch"].bound
@@ -113,8 +113,6 @@ def _choice(segment: ClampedRod, judged: Sequence[Judged], tolerance: float) -> 
             both = f"{millimetres(stretch)}, and its error is {millimetres(state.error)}"
             limit = f"together more than the tolerance of {millimetres(tolerance)}"
             return EXTENSIBLE, [f"stretch might move {state.name} by {both}: {limit}"]
-    if unstable:
-        return PLANAR, ["clamps that give are modelled in the plane"]
     return PLANAR, ["nothing points out of the plane, no state leaves it, and stretch is within the tolerance"]
 
 

@@ -28,12 +28,22 @@ CLOSE = 1e-15
 
 
 @leaf
-def _spring(clamps, tilt):
+def spring(clamps, tilt):
     """Moment of a bearing that is tilted by `tilt` [rad], and its slope; next to none within its play."""
     beyond = abs(tilt) - clamps[PLAY]
     if beyond <= 0.0 or clamps[GIVE] == 0.0:
         return LOOSE * tilt, LOOSE
     return LOOSE * tilt + np.copysign(beyond, tilt) / clamps[GIVE], LOOSE + 1.0 / clamps[GIVE]
+
+
+@leaf
+def spring_energy(clamps, tilt):
+    """Energy of the spring of a bearing that is tilted by `tilt` [rad]."""
+    beyond = max(abs(tilt) - clamps[PLAY], 0.0)
+    strained = 0.5 * LOOSE * tilt * tilt
+    if clamps[GIVE] > 0.0:
+        strained += 0.5 * beyond * beyond / clamps[GIVE]
+    return strained
 
 
 @leaf
@@ -64,7 +74,7 @@ def link(problem, phi, multipliers, side):
     yields = 0.0
     for _ in range(TURNS):
         cosine, sine = np.cos(angle), np.sin(angle)
-        moment, slope = _spring(clamps, angle - rest)
+        moment, slope = spring(clamps, angle - rest)
         yields = 1.0 / (stiffness + slope - along * cosine - across * sine)
         step = -((angle - edge) * stiffness + moment + natural + across * cosine - along * sine) * yields
         angle += step
@@ -88,13 +98,9 @@ def link_energies(problem, angle, side):
     """Energy of the spring of a `side` whose link has an `angle`, with the natural curvature's; that of the loads."""
     clamps = problem.clamps
     tilt = angle - problem.ends[side]
-    beyond = max(abs(tilt) - clamps[PLAY], 0.0)
-    strained = 0.5 * LOOSE * tilt * tilt
-    if clamps[GIVE] > 0.0:
-        strained += 0.5 * beyond * beyond / clamps[GIVE]
     x, y = mouth_shift(problem, angle, side)
     share = 1.0 - side
     # The loads' coefficients hold the link's length already, as the shift does.
     inverse = share / clamps[REACH] if clamps[REACH] > 0.0 else 0.0
     potential = (clamps[PUSH] * x + clamps[LIFT] * y) * inverse
-    return strained + (1.0 - 2.0 * side) * clamps[NATURAL] * tilt, potential
+    return spring_energy(clamps, tilt) + (1.0 - 2.0 * side) * clamps[NATURAL] * tilt, potential

@@ -17,18 +17,12 @@ import numpy as np
 
 from curveline.kernels.kernel import leaf
 from curveline.rod.geometry.rotations import product, trued, unit
+from curveline.rod.planar.clamps import spring_energy
+from curveline.rod.spatial.clamps import add_yielding, doubled, link, links
 from curveline.rod.spatial.energy import inner_slopes, vertex_energy, vertex_slopes
+from curveline.rod.spatial.mouths import gives, mouth_frame, mouth_shift, seen_from_mouth
 
 TINY = 1e-290
-
-
-@leaf
-def bend_of(turns, i, n):
-    """What vertex `i` of n + 1 bends and twists by, a quaternion: its rotation, at an end twice that."""
-    w, x, y, z = turns[i, 0], turns[i, 1], turns[i, 2], turns[i, 3]
-    if i == 0 or i == n:
-        return w * w - x * x - y * y - z * z, 2.0 * w * x, 2.0 * w * y, 2.0 * w * z
-    return w, x, y, z
 
 
 @leaf
@@ -122,8 +116,10 @@ def balance(rod, frames, turns, forces, system, gap, give):
     """
     own, beside, right = system
     n = rod.edges.size
+    first, last = links(rod, frames, turns, forces)
+    single = seen_from_mouth(rod, turns[0], first[0], 0)
     (b0, b1, b2), (a00, a10, a11, a20, a21, a22) = in_space(
-        rod.frames[0], vertex_slopes(rod, 0, turns[0], bend_of(turns, 0, n))
+        mouth_frame(rod, first[0], 0), vertex_slopes(rod, 0, single, doubled(single))
     )
     for j in range(n):
         h0, h1, h2 = 0.5 * b0, 0.5 * b1, 0.5 * b2
@@ -133,7 +129,8 @@ def balance(rod, frames, turns, forces, system, gap, give):
         if j < n - 1:
             slopes = inner_slopes(rod, 0.5 * (rod.edges[j] + rod.edges[j + 1]), turns[j + 1])
         else:
-            slopes = vertex_slopes(rod, n, turns[n], bend_of(turns, n, n))
+            single = seen_from_mouth(rod, turns[n], last[0], 1)
+            slopes = vertex_slopes(rod, n, single, doubled(single))
         (m0, m1, m2), (k00, k10, k11, k20, k21, k22) = in_space(frames[j], slopes)
         right[j, 0, 0], right[j, 1, 0], right[j, 2, 0] = m0 - b0, m1 - b1, m2 - b2
         a10, a20, a21 = a10 + k10, a20 + k20, a21 + k21
@@ -142,6 +139,10 @@ def balance(rod, frames, turns, forces, system, gap, give):
         own[j, 1, 0], own[j, 2, 0], own[j, 2, 1] = a10, a20, a21
         b0, b1, b2, a00, a10, a11, a20, a21, a22 = m0, m1, m2, k00, k10, k11, k20, k21, k22
     add_edges(rod, frames, forces, system, gap, give)
+    if gives(rod):
+        border = own, right, gap, give
+        add_yielding(rod, first, (beside[0, 0, 2], beside[0, 1, 2], beside[0, 2, 2]), 0, border)
+        add_yielding(rod, last, (0.5 * b1 - a20, -0.5 * b0 - a21, -a22), 1, border)
 
 
 @leaf
@@ -323,14 +324,32 @@ def advance(rod, frames, turns, step, scale, after, turns_after):
 
 
 @leaf
+def _ends_energy(rod, frames, turns, reaction):
+    """Energy of both half cells and of bearings that give, and by what these shorten the chord: x, y."""
+    n = rod.edges.size
+    f0, f1 = 0.0, 0.0
+    if gives(rod):
+        for i in range(n + 1):
+            f0, f1 = f0 + rod.forces[i, 0], f1 + rod.forces[i, 1]
+    first, _ = link(rod, frames, turns, (f0 + reaction[0], f1 + reaction[1]), 0)
+    last, _ = link(rod, frames, turns, (reaction[0], reaction[1]), 1)
+    total = vertex_energy(rod, 0, doubled(seen_from_mouth(rod, turns[0], first, 0)))
+    total += vertex_energy(rod, n, doubled(seen_from_mouth(rod, turns[n], last, 1)))
+    (x, y), (a, b) = mouth_shift(rod, first, 0), mouth_shift(rod, last, 1)
+    if gives(rod):
+        total += spring_energy(rod.bearings, first) + spring_energy(rod.bearings, last) - f0 * x - f1 * y
+    return total, x + a, y + b
+
+
+@leaf
 def lagrangian(rod, frames, turns, reaction, penalty):
     """Energy plus the `reaction (3,)` times how far the last vertex is from its place, plus a `penalty` on that."""
     n = rod.edges.size
-    total = 0.0
-    for i in range(n + 1):
-        total += vertex_energy(rod, i, bend_of(turns, i, n))
     held = rod.held[1]
-    g0, g1, g2 = held * rod.chord[0], held * rod.chord[1], held * rod.chord[2]
+    total, a0, a1 = _ends_energy(rod, frames, turns, reaction)
+    for i in range(1, n):
+        total += vertex_energy(rod, i, (turns[i, 0], turns[i, 1], turns[i, 2], turns[i, 3]))
+    g0, g1, g2 = held * (rod.chord[0] - a0), held * (rod.chord[1] - a1), held * rod.chord[2]
     f0, f1, f2 = reaction[0], reaction[1], reaction[2]
     total += f0 * g0 + f1 * g1 + f2 * g2
     for j in range(n - 1, -1, -1):

@@ -22,7 +22,7 @@ from curveline.rod.spatial.bordered import (
     sweep_forward,
 )
 from curveline.rod.spatial.energy import BAND, Shape, SpatialRod
-from curveline.rod.spatial.reaction import first_reaction, passed_on, strains, turns_of
+from curveline.rod.spatial.reaction import first_reaction, passed_on, strains, tilts_of, turns_of
 
 RESIDUAL = 1e-10
 """Largest force that is left over, relative to the largest of the forces that balance."""
@@ -208,6 +208,12 @@ def begun(rod, shape):
 
 
 @njit
+def resting(rod, frames, turns, reaction):
+    """The shape that has these frames, rotations at the vertices and reaction."""
+    return Shape(strains(rod, frames, reaction), frames, turns, tilts_of(rod, frames, turns, reaction))
+
+
+@njit
 def descent(rod, shape, iterations, known, passed):
     """Shape, how it ended, iterations and force left over of a descent, which ends beside a `known` shape (k, n, 4).
 
@@ -256,7 +262,7 @@ def descent(rod, shape, iterations, known, passed):
             frames, after, turns, turns_after = after, frames, turns_after, turns
             relief = 0.25 * shift if shift > LEAST_SHIFT else least
             shift = relief if found else 4.0 * max(shift, LEAST_SHIFT)
-    return Shape(strains(rod, frames, reaction), frames, turns), ending, iteration, residual, has_passed
+    return resting(rod, frames, turns, reaction), ending, iteration, residual, has_passed
 
 
 @shipped(SpatialRod, Shape, int)
@@ -291,4 +297,4 @@ def newton_from(rod, shape, iterations):
             for axis in range(3):
                 reaction[axis] += change[axis]
             frames, after, turns, turns_after = after, frames, turns_after, turns
-    return Shape(strains(rod, frames, reaction), frames, turns), ending, iteration, residual
+    return resting(rod, frames, turns, reaction), ending, iteration, residual

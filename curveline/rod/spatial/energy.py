@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.kernels.forms import Matrix, Vector
-from curveline.kernels.kernel import leaf, shipped
+from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.geometry.rotations import between, exponential, matrix_of, multiply, normalise
+from curveline.rod.planar.clamps import spring_energy
 from curveline.rod.problem import Array
 from curveline.rod.spatial.blocks import (
     along_rotations,
@@ -25,6 +26,7 @@ from curveline.rod.spatial.blocks import (
     turned_vertex,
     vertex_blocks,
 )
+from curveline.rod.spatial.mouths import copy_mouth, gives, mouth_shift, seen_from_mouth
 from curveline.rod.spatial.terms import bend, loads, stretch, twist
 
 BAND = 11
@@ -34,6 +36,8 @@ STRAIN_WEIGHT = 5.0
 SAME_TURN = 1e-13
 """How far rotations may differ that only rounding tells apart."""
 NO_TURNS: Array = np.empty((0, 4))
+RIGID: Array = np.zeros(3)
+NO_TILTS: Array = np.zeros(2)
 
 
 class SpatialRod(NamedTuple):
@@ -42,7 +46,8 @@ class SpatialRod(NamedTuple):
     `edges (n,)` rest lengths; `stiffness (4,)` of bending about m1 and about m2, of twist (GJ / EI) and of stretch
     (EA L^2 / EI); `natural (3,)` rest curvatures about m1 and m2 and rest twist, per length; `forces (n+1, 3)` dead
     loads on the vertices; `chord (3,)` to vertex n; `frames (2, 4)` of the clamps; `held (3,)` 1 where first frame,
-    last vertex and last frame are imposed, else 0.
+    last vertex and last frame are imposed, else 0. `bearings (3,)` are the give, the play [rad] and the reach of
+    bearings that may tilt, see `planar.clamps`: `chord` and `frames` are then where the motors hold the mouths.
     """
 
     edges: Vector
@@ -52,6 +57,7 @@ class SpatialRod(NamedTuple):
     chord: Vector
     frames: Matrix
     held: Vector
+    bearings: Vector = RIGID
 
 
 class Shape(NamedTuple):
@@ -59,20 +65,28 @@ class Shape(NamedTuple):
 
     `turns (n+1, 4)` are the rotations from frame to frame, clamps among them. They follow from the frames, but moments
     are differences of neighbours, of which n edges leave n^2 times the rounding in the forces; so `moved` carries them
-    along. Without them they are computed.
+    along. Without them they are computed. `tilts (2,)` [rad] are those of bearings that give: see `mouths`.
     """
 
     strain: Vector
     frames: Matrix
     turns: Matrix = NO_TURNS
+    tilts: Vector = NO_TILTS
+
+
+@njit
+def with_frames(rod, frames):
+    """The same rod between other clamps."""
+    return SpatialRod(rod.edges, rod.stiffness, rod.natural, rod.forces, rod.chord, frames, rod.held, rod.bearings)
 
 
 @shipped(SpatialRod, Shape)
 def positions(rod, shape):
-    """Positions of the vertices, (n+1, 3), by summing the edges."""
+    """Positions of the vertices, (n+1, 3), by summing the edges; seen from where the motor holds the first mouth."""
     n = rod.edges.size
     out = np.zeros((n + 1, 3))
     matrix = np.empty((3, 3))
+    out[0, 0], out[0, 1] = mouth_shift(rod, shape.tilts[0], 0)
     for j in range(n):
         matrix_of(shape.frames[j], matrix)
         length = rod.edges[j] * (1.0 + shape.strain[j])
@@ -93,17 +107,17 @@ def cell_of(rod, i):
 
 
 @leaf
-def relative(rod, shape, i, single, q):
-    """Overwrite `single (4,)` with the rotation between the frames at vertex `i`, of edges or of edge and clamp.
+def turned_at(rod, shape, i, single):
+    """Overwrite `single (4,)` with the rotation between the frames at vertex `i`, of edges or of edge and motor.
 
-    `q (4,)` becomes what the vertex bends and twists by: that rotation, or at an end twice that; none if the end is
-    free. What the shape carries along is taken where it agrees with the frames: they may have been changed since.
+    None if the end is free. What the shape carries along is taken where it agrees with the frames: they may have been
+    changed since.
     """
     n = rod.edges.size
     if (i == 0 and rod.held[0] == 0.0) or (i == n and rod.held[2] == 0.0):
-        single[0] = q[0] = 1.0
+        single[0] = 1.0
         for r in range(1, 4):
-            single[r] = q[r] = 0.0
+            single[r] = 0.0
         return
     between(rod.frames[0] if i == 0 else shape.frames[i - 1], rod.frames[1] if i == n else shape.frames[i], single)
     if shape.turns.size > 0:
@@ -113,7 +127,20 @@ def relative(rod, shape, i, single, q):
         if apart < SAME_TURN:
             for r in range(4):
                 single[r] = shape.turns[i, r]
+
+
+@leaf
+def relative(rod, shape, i, single, q):
+    """Overwrite `single (4,)` with the rotation between the frames at vertex `i`, of edges or of edge and clamp.
+
+    `q (4,)` becomes what the vertex bends and twists by: that rotation, or at an end twice that; none if the end is
+    free.
+    """
+    n = rod.edges.size
+    turned_at(rod, shape, i, single)
     if i == 0 or i == n:
+        end = 1 if i == n else 0
+        single[0], single[1], single[2], single[3] = seen_from_mouth(rod, single, shape.tilts[end], end)
         multiply(single, single, q)
     else:
         for r in range(4):
@@ -179,10 +206,12 @@ def vertex_slopes(rod, i, single, q):
 
 @shipped(SpatialRod, Shape)
 def energy(rod, shape):
-    """Energy of bending, twist and stretch plus the potential of the loads."""
+    """Energy of bending, twist and stretch, and of bearings that give, plus the potential of the loads."""
     n = rod.edges.size
     single, q = np.empty(4), np.empty(4)
     total = loads.energy(positions(rod, shape), rod.forces)
+    if gives(rod):
+        total += spring_energy(rod.bearings, shape.tilts[0]) + spring_energy(rod.bearings, shape.tilts[1])
     for i in range(n + 1):
         relative(rod, shape, i, single, q)
         total += vertex_energy(rod, i, q)
@@ -197,12 +226,13 @@ def moments(rod, shape):
     n = rod.edges.size
     out = np.zeros((2, 3))
     single, q = np.empty(4), np.empty(4)
-    matrix = np.empty((3, 3))
+    matrix, mouth = np.empty((3, 3)), np.empty(4)
+    copy_mouth(rod, shape, 0, mouth)
     for end in range(2):
         i = n * end
         relative(rod, shape, i, single, q)
         (first, second, third), _ = vertex_slopes(rod, i, single, q)
-        matrix_of(shape.frames[n - 1] if end else rod.frames[0], matrix)
+        matrix_of(shape.frames[n - 1] if end else mouth, matrix)
         for axis in range(3):
             total = matrix[axis, 0] * first + matrix[axis, 1] * second + matrix[axis, 2] * third
             out[end, axis] = total if end else -total
@@ -266,7 +296,7 @@ def moved(rod, shape, step, scale):
     """
     n = rod.edges.size
     strain, frames, turns = np.empty(n), np.empty((n, 4)), np.empty((n + 1, 4))
-    matrix, vector, q, single = np.empty((3, 3)), np.empty(3), np.empty(4), np.empty(4)
+    matrix, vector, single = np.empty((3, 3)), np.empty(3), np.empty(4)
     turn, previous, half = np.empty(4), np.empty(4), np.empty(4)
     previous[0] = 1.0
     previous[1] = previous[2] = previous[3] = 0.0
@@ -289,18 +319,18 @@ def moved(rod, shape, step, scale):
         exponential(vector, turn)
         multiply(shape.frames[j], turn, frames[j])
         normalise(frames[j])
-        relative(rod, shape, j, single, q)
+        turned_at(rod, shape, j, single)
         between(previous, single, half)
         multiply(half, turn, turns[j])
         turn, previous = previous, turn
-    relative(rod, shape, n, single, q)
+    turned_at(rod, shape, n, single)
     between(previous, single, turns[n])
     for i in range(n + 1):
         normalise(turns[i])
         if turns[i, 0] < 0.0:
             for r in range(4):
                 turns[i, r] = -turns[i, r]
-    return Shape(strain, frames, turns), largest
+    return Shape(strain, frames, turns, shape.tilts), largest
 
 
 @shipped(SpatialRod)

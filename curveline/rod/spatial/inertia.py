@@ -114,7 +114,8 @@ def add_viscosity(rod, shape, pull, gradient, band):
     """
     n = rod.edges.size
     natural = np.empty(3)
-    damper = SpatialRod(rod.edges, rod.stiffness * pull.viscosity, natural, rod.forces, rod.chord, rod.frames, rod.held)
+    stiffness = rod.stiffness * pull.viscosity
+    damper = SpatialRod(rod.edges, stiffness, natural, rod.forces, rod.chord, rod.frames, rod.held, rod.bearings)
     single, q = np.empty(4), np.empty(4)
     turned, block = np.empty((3, 3)), np.empty((4, 4))
     matrix, previous = np.empty((3, 3)), np.empty((3, 3))

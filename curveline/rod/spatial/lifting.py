@@ -13,7 +13,7 @@ from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import exponential, multiply
 from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.problem import Array
-from curveline.rod.spatial.energy import Shape, SpatialRod, moved
+from curveline.rod.spatial.energy import NO_TILTS, Shape, SpatialRod, moved
 from curveline.rod.spatial.relax import (
     Relaxed,
     RelaxEnding,
@@ -43,9 +43,9 @@ LARGEST_TURN = 0.5
 """An edge that turns by more than this [rad] while a part is added may belong to another branch."""
 
 
-def clamp_tangents(segment: ClampedRod) -> Array:
-    """Tangents (2, 3) of the clamps."""
-    clamps = zip((segment.start, segment.end), segment.yaw, strict=True)
+def clamp_tangents(segment: ClampedRod, tilts: Array = NO_TILTS) -> Array:
+    """Tangents (2, 3) of the clamps, whose bearings may be tilted."""
+    clamps = zip((segment.start + float(tilts[0]), segment.end + float(tilts[1])), segment.yaw, strict=True)
     rows = [(math.cos(yaw) * math.cos(along), math.cos(yaw) * math.sin(along), math.sin(yaw)) for along, yaw in clamps]
     return np.array(rows)
 
@@ -74,6 +74,7 @@ def spatial_rod(segment: ClampedRod, edges: Array) -> SpatialRod:
         chord=chord / length,
         frames=np.asarray(frames_of(ends, np.array(segment.yaw), np.array(segment.roll))),
         held=np.ones(3),
+        bearings=np.array([bearing.give / length, bearing.play, 0.5 * bearing.clamp / length]),
     )
 
 
@@ -110,7 +111,9 @@ def lift(segment: ClampedRod, state: Equilibrium, n: int = LIFT_EDGES) -> tuple[
     angles = np.interp(middles, places, state.angles)
     roll = segment.roll[0] + (segment.roll[1] - segment.roll[0]) * middles
     frames = frames_of(angles, np.zeros(angles.size), roll)
-    return spatial_rod(segment, edges), Shape(_strains(segment, state, middles, angles), frames)
+    tilts = state.angles[[0, -1]] - [segment.start, segment.start + segment.turn]
+    shape = Shape(_strains(segment, state, middles, angles), frames)
+    return spatial_rod(segment, edges), shape._replace(tilts=tilts) if segment.has_giving_clamps else shape
 
 
 def _strains(segment: ClampedRod, state: Equilibrium, middles: Array, angles: Array) -> Array:

@@ -13,6 +13,7 @@ import numpy as np
 from curveline.kernels.kernel import njit, shipped
 from curveline.rod.geometry.rotations import matrix_of
 from curveline.rod.spatial.energy import Shape, SpatialRod, positions, relative
+from curveline.rod.spatial.mouths import copy_mouth
 
 TAIL = 0.3
 """Of the free length: straight rod behind the clamps, around which nothing can pass."""
@@ -92,13 +93,14 @@ def _closed(rod, shape):
     n = rod.edges.size
     step = 1 + n // MOST_POINTS
     kept = 1 + (n - 1) // step
-    out, matrix = np.empty((kept + 5, 3)), np.empty((3, 3))
+    out, matrix, mouth = np.empty((kept + 5, 3)), np.empty((3, 3)), np.empty(4)
     for axis in range(3):
         for k in range(kept):
             out[1 + k, axis] = curve[k * step, axis]
         out[kept + 1, axis] = curve[n, axis]
     for clamp in range(2):
-        matrix_of(rod.frames[clamp], matrix)
+        copy_mouth(rod, shape, clamp, mouth)
+        matrix_of(mouth, matrix)
         end, side, row = (curve[n], TAIL, kept + 2) if clamp else (curve[0], -TAIL, 0)
         for axis in range(3):
             out[row, axis] = end[axis] + side * matrix[axis, 2]

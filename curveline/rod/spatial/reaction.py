@@ -9,8 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.kernels.kernel import leaf, njit, shipped
-from curveline.rod.spatial.bordered import bend_of, in_space, solve_border
-from curveline.rod.spatial.energy import Shape, SpatialRod, relative, vertex_slopes
+from curveline.rod.spatial.bordered import in_space, solve_border
+from curveline.rod.spatial.clamps import doubled, links
+from curveline.rod.spatial.energy import Shape, SpatialRod, turned_at, vertex_slopes
+from curveline.rod.spatial.mouths import gives, mouth_frame, seen_from_mouth
 
 SLIGHT = 1e-3
 """Weight of what the strains say of the reaction, where the moments say nothing: in a straight rod."""
@@ -18,12 +20,36 @@ SLIGHT = 1e-3
 
 @njit
 def turns_of(rod, shape):
-    """Rotations (n+1, 4) from frame to frame, clamps among them, as exactly as the shape knows them."""
+    """Rotations (n+1, 4) from frame to frame, motors among them, as exactly as the shape knows them."""
     n = rod.edges.size
-    out, q = np.empty((n + 1, 4)), np.empty(4)
+    out = np.empty((n + 1, 4))
     for i in range(n + 1):
-        relative(rod, shape, i, out[i], q)
+        turned_at(rod, shape, i, out[i])
     return out
+
+
+@njit
+def tilts_of(rod, frames, turns, reaction):
+    """Tilts (2,) [rad] of the bearings at rest."""
+    out = np.zeros(2)
+    if gives(rod):
+        forces = np.empty((rod.edges.size, 3))
+        passed_on(rod, reaction, forces)
+        (out[0], _), (out[1], _) = links(rod, frames, turns, forces)
+    return out
+
+
+@leaf
+def space_slope(rod, shape, turns, i):
+    """Slope (3) about the axes of space of the energy of vertex `i`, of which `turns (n+1, 4)` are known."""
+    n = rod.edges.size
+    turn = turns[i, 0], turns[i, 1], turns[i, 2], turns[i, 3]
+    if 0 < i < n:
+        return in_space(shape.frames[i - 1], vertex_slopes(rod, i, turn, turn))[0]
+    end = 1 if i == n else 0
+    turn = seen_from_mouth(rod, turn, shape.tilts[end], end)
+    slopes = vertex_slopes(rod, i, turn, doubled(turn))
+    return in_space(shape.frames[n - 1], slopes)[0] if end else in_space(mouth_frame(rod, shape.tilts[0], 0), slopes)[0]
 
 
 @leaf
@@ -53,8 +79,7 @@ def first_reaction(rod, shape, turns):
     forces, slopes = np.empty((n, 3)), np.zeros((n + 2, 3))
     passed_on(rod, out, forces)
     for i in range(n + 1):
-        before = shape.frames[i - 1] if i > 0 else rod.frames[0]
-        (m0, m1, m2), _ = in_space(before, vertex_slopes(rod, i, turns[i], bend_of(turns, i, n)))
+        m0, m1, m2 = space_slope(rod, shape, turns, i)
         for at, sign in ((i, 1.0), (i + 1, -1.0)):
             slopes[at, 0] += sign * m0
             slopes[at, 1] += sign * m1

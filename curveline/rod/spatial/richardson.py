@@ -19,6 +19,7 @@ from curveline.rod.problem import Array, halved
 from curveline.rod.spatial.energy import Shape, SpatialRod, cell_of, energy, moments, positions, relative
 from curveline.rod.spatial.lifting import clamp_tangents, relax_in_space, spatial_rod, stays_in_plane
 from curveline.rod.spatial.linking_number import turns
+from curveline.rod.spatial.mouths import copy_mouth
 from curveline.rod.spatial.reaction import clamp_forces
 from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, is_stable, settle
 from curveline.rod.spatial.stability import lowest_eigenvalue
@@ -44,7 +45,7 @@ class Level(NamedTuple):
     """A rod in equilibrium at one resolution: vertices `table (n+1, 9)` and the numbers that are extrapolated with it.
 
     `bends (n+1,)` are the curvatures away from the natural one, `forces (2, 3)` and `moments (2, 3)` those of the
-    clamps on the rod, then `energy` of strain and `potential` of the loads.
+    clamps on the rod, then `energy` of strain and `potential` of the loads; `tilts (2,)` of bearings that give.
     """
 
     table: Array
@@ -54,6 +55,7 @@ class Level(NamedTuple):
     energy: Array
     potential: Array
     eigenvalue: Array
+    tilts: Array
 
 
 class Climbed(NamedTuple):
@@ -76,12 +78,14 @@ class Climbed(NamedTuple):
 def vertex_table(rod, shape):
     """Position, slope and second derivative by the unstretched arc length at every vertex: (n+1, 9)."""
     n = rod.edges.size
+    mouth = np.empty(4)
+    copy_mouth(rod, shape, 0, mouth)
     table = np.empty((n + 1, COLUMNS))
     table[:, :3] = positions(rod, shape)
     single, q, turn, halfway = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
     vector, matrix = np.empty(3), np.empty((3, 3))
     for i in range(n + 1):
-        before = rod.frames[0] if i == 0 else shape.frames[i - 1]
+        before = mouth if i == 0 else shape.frames[i - 1]
         cell, _ = cell_of(rod, i)
         relative(rod, shape, i, single, q)
         logarithm(single, vector)
@@ -125,14 +129,17 @@ def refined(rod, shape):
     """The same curve on edges cut in two, by interpolation between the frames; clamps end it."""
     n = rod.edges.size
     strain, frames = np.empty(2 * n), np.empty((2 * n, 4))
+    mouths = np.empty((2, 4))
+    for end in range(2):
+        copy_mouth(rod, shape, end, mouths[end])
     q, turn, vector = np.empty(4), np.empty(4), np.empty(3)
     for j in range(n):
         for side in range(2):
             at_clamp = (j == 0 and side == 0) or (j == n - 1 and side == 1)
             if side == 0:
-                other = rod.frames[0] if j == 0 else shape.frames[j - 1]
+                other = mouths[0] if j == 0 else shape.frames[j - 1]
             else:
-                other = rod.frames[1] if j == n - 1 else shape.frames[j + 1]
+                other = mouths[1] if j == n - 1 else shape.frames[j + 1]
             between(shape.frames[j], other, q)
             logarithm(q, vector)
             for axis in range(3):
@@ -140,7 +147,7 @@ def refined(rod, shape):
             exponential(vector, turn)
             multiply(shape.frames[j], turn, frames[2 * j + side])
             strain[2 * j + side] = shape.strain[j]
-    return Shape(strain, frames)
+    return Shape(strain, frames, np.empty((0, 4)), shape.tilts)
 
 
 def _steps_on(edges: int) -> int:
@@ -200,6 +207,7 @@ def _level(rod: SpatialRod, shape: Shape) -> Level:
         np.array(energy(rod, shape) - potential),
         np.array(potential),
         np.array(math.nan),
+        np.array(shape.tilts),
     )
 
 
@@ -280,13 +288,14 @@ def _curve(segment: ClampedRod, climbed: Climbed) -> SpaceCurve:
     """The refined curve in SI, in the frame of the left pivot."""
     length, clamp = segment.free_length, segment.clamp
     tangents = clamp_tangents(segment)
+    tilted = clamp_tangents(segment, climbed.level.tilts)
     table = climbed.level.table * np.repeat([length, 1.0, 1.0 / length], 3)
     table[:, :3] += 0.5 * clamp * tangents[0]
     force = segment.stiffness / length**2
     return SpaceCurve(
         table=table,
         edges=climbed.edges * length,
-        tangents=tangents,
+        tangents=tilted,
         chord=np.array([*segment.chord, 0.0]),
         length=segment.length,
         clamp=clamp,

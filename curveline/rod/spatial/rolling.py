@@ -14,14 +14,15 @@ from curveline.rod.geometry.rotations import between, exponential, multiply
 from curveline.rod.spatial.bordered import (
     advance,
     balance,
-    bend_of,
     in_space,
     left_over,
     tangent_of,
 )
-from curveline.rod.spatial.descent import factored, largest, neutral_of, newton_step, room_for
-from curveline.rod.spatial.energy import Shape, SpatialRod, positions, vertex_slopes
-from curveline.rod.spatial.reaction import first_reaction, passed_on, strains, turns_of
+from curveline.rod.spatial.clamps import doubled, link
+from curveline.rod.spatial.descent import factored, largest, neutral_of, newton_step, resting, room_for
+from curveline.rod.spatial.energy import Shape, SpatialRod, positions, vertex_slopes, with_frames
+from curveline.rod.spatial.mouths import arm, mouth_frame, seen_from_mouth
+from curveline.rod.spatial.reaction import first_reaction, passed_on, turns_of
 
 REACH = 0.8
 """Turn of an edge [rad] up to which a tangent is followed."""
@@ -38,19 +39,28 @@ EASY = 3
 
 
 @njit
-def clamp_pull(rod, frames, turns, right):
-    """Overwrite the first of the right-hand sides (n, 3, 4) with what rolling the last clamp on asks of the edges."""
+def clamp_pull(rod, state, right, gap):
+    """Overwrite the first of the right-hand sides (n, 3, 4), and the gap, with what rolling the last clamp on asks.
+
+    The state holds frames (n, 4), turns (n+1, 4) and the reaction (3,). A bearing that yields tilts as it is rolled.
+    """
     n = rod.edges.size
+    frames, turns, reaction = state
+    tilt, yields = link(rod, frames, turns, (reaction[0], reaction[1]), 1)
+    single = seen_from_mouth(rod, turns[n], tilt, 1)
     (m0, m1, m2), (k00, k10, k11, k20, k21, k22) = in_space(
-        frames[n - 1], vertex_slopes(rod, n, turns[n], bend_of(turns, n, n))
+        frames[n - 1], vertex_slopes(rod, n, single, doubled(single))
     )
-    t0, t1, t2 = tangent_of(rod.frames[1])
+    t0, t1, t2 = tangent_of(mouth_frame(rod, tilt, 1))
+    tilting = yields * (k20 * t0 + k21 * t1 + k22 * t2 + 0.5 * (m1 * t0 - m0 * t1))
+    x, y = arm(rod, tilt, 1)
+    gap[0], gap[1], gap[2] = -tilting * y, tilting * x, 0.0
     for j in range(n):
         for r in range(3):
             right[j, r, 0] = 0.0
-    right[n - 1, 0, 0] = k00 * t0 + k10 * t1 + k20 * t2 - 0.5 * (m1 * t2 - m2 * t1)
-    right[n - 1, 1, 0] = k10 * t0 + k11 * t1 + k21 * t2 - 0.5 * (m2 * t0 - m0 * t2)
-    right[n - 1, 2, 0] = k20 * t0 + k21 * t1 + k22 * t2 - 0.5 * (m0 * t1 - m1 * t0)
+    right[n - 1, 0, 0] = k00 * t0 + k10 * t1 + k20 * t2 - 0.5 * (m1 * t2 - m2 * t1) + tilting * (0.5 * m1 - k20)
+    right[n - 1, 1, 0] = k10 * t0 + k11 * t1 + k21 * t2 - 0.5 * (m2 * t0 - m0 * t2) - tilting * (0.5 * m0 + k21)
+    right[n - 1, 2, 0] = k20 * t0 + k21 * t1 + k22 * t2 - 0.5 * (m0 * t1 - m1 * t0) - tilting * k22
 
 
 @njit
@@ -118,15 +128,16 @@ def roll_through(rod, shape, angle, count, close):
 
     They are at rest but for the part `close` of the forces.
 
-    Returns strains (k, n), frames (k, n, 4), turns (k, n+1, 4) and vertices (k, n+1, 3) of those that are reached, the
-    shape as far as it goes, the roll that was done, and the number of corrections that were tried.
+    Returns strains (k, n), frames (k, n, 4), turns (k, n+1, 4), tilts (k, 2) and vertices (k, n+1, 3) of those that are
+    reached, the shape as far as it goes, the roll that was done, and the number of corrections that were tried.
     """
     n, side, least = rod.edges.size, np.sign(angle), neutral_of(rod)
-    now = SpatialRod(rod.edges, rod.stiffness, rod.natural, rod.forces, rod.chord, rod.frames.copy(), rod.held)
+    now = with_frames(rod, rod.frames.copy())
     turns = turns_of(rod, shape)
     state = shape.frames.copy(), turns, first_reaction(rod, shape, turns)
     trial, spare = (np.empty((n, 4)), np.empty((n + 1, 4)), np.empty(3)), (np.empty((n, 4)), np.empty((n + 1, 4)))
     out = np.empty((count, n)), np.empty((count, n, 4)), np.empty((count, n + 1, 4)), np.empty((count, n + 1, 3))
+    tilts = np.empty((count, 2))
     system, factor = room_for(n)
     step, forces, give = np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
     room = system, factor, step, forces, give
@@ -134,10 +145,9 @@ def roll_through(rod, shape, angle, count, close):
     gap, complement, change = np.zeros(3), np.empty((3, 4)), np.empty(3)
     passed_on(now, state[2], forces)
     balance(now, state[0], state[1], forces, system, gap, give)
-    gap[:] = 0.0
     done, work, size, last, reached = 0.0, 0, abs(angle), 0.0, 0
     while reached < count:
-        clamp_pull(now, state[0], state[1], system[2])
+        clamp_pull(now, state, system[2], gap)
         if not factored(now, system, least, factor, give, complement):
             break
         newton_step(now, factor, complement, gap, tangents[0], changes[0])
@@ -162,16 +172,19 @@ def roll_through(rod, shape, angle, count, close):
         done += part
         if part == to_go:
             done = (reached + 1) * abs(angle)
-            out[0][reached], out[1][reached], out[2][reached] = strains(now, state[0], state[2]), state[0], state[1]
-            out[3][reached] = positions(now, Shape(out[0][reached], state[0], state[1]))
+            here = resting(now, state[0], state[1], state[2])
+            out[0][reached], out[1][reached], out[2][reached] = here.strain, here.frames, here.turns
+            tilts[reached] = here.tilts
+            out[3][reached] = positions(now, here)
             reached += 1
         size = 2.0 * size if taken <= EASY else size
-    end = Shape(strains(now, state[0], state[2]), state[0], state[1])
+    end = resting(now, state[0], state[1], state[2])
     strain, frames, turned, places = out
     return (
         strain[:reached].copy(),
         frames[:reached].copy(),
         turned[:reached].copy(),
+        tilts[:reached].copy(),
         places[:reached].copy(),
         end,
         side * done,

@@ -107,7 +107,9 @@ def started_frames(rod, roll, curve):
 
 @shipped(SpatialRod, float, Matrix, Stack, int)
 def descended(rod, roll, curves, known, iterations):
-    """Strains (k, n), frames (k, n, 4) and turns (k, n+1, 4) of the stable shapes to which starts lead, and the work.
+    """What the stable shapes have to which starts lead, and the work.
+
+    Strains (k, n), frames (k, n, 4), turns (k, n+1, 4) and tilts (k, 2).
 
     Last are frames (p, n, 4) that descents have passed where little force was left over, in no shape's neighbourhood.
     `curves (m, 3)` are the starts, for clamps that are rolled by `roll` [rad] against each other; shapes are left out
@@ -115,19 +117,21 @@ def descended(rod, roll, curves, known, iterations):
     """
     n, before, count = rod.edges.size, known.shape[0], curves.shape[0]
     frames, strain, turns = np.empty((before + count, n, 4)), np.empty((count, n)), np.empty((count, n + 1, 4))
-    passed, here = np.empty((count, n, 4)), np.empty((n, 4))
+    passed, here, tilts = np.empty((count, n, 4)), np.empty((n, 4)), np.empty((count, 2))
     frames[:before] = known
     met, work, beside = 0, 0, 0
     for curve in curves:
-        start = Shape(np.zeros(n), started_frames(rod, roll, Curve(curve[0], curve[1], curve[2])), np.empty((0, 4)))
+        begun = started_frames(rod, roll, Curve(curve[0], curve[1], curve[2]))
+        start = Shape(np.zeros(n), begun, np.empty((0, 4)), np.zeros(2))
         most = min(ITERATIONS, iterations - work)
         shape, ending, taken, _, has_passed = descent(rod, start, most, frames[: before + met], here)
         work += taken
         if ending == SETTLED:
             frames[before + met], strain[met], turns[met] = shape.frames, shape.strain, shape.turns
+            tilts[met] = shape.tilts
             met += 1
         if has_passed and not (is_known(here, frames[: before + met], NEAR) or is_known(here, passed[:beside], NEAR)):
             passed[beside] = here
             beside += 1
     shapes = strain[:met].copy(), frames[before : before + met].copy(), turns[:met].copy()
-    return shapes[0], shapes[1], shapes[2], work, passed[:beside].copy()
+    return shapes[0], shapes[1], shapes[2], tilts[:met].copy(), work, passed[:beside].copy()

@@ -60,7 +60,7 @@ def spread_twist(rod, shape, angle):
         at += rod.edges[j]
         exponential(vector, turn)
         multiply(shape.frames[j], turn, frames[j])
-    return Shape(shape.strain, frames, np.empty((0, 4)))
+    return Shape(shape.strain, frames, np.empty((0, 4)), shape.tilts)
 
 
 def wind(rod: SpatialRod, shape: Shape, angle: float) -> tuple[SpatialRod, Relaxed]:
