@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from curveline.kernels.kernel import leaf
+from curveline.kernels.forms import Matrix, Vector
+from curveline.kernels.kernel import leaf, shipped
 
 PLACE, CURVATURE, SLOPE = range(3)
 """The columns of a profile."""
@@ -80,6 +81,15 @@ def turned_between(profile, begin, end):
     if profile.shape[0] == 0:
         return 0.0
     return turned_along(profile, 0, begin, end)[0]
+
+
+@shipped(Matrix, float, float, Vector)
+def laid_free(profile, begin, unit, edges):
+    """What the vertices of a rod are bent by when it is free, (2, n+1): see `lay_free`."""
+    rest = np.zeros((2, edges.size + 1))
+    if profile.shape[0] > 0:
+        lay_free(profile, begin, unit, edges, rest)
+    return rest
 
 
 @leaf

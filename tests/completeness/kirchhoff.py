@@ -44,7 +44,8 @@ class Rod(NamedTuple):
     """A rod in units of its free length and EI; `stiffness (4,)` about m1, m2, t, and of stretch.
 
     `rest (3,)` curvatures, `weight (3,)` per length, `at (k,)` and `forces (k, 3)` the dead loads, clamps `first (4,)`
-    and `last (4,)` as quaternions of frames m1, m2, t, the last one lifted along the way that their roll asks for.
+    and `last (4,)` as quaternions of frames m1, m2, t, the last one lifted along the way that their roll asks for. The
+    rest curvature about m2 has a `profile (k, 3)` besides: place along the rod, value there, and slope.
     """
 
     stiffness: Array
@@ -55,6 +56,7 @@ class Rod(NamedTuple):
     chord: Array
     first: Array
     last: Array
+    profile: Array
 
 
 class Solution(NamedTuple):
@@ -99,6 +101,8 @@ def rod_of(segment: ClampedRod) -> Rod:
         for q in ends
     ]
     rigid = np.array([bearing.lateral, bearing.stiffness, bearing.twisting])
+    place, _, curvature, slope = bearing.profile.T
+    place = (place - segment.pose.begin - 0.5 * rod.clamp) / length
     return Rod(
         np.array([*(rigid / rod.stiffness), rod.section.stretching_stiffness * unit]),
         np.array([-segment.lateral_curvature * length, rod.natural_curvature * length, 0.0]),
@@ -107,18 +111,35 @@ def rod_of(segment: ClampedRod) -> Rod:
         np.array([load[1:] for load in segment.loads]).reshape(-1, 3) * unit,
         (np.array([*rod.chord, 0.0]) - 0.5 * rod.clamp * (tangents[0] + tangents[1])) / length,
         *ends,
+        np.column_stack([place, curvature * length, slope * length**2]),
     )
 
 
 @njit
-def rates(rod, y, out):
-    """Slopes of position, quaternion, force and moment (13,)."""
+def bent_by(profile, at):
+    """Value of a profile, a cubic between its rows and constant beyond them."""
+    if profile.shape[0] == 0:
+        return 0.0
+    if at <= profile[0, 0] or profile.shape[0] == 1:
+        return profile[0, 1]
+    k = np.searchsorted(profile[:, 0], at) - 1
+    if k == profile.shape[0] - 1:
+        return profile[k, 1]
+    h = profile[k + 1, 0] - profile[k, 0]
+    t = (at - profile[k, 0]) / h
+    value = (1.0 + 2.0 * t) * (1.0 - t) ** 2 * profile[k, 1] + t * t * (3.0 - 2.0 * t) * profile[k + 1, 1]
+    return value + h * t * (1.0 - t) * ((1.0 - t) * profile[k, 2] - t * profile[k + 1, 2])
+
+
+@njit
+def rates(rod, at, y, out):
+    """Slopes of position, quaternion, force and moment (13,) at a place along the rod."""
     w, x, v, z = y[3], y[4], y[5], y[6]
     m1 = (w * w + x * x - v * v - z * z, 2.0 * (x * v + w * z), 2.0 * (x * z - w * v))
     m2 = (2.0 * (x * v - w * z), w * w - x * x + v * v - z * z, 2.0 * (v * z + w * x))
     t = (2.0 * (x * z + w * v), 2.0 * (v * z - w * x), w * w - x * x - v * v + z * z)
     a = rod.rest[0] + (m1[0] * y[10] + m1[1] * y[11] + m1[2] * y[12]) / rod.stiffness[0]
-    b = rod.rest[1] + (m2[0] * y[10] + m2[1] * y[11] + m2[2] * y[12]) / rod.stiffness[1]
+    b = rod.rest[1] + bent_by(rod.profile, at) + (m2[0] * y[10] + m2[1] * y[11] + m2[2] * y[12]) / rod.stiffness[1]
     c = rod.rest[2] + (t[0] * y[10] + t[1] * y[11] + t[2] * y[12]) / rod.stiffness[2]
     stretched = 1.0 + (t[0] * y[7] + t[1] * y[8] + t[2] * y[9]) / rod.stiffness[3]
     for i in range(3):
@@ -160,7 +181,7 @@ def integrated_whole(rod, wrench, places):
                 if A[stage, before] != 0.0:
                     for i in range(13):
                         trial[i] += h * A[stage, before] * slopes[before, i]
-            rates(rod, trial, slopes[stage])
+            rates(rod, places[step] + h * C[stage], trial, slopes[stage])
         for stage in range(STAGES):
             for i in range(13):
                 y[i] += h * B[stage] * slopes[stage, i]
@@ -249,7 +270,10 @@ def lagrangian(rod, coefficients, force, penalty, slope):
     total = 0.0
     halves = np.empty((STEPS, 4))
     weights = np.empty((STEPS, 3))
-    carried = np.zeros(3)
+    carried, rests = np.zeros(3), np.empty((3, STEPS))
+    for j in range(STEPS):
+        rests[0, j], rests[2, j] = rod.rest[0], rod.rest[2]
+        rests[1, j] = rod.rest[1] + bent_by(rod.profile, (j + 0.5) * h)
     for j in range(STEPS - 1, -1, -1):
         # What the turning of a step lifts: half of its own weight and all the loads beyond its middle.
         weights[j] = carried + 0.5 * h * rod.weight
@@ -259,7 +283,7 @@ def lagrangian(rod, coefficients, force, penalty, slope):
             weights[j] = weights[j] + reach * rod.forces[load]
     for j in range(STEPS):
         for axis in range(3):
-            total += 0.5 * h * rod.stiffness[axis] * (u[axis, j] - rod.rest[axis]) ** 2
+            total += 0.5 * h * rod.stiffness[axis] * (u[axis, j] - rests[axis, j]) ** 2
         size = np.sqrt(u[0, j] ** 2 + u[1, j] ** 2 + u[2, j] ** 2)
         for part in range(2):
             angle = size * h * (0.25 if part == 0 else 0.5)
@@ -294,7 +318,7 @@ def lagrangian(rod, coefficients, force, penalty, slope):
         back = (one[0] + other[0], one[1] + other[1], one[2] + other[2], one[3] + other[3])
         size = np.sqrt(u[0, j] ** 2 + u[1, j] ** 2 + u[2, j] ** 2)
         for axis in range(3):
-            by_u[axis, j] = h * rod.stiffness[axis] * (u[axis, j] - rod.rest[axis])
+            by_u[axis, j] = h * rod.stiffness[axis] * (u[axis, j] - rests[axis, j])
         for part in range(2):
             g = by_half if part == 0 else by_turn
             share = h * (0.25 if part == 0 else 0.5)
@@ -439,7 +463,7 @@ def descend(rod: Rod, coefficients: Array) -> Array | None:
     if not np.max(np.abs(gap)) < 1e-2:
         return None
     strains = x @ np.array([math.sqrt(2 * k + 1) * (-1.0) ** k for k in range(DEGREES)])
-    body = rod.stiffness[:3] * (strains - rod.rest)
+    body = rod.stiffness[:3] * (strains - rod.rest - [0.0, bent_by(rod.profile, 0.0), 0.0])
     w, v = rod.first[0], rod.first[1:]
     moment = body + 2.0 * np.cross(v, np.cross(v, body) + w * body)
     push = -force[:3] + rod.weight + rod.forces.sum(axis=0)

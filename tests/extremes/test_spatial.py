@@ -38,7 +38,7 @@ def twisted(turns: np.ndarray, angles: np.ndarray, chord: float) -> tuple[Spatia
     rod = SpatialRod(
         edges=np.full(n, 1.0 / n),
         stiffness=np.array([1.0, 1.0, GJ, 1e7]),
-        natural=np.zeros(3),
+        natural=np.zeros((n + 1, 3)),
         forces=np.zeros((n + 1, 3)),
         chord=np.array([chord, 0.0, 0.0]),
         frames=np.array([frame(angles[0], 0.0, turns[0]), frame(angles[-1], 0.0, turns[-1])]),

@@ -31,7 +31,7 @@ def rod_of(
     return SpatialRod(
         np.full(n, 1.0 / n),
         np.array([*stiffness, STIFF * max(stiffness)]),
-        np.zeros(3),
+        np.zeros((n + 1, 3)),
         np.zeros((n + 1, 3)),
         np.array([1.0, 0.0, 0.0]),
         np.array([frame(0.0), frame(0.0)]),
@@ -132,7 +132,7 @@ def test_the_bend_of_45_degrees(against: Report, load: float) -> None:
     def tip(n: int) -> Array:
         rod = rod_of(n, (1.0, 1.0, 1.0), (1.0, 0.0, 0.0))
         rod.forces[n, 2] = load * length**2 / bending
-        rod = rod._replace(natural=np.array([0.0, length / radius, 0.0]))
+        rod = rod._replace(natural=np.tile([0.0, length / radius, 0.0], (n + 1, 1)))
         state = settled(descend(rod, bent(n, lambda s: s * length / radius)))
         return np.asarray(positions(rod, state)[n] * length)
 

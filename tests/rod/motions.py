@@ -21,7 +21,7 @@ def flat_rod(n: int, chord: tuple[float, float], ends: tuple[float, float]) -> S
     return SpatialRod(
         edges=np.full(n, 1.0 / n),
         stiffness=np.array([LATERAL, 1.0, TWIST, STRETCH]),
-        natural=np.zeros(3),
+        natural=np.zeros((n + 1, 3)),
         forces=np.zeros((n + 1, 3)),
         chord=np.array([*chord, 0.0]),
         frames=np.array([frame(end) for end in ends]),

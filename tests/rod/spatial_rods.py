@@ -64,7 +64,7 @@ def random_rod(seed: int, n: int = 5, stiffness: Array = STIFFNESS) -> tuple[Spa
     rod = SpatialRod(
         edges,
         stiffness,
-        rng.normal(0.0, 2.0, 3),
+        rng.normal(0.0, 2.0, (n + 1, 3)),
         rng.normal(0.0, 5.0, (n + 1, 3)),
         rng.normal(0.0, 0.4, 3),
         frames[[0, -1]],
@@ -107,7 +107,7 @@ def arch(
     rod = SpatialRod(
         edges,
         np.array(stiffness),
-        np.zeros(3),
+        np.zeros((n + 1, 3)),
         np.zeros((n + 1, 3)),
         np.array([reach, 0.0, 0.0]),
         np.array([frame(angle), frame(-angle)]),

@@ -130,7 +130,7 @@ def test_in_the_plane_it_is_the_extensible_rod(scene: str, compliance: float) ->
         rod = SpatialRod(
             problem.edges,
             np.array([20.0, 1.0, 15.0, 1.0 / compliance]),
-            np.zeros(3),
+            np.zeros((problem.edges.size + 1, 3)),
             forces,
             np.array([*chord, 0.0]),
             np.array([frame(each) for each in ends]),
@@ -167,7 +167,7 @@ def test_errors_fall_with_the_square_of_the_edges(case: str) -> None:
     def level(n: int) -> Array:
         rod, start = arch(n, 0.7, 0.8, (4.0, 1.0, 0.8, 1e5))
         if case == "twisted":
-            rod, start = twisted(rod._replace(natural=np.array([0.5, 1.0, 0.3])), start, 2.0)
+            rod, start = twisted(rod._replace(natural=np.tile([0.5, 1.0, 0.3], (n + 1, 1))), start, 2.0)
         if case == "cantilever":
             rod.forces[n] = [0.0, -3.0, 2.0]
             rod = rod._replace(held=np.array([1.0, 0.0, 0.0]))
@@ -281,7 +281,7 @@ def test_natural_curvature_is_the_shape_without_forces() -> None:
     n = 60
     rod, start = arch(n, 0.0, 1.0, (2.0, 1.0, 0.7, 1e6))
     natural = np.array([0.0, 3.0, 1.5])
-    rod = rod._replace(natural=natural, held=np.array([1.0, 0.0, 0.0]))
+    rod = rod._replace(natural=np.tile(natural, (n + 1, 1)), held=np.array([1.0, 0.0, 0.0]))
     relaxed = descend(rod, start)
     assert relaxed.ending is RelaxEnding.SETTLED
     # A helix with the curvature and the torsion of the rest state.

@@ -121,7 +121,7 @@ def test_the_rod_is_the_same_from_its_other_end(seed: int) -> None:
     over = np.array([np.pi, 0.0, 0.0])  # about m1: t and m2 change sign
     back = rod._replace(
         edges=rod.edges[::-1].copy(),
-        natural=rod.natural * [-1.0, 1.0, 1.0],
+        natural=rod.natural[::-1] * [-1.0, 1.0, 1.0],
         forces=rod.forces[::-1].copy(),
         frames=np.array([turned(q, over) for q in rod.frames[::-1]]),
     )
@@ -154,7 +154,7 @@ def books_energy(rod: SpatialRod, shape: Shape) -> float:
     for i, (before, after) in enumerate(pairs):
         first, second = before[:, 2], after[:, 2]
         binormal = 2.0 * np.cross(first, second) / (1.0 + first @ second)
-        bends = 0.5 * (before[:, :2] + after[:, :2]).T @ binormal - cells[i] * rod.natural[:2]
+        bends = 0.5 * (before[:, :2] + after[:, :2]).T @ binormal - cells[i] * rod.natural[i, :2]
         references = [np.cross(t, [0.3, -0.5, 0.8]) for t in (first, second)]
         references = [d / np.linalg.norm(d) for d in references]
         angles = [
@@ -164,7 +164,7 @@ def books_energy(rod: SpatialRod, shape: Shape) -> float:
         carried = between_vectors(first, second) @ references[0]
         reference_twist = np.arctan2(np.cross(carried, references[1]) @ second, carried @ references[1])
         twist = np.remainder(angles[1] - angles[0] + reference_twist + np.pi, 2.0 * np.pi) - np.pi
-        twist -= cells[i] * rod.natural[2]
+        twist -= cells[i] * rod.natural[i, 2]
         share = 0.5 if i in (0, n) else 1.0
         total += 0.5 * share * (rod.stiffness[:2] @ bends**2 + rod.stiffness[2] * twist**2) / cells[i]
     places = vertex_positions(rod, shape)
@@ -205,9 +205,9 @@ def test_a_vertex_between_edges_has_the_derivatives_of_its_terms(seed: int) -> N
     rod = random_rod(seed)[0]
     q, cell = rng.normal(size=4), 0.3
     q *= np.sign(q[0]) / np.linalg.norm(q)
-    bent = bend.derivatives(q, cell, rod.stiffness, rod.natural)
-    twisted = twist.derivatives(q, cell, rod.stiffness[2], rod.natural[2])
+    bent = bend.derivatives(q, cell, rod.stiffness, rod.natural[2])
+    twisted = twist.derivatives(q, cell, rod.stiffness[2], rod.natural[2, 2])
     slope, bending = (tuple(np.add(one, other).tolist()) for one, other in zip(bent, twisted, strict=True))
     expected = along_rotations(q, slope, bending)
-    for found, wanted in zip(inner_slopes(rod, cell, q), expected, strict=True):
+    for found, wanted in zip(inner_slopes(rod, 2, cell, q), expected, strict=True):
         assert found == pytest.approx(wanted, rel=1e-11, abs=1e-11 * max(map(abs, wanted)))

@@ -127,7 +127,7 @@ def balance(rod, frames, turns, forces, system, gap, give):
         beside[j, 1, 0], beside[j, 1, 1], beside[j, 1, 2] = -h2 - a10, -a11, h0 - a21
         beside[j, 2, 0], beside[j, 2, 1], beside[j, 2, 2] = h1 - a20, -h0 - a21, -a22
         if j < n - 1:
-            slopes = inner_slopes(rod, 0.5 * (rod.edges[j] + rod.edges[j + 1]), turns[j + 1])
+            slopes = inner_slopes(rod, j + 1, 0.5 * (rod.edges[j] + rod.edges[j + 1]), turns[j + 1])
         else:
             single = seen_from_mouth(rod, turns[n], last[0], 1)
             slopes = vertex_slopes(rod, n, single, doubled(single))

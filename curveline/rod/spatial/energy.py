@@ -44,15 +44,16 @@ class SpatialRod(NamedTuple):
     """A rod from vertex 0, at the origin, to vertex n, in units of its free length L and its bending stiffness EI.
 
     `edges (n,)` rest lengths; `stiffness (4,)` of bending about m1 and about m2, of twist (GJ / EI) and of stretch
-    (EA L^2 / EI); `natural (3,)` rest curvatures about m1 and m2 and rest twist, per length; `forces (n+1, 3)` dead
-    loads on the vertices; `chord (3,)` to vertex n; `frames (2, 4)` of the clamps; `held (3,)` 1 where first frame,
-    last vertex and last frame are imposed, else 0. `bearings (3,)` are the give, the play [rad] and the reach of
-    bearings that may tilt, see `planar.clamps`: `chord` and `frames` are then where the motors hold the mouths.
+    (EA L^2 / EI); `natural (n+1, 3)` rest curvatures about m1 and m2 and rest twist, per length, of the vertices, means
+    over their cells; `forces (n+1, 3)` dead loads on the vertices; `chord (3,)` to vertex n; `frames (2, 4)` of the
+    clamps; `held (3,)` 1 where first frame, last vertex and last frame are imposed, else 0. `bearings (3,)` are the
+    give, the play [rad] and the reach of bearings that may tilt, see `planar.clamps`: `chord` and `frames` are then
+    where the motors hold the mouths.
     """
 
     edges: Vector
     stiffness: Vector
-    natural: Vector
+    natural: Matrix
     forces: Matrix
     chord: Vector
     frames: Matrix
@@ -148,26 +149,31 @@ def relative(rod, shape, i, single, q):
 
 
 @leaf
+def natural_at(rod, i):
+    """Rest curvatures about m1 and m2 and rest twist of vertex `i`, per length."""
+    return rod.natural[i, 0], rod.natural[i, 1], rod.natural[i, 2]
+
+
+@leaf
 def vertex_energy(rod, i, q):
     """Energy of bending and twist of vertex `i`, which turns by `q (4,)`."""
     cell, share = cell_of(rod, i)
     if share == 0.0:
         return 0.0
-    return share * (
-        bend.energy(q, cell, rod.stiffness, rod.natural) + twist.energy(q, cell, rod.stiffness[2], rod.natural[2])
-    )
+    natural = natural_at(rod, i)
+    return share * (bend.energy(q, cell, rod.stiffness, natural) + twist.energy(q, cell, rod.stiffness[2], natural[2]))
 
 
 @leaf
-def inner_slopes(rod, cell, q):
-    """As `vertex_slopes`, of a vertex between two edges."""
+def inner_slopes(rod, i, cell, q):
+    """As `vertex_slopes`, of a vertex `i` between two edges."""
     per = 1.0 / cell
     rates = per * rod.stiffness[0], per * rod.stiffness[1], per * rod.stiffness[2]
     first, second = bend.turns(q)
     moment = (
-        rates[0] * (first - cell * rod.natural[0]),
-        rates[1] * (second - cell * rod.natural[1]),
-        rates[2] * (twist.angle(q) - cell * rod.natural[2]),
+        rates[0] * (first - cell * rod.natural[i, 0]),
+        rates[1] * (second - cell * rod.natural[i, 1]),
+        rates[2] * (twist.angle(q) - cell * rod.natural[i, 2]),
     )
     return turned_vertex(q, moment, rates)
 
@@ -182,9 +188,10 @@ def vertex_slopes(rod, i, single, q):
     if share == 0.0:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if share == 1.0:
-        return inner_slopes(rod, cell, q)
-    (s0, s1, s2, s3), (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9) = bend.derivatives(q, cell, rod.stiffness, rod.natural)
-    (t0, _, _, t3), (b0, _, _, _, _, _, b6, _, _, b9) = twist.derivatives(q, cell, rod.stiffness[2], rod.natural[2])
+        return inner_slopes(rod, i, cell, q)
+    natural = natural_at(rod, i)
+    (s0, s1, s2, s3), (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9) = bend.derivatives(q, cell, rod.stiffness, natural)
+    (t0, _, _, t3), (b0, _, _, _, _, _, b6, _, _, b9) = twist.derivatives(q, cell, rod.stiffness[2], natural[2])
     slope, bending = (s0 + t0, s1, s2, s3 + t3), (a0 + b0, a1, a2, a3, a4, a5, a6 + b6, a7, a8, a9 + b9)
     if share < 1.0:
         (s0, s1, s2, s3), (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9) = halved_rotation(single, slope, bending)

@@ -113,7 +113,7 @@ def add_viscosity(rod, shape, pull, gradient, band):
     It is what a rod would ask that is naturally bent as the step began and stiff by the viscosity.
     """
     n = rod.edges.size
-    natural = np.empty(3)
+    natural = np.empty((n + 1, 3))
     stiffness = rod.stiffness * pull.viscosity
     damper = SpatialRod(rod.edges, stiffness, natural, rod.forces, rod.chord, rod.frames, rod.held, rod.bearings)
     single, q = np.empty(4), np.empty(4)
@@ -127,7 +127,7 @@ def add_viscosity(rod, shape, pull, gradient, band):
             matrix_of(shape.frames[i], matrix)
         cell, _ = cell_of(rod, i)
         for axis in range(3):
-            natural[axis] = pull.bends[i, axis] / cell
+            natural[i, axis] = pull.bends[i, axis] / cell
         relative(rod, shape, i, single, q)
         matrix_of(single, turned)
         vertex_blocks(turned, vertex_slopes(damper, i, single, q), before, after, slope8, hessian8)

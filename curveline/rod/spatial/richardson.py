@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curveline.kernels.forms import Vector
 from curveline.kernels.kernel import shipped
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.closest_approach import nearest_parts
@@ -17,7 +18,13 @@ from curveline.rod.geometry.space_curve import SpaceCurve, X, Y, Z
 from curveline.rod.planar.richardson import ROUNDING
 from curveline.rod.problem import Array, halved
 from curveline.rod.spatial.energy import Shape, SpatialRod, cell_of, energy, moments, positions, relative
-from curveline.rod.spatial.lifting import clamp_tangents, relax_in_space, spatial_rod, stays_in_plane
+from curveline.rod.spatial.lifting import (
+    clamp_tangents,
+    curvature_beyond_cells,
+    relax_in_space,
+    spatial_rod,
+    stays_in_plane,
+)
 from curveline.rod.spatial.linking_number import turns
 from curveline.rod.spatial.mouths import copy_mouth
 from curveline.rod.spatial.reaction import clamp_forces
@@ -74,9 +81,12 @@ class Climbed(NamedTuple):
     passed: bool
 
 
-@shipped(SpatialRod, Shape)
-def vertex_table(rod, shape):
-    """Position, slope and second derivative by the unstretched arc length at every vertex: (n+1, 9)."""
+@shipped(SpatialRod, Shape, Vector)
+def vertex_table(rod, shape, sharper):
+    """Position, slope and second derivative by the unstretched arc length at every vertex: (n+1, 9).
+
+    `sharper (n+1,)` is by what the natural curvature about m2 at a vertex exceeds its mean over the cell.
+    """
     n = rod.edges.size
     mouth = np.empty(4)
     copy_mouth(rod, shape, 0, mouth)
@@ -106,7 +116,7 @@ def vertex_table(rod, shape):
         for axis in range(3):
             table[i, 3 + axis] = (1.0 + strain) * matrix[axis, 2]
             # A turn about m1 bends the rod against m2, a turn about m2 along m1.
-            sideways = scale * (q[2] * matrix[axis, 0] - q[1] * matrix[axis, 1])
+            sideways = (scale * q[2] + sharper[i]) * matrix[axis, 0] - scale * q[1] * matrix[axis, 1]
             table[i, 6 + axis] = (1.0 + strain) * sideways + rate * matrix[axis, 2]
     return table
 
@@ -120,7 +130,7 @@ def vertex_bends(rod, shape):
         cell, _ = cell_of(rod, i)
         relative(rod, shape, i, single, q)
         first, second = bend.turns(q)
-        out[i] = np.hypot(first / cell - rod.natural[0], second / cell - rod.natural[1])
+        out[i] = np.hypot(first / cell - rod.natural[i, 0], second / cell - rod.natural[i, 1])
     return out
 
 
@@ -157,7 +167,7 @@ def _steps_on(edges: int) -> int:
 
 def climb(segment: ClampedRod, rod: SpatialRod, relaxed: Relaxed, tolerance: float) -> Climbed:
     """Refine a state on the edges of `rod` until its error is below `tolerance`, in units of the length."""
-    here = _level(rod, relaxed.shape)
+    here = _level(segment, rod, relaxed.shape)
     best, places, error = here, rod.edges, math.inf
     iterations = relaxed.iterations
     change, lowest = math.inf, math.nan
@@ -169,7 +179,7 @@ def climb(segment: ClampedRod, rod: SpatialRod, relaxed: Relaxed, tolerance: flo
         relaxed = settle(finer, refined(rod, relaxed.shape), _steps_on(finer.edges.size))
         rod = finer
         iterations += relaxed.iterations
-        before, coarse, here = best, here, _level(rod, relaxed.shape)
+        before, coarse, here = best, here, _level(segment, rod, relaxed.shape)
         best = _extrapolated(coarse, here)
         best = best._replace(eigenvalue=np.array(lowest + (lowest - lowest_before) / 3.0 if rungs > 1 else lowest))
         rungs += 1
@@ -196,11 +206,11 @@ def _lost_turns(segment: ClampedRod, rod: SpatialRod, shape: Shape) -> float:
     return abs(turns(rod, shape) - (segment.roll[1] - segment.roll[0]) / (2.0 * math.pi))
 
 
-def _level(rod: SpatialRod, shape: Shape) -> Level:
+def _level(segment: ClampedRod, rod: SpatialRod, shape: Shape) -> Level:
     """What a level contributes to the extrapolation; its eigenvalue, which costs most, is left open."""
     potential = loads.energy(positions(rod, shape), rod.forces)
     return Level(
-        vertex_table(rod, shape),
+        vertex_table(rod, shape, curvature_beyond_cells(segment, rod.edges)),
         vertex_bends(rod, shape),
         clamp_forces(rod, shape),
         moments(rod, shape),

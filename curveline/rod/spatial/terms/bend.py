@@ -20,7 +20,7 @@ def turns(q):
 
 @leaf
 def energy(q, cell, stiffness, natural):
-    """Bending energy of a vertex; `stiffness (4,)` and `natural (3,)` as in `spatial.SpatialRod`."""
+    """Bending energy of a vertex; `stiffness (4,)` as in `spatial.SpatialRod`, `natural` (3) as there of one vertex."""
     first, second = turns(q)
     return (
         0.5
