@@ -85,8 +85,8 @@ def turned_between(profile, begin, end):
 
 @shipped(Matrix, float, float, Vector)
 def laid_free(profile, begin, unit, edges):
-    """What the vertices of a rod are bent by when it is free, (2, n+1): see `lay_free`."""
-    rest = np.zeros((2, edges.size + 1))
+    """What the vertices of a rod have when it is free, (3, n+1): see `lay_free`."""
+    rest = np.zeros((3, edges.size + 1))
     if profile.shape[0] > 0:
         lay_free(profile, begin, unit, edges, rest)
     return rest
@@ -114,6 +114,7 @@ def lay_free(profile, begin, unit, edges, rest):
     rest[BEFORE, n] = rest[TURN, n] = angle - before
 
 
+@shipped(Matrix, float, Vector)
 @leaf
 def hidden_between(profile, begin, edges):
     """How far a free rod may be from a smooth curve through its vertices, at most, between these [m].

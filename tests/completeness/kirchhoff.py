@@ -101,7 +101,7 @@ def rod_of(segment: ClampedRod) -> Rod:
         for q in ends
     ]
     rigid = np.array([bearing.lateral, bearing.stiffness, bearing.twisting])
-    place, _, curvature, slope = bearing.profile.T
+    place, curvature, slope = bearing.profile.T
     place = (place - segment.pose.begin - 0.5 * rod.clamp) / length
     return Rod(
         np.array([*(rigid / rod.stiffness), rod.section.stretching_stiffness * unit]),

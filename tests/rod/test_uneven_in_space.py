@@ -16,6 +16,7 @@ from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.hermite import interpolate
 from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.models.model_error import lateral
+from curveline.rod.natural_curvature import NaturalCurvature
 from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.spatial.energy import positions
 from curveline.rod.spatial.lifting import frame, lift, relax_in_space, spatial_rod
@@ -29,7 +30,7 @@ from curveline.rod.states.planar_states import find_states
 from .rods import STIFFNESS
 from .spatial_rods import matrix
 from .test_giving_in_space import ASIDE, FLAT, STOCK, made_of, rest_mouth
-from .test_natural_curvature import PATTERNS, RODS, rod_of
+from .test_natural_curvature import PATTERNS, RODS, hump, rod_of, step, tooth, waves
 
 LATERAL, TWISTING = STOCK.lateral_stiffness, STOCK.twisting_stiffness
 
@@ -88,8 +89,7 @@ def test_a_rod_between_clamps_that_stand_as_it_does_when_free_is_a_clothoid_with
     first, slope, length, begin = -1.0, 9.0, 0.6, 0.3
     angle, chord = clothoid(first, slope, length)
     ends = begin, begin + length
-    turned = first * length + 0.5 * slope * length**2
-    profile = np.array([[ends[0], 0.0, first, slope], [ends[1], turned, first + slope * length, slope]])
+    profile = np.array([[ends[0], first, slope], [ends[1], first + slope * length, slope]])
     bearing = Bearing(0.0, STIFFNESS, 0.0, lateral=LATERAL, twisting=TWISTING, profile=profile)
     # Rolled by a quarter turn, it is bent towards the viewer.
     quarter = 0.5 * math.pi
@@ -155,6 +155,21 @@ def test_the_edges_converge_with_their_square(pattern: str, kind: str) -> None:
     assert slope == pytest.approx(-2.0, abs=0.1)
 
 
+@pytest.mark.parametrize("pattern", [waves, hump, step, tooth])
+def test_what_is_bent_within_an_edge_is_told_by_the_error(pattern: Callable[[Array], Array]) -> None:
+    places = np.linspace(0.0, 1.2, 24_001)
+    segment = uneven("hump", "rigid", "all")
+    bent = segment.bearing._replace(profile=NaturalCurvature(places, pattern(places)).table)
+    segment = replace(segment, bearing=bent)
+    rod, relaxed = relaxed_of(segment)
+    rough, exact_one = (refine_shape(segment, rod, relaxed, tolerance) for tolerance in (1e-3, 1e-7))
+    assert rough.space is not None
+    assert exact_one.space is not None
+    gap = np.linalg.norm(rough.space.positions(4001) - exact_one.space.positions(4001), axis=1).max()
+    assert gap < 1.05 * rough.error + exact_one.error
+    assert rough.error < 40.0 * gap + 1e-6
+
+
 FEEDS: dict[str, tuple[Callable[[Pose, float], Pose], int]] = {
     "left": (lambda pose, by: pose._replace(length=pose.length + by, begin=pose.begin - by), 0),
     "right": (lambda pose, by: pose._replace(length=pose.length + by), 1),
@@ -195,7 +210,7 @@ def test_nodes_push_as_the_energy_rises(pattern: str, kind: str, way: str) -> No
 
 def test_a_rod_without_a_profile_is_bent_alike_all_along() -> None:
     even = replace(FLAT, bearing=FLAT.bearing._replace(natural=1.5))
-    profile = np.array([[0.1, 0.0, 1.5, 0.0], [2.0, 2.85, 1.5, 0.0]])
+    profile = np.array([[0.1, 1.5, 0.0], [2.0, 1.5, 0.0]])
     same = replace(FLAT, bearing=FLAT.bearing._replace(profile=profile))
     edges: Array = np.array([0.1, 0.2, 0.4, 0.3])
     np.testing.assert_allclose(spatial_rod(same, edges).natural, spatial_rod(even, edges).natural, atol=1e-12)

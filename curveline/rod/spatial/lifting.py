@@ -13,7 +13,7 @@ from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import exponential, multiply
 from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.problem import Array
-from curveline.rod.profile import laid_free
+from curveline.rod.profile import TURN, laid_free
 from curveline.rod.spatial.energy import NO_TILTS, Shape, SpatialRod, moved
 from curveline.rod.spatial.relax import (
     Relaxed,
@@ -82,34 +82,21 @@ def spatial_rod(segment: ClampedRod, edges: Array) -> SpatialRod:
 def natural_of(segment: ClampedRod, edges: Array) -> Array:
     """Rest curvatures about m1 and m2 and rest twist of the vertices between `edges (n,)`, (n+1, 3), times the length.
 
-    In the plane they are what the free rod turns by from the middle of one edge to that of the next, over the cell.
+    In the plane they are what the free rod turns by from edge to edge, over the cell.
     """
     length = segment.free_length
     uniform = [-segment.lateral_curvature * length, segment.natural_curvature * length, 0.0]
     out = np.tile(uniform, (edges.size + 1, 1))
     if segment.is_unevenly_curved:
-        out[:, 1] += _laid(segment, edges)[0] / _cells(edges)
+        halves = np.concatenate([[0.0], 0.5 * edges, [0.0]])
+        out[:, 1] += rest_of(segment, edges)[TURN] / (halves[:-1] + halves[1:])
     return out
 
 
-def curvature_beyond_cells(segment: ClampedRod, edges: Array) -> Array:
-    """By what the natural curvature at the vertices exceeds its mean over their cells, (n+1,), times the length."""
-    if not segment.is_unevenly_curved:
-        return np.zeros(edges.size + 1)
-    turned, curvature = _laid(segment, edges)
-    return np.asarray(curvature - turned / _cells(edges))
-
-
-def _laid(segment: ClampedRod, edges: Array) -> Array:
-    """What the free rod turns by at the vertices, and its curvature there: see `profile.lay_free`."""
+def rest_of(segment: ClampedRod, edges: Array) -> Array:
+    """What vertices have when the rod is free, (3, n+1), but for what it has all along: see `profile`."""
     begin = segment.pose.begin + 0.5 * segment.clamp
     return np.asarray(laid_free(segment.bearing.profile, begin, segment.free_length, edges))
-
-
-def _cells(edges: Array) -> Array:
-    """Lengths (n+1,) of the cells of the vertices, half ones at the ends."""
-    halves = np.concatenate([[0.0], 0.5 * edges, [0.0]])
-    return np.asarray(halves[:-1] + halves[1:])
 
 
 def frame(angle: float, yaw: float = 0.0, roll: float = 0.0) -> Array:

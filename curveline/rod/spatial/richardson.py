@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.kernels.forms import Vector
+from curveline.kernels.forms import Matrix
 from curveline.kernels.kernel import shipped
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.closest_approach import nearest_parts
@@ -17,11 +17,12 @@ from curveline.rod.geometry.rotations import between, exponential, logarithm, ma
 from curveline.rod.geometry.space_curve import SpaceCurve, X, Y, Z
 from curveline.rod.planar.richardson import ROUNDING
 from curveline.rod.problem import Array, halved
+from curveline.rod.profile import BEFORE, BENT, TURN, hidden_between
 from curveline.rod.spatial.energy import Shape, SpatialRod, cell_of, energy, moments, positions, relative
 from curveline.rod.spatial.lifting import (
     clamp_tangents,
-    curvature_beyond_cells,
     relax_in_space,
+    rest_of,
     spatial_rod,
     stays_in_plane,
 )
@@ -81,11 +82,11 @@ class Climbed(NamedTuple):
     passed: bool
 
 
-@shipped(SpatialRod, Shape, Vector)
-def vertex_table(rod, shape, sharper):
+@shipped(SpatialRod, Shape, Matrix)
+def vertex_table(rod, shape, rest):
     """Position, slope and second derivative by the unstretched arc length at every vertex: (n+1, 9).
 
-    `sharper (n+1,)` is by what the natural curvature about m2 at a vertex exceeds its mean over the cell.
+    `rest (3, n+1)` is what vertices have when the rod is free, see `profile`: it bends about m2.
     """
     n = rod.edges.size
     mouth = np.empty(4)
@@ -102,10 +103,12 @@ def vertex_table(rod, shape, sharper):
         share = 0.0 if i == 0 else 1.0 if i == n else rod.edges[i - 1] / (rod.edges[i - 1] + rod.edges[i])
         for axis in range(3):
             vector[axis] *= share
+        vector[1] += rest[BEFORE, i] - share * rest[TURN, i]
         exponential(vector, turn)
         multiply(before, turn, halfway)
         matrix_of(halfway, matrix)
         scale = 2.0 * q[0] / (q[0] ** 2 + q[3] ** 2) / cell
+        sharper = rest[BENT, i] - rest[TURN, i] / (cell * (0.5 if i == 0 or i == n else 1.0))
         left = max(i - 1, 0) if i < n else n - 2
         rate = (shape.strain[left + 1] - shape.strain[left]) * 2.0 / (rod.edges[left] + rod.edges[left + 1])
         strain = shape.strain[left] + 0.5 * rod.edges[left] * rate
@@ -116,7 +119,7 @@ def vertex_table(rod, shape, sharper):
         for axis in range(3):
             table[i, 3 + axis] = (1.0 + strain) * matrix[axis, 2]
             # A turn about m1 bends the rod against m2, a turn about m2 along m1.
-            sideways = (scale * q[2] + sharper[i]) * matrix[axis, 0] - scale * q[1] * matrix[axis, 1]
+            sideways = (scale * q[2] + sharper) * matrix[axis, 0] - scale * q[1] * matrix[axis, 1]
             table[i, 6 + axis] = (1.0 + strain) * sideways + rate * matrix[axis, 2]
     return table
 
@@ -185,7 +188,7 @@ def climb(segment: ClampedRod, rod: SpatialRod, relaxed: Relaxed, tolerance: flo
         rungs += 1
         change_before, change = change, _gap(here.table, coarse.table)
         if rungs > 2:
-            error = HONESTY * _gap(best.table, before.table) + ROUNDING
+            error = HONESTY * _gap(best.table, before.table) + ROUNDING + _hidden(segment, places)
             if change > SUSPECT * change_before:
                 error = max(error, change)
     settled = relaxed.ending is RelaxEnding.SETTLED
@@ -201,6 +204,14 @@ def climb(segment: ClampedRod, rod: SpatialRod, relaxed: Relaxed, tolerance: flo
     )
 
 
+def _hidden(segment: ClampedRod, edges: Array) -> float:
+    """How far a rod that is bent unevenly may be from the curve through its vertices, in units of the length."""
+    if not segment.is_unevenly_curved:
+        return 0.0
+    length, begin = segment.free_length, segment.pose.begin + 0.5 * segment.clamp
+    return float(hidden_between(segment.bearing.profile, begin, length * edges)) / length
+
+
 def _lost_turns(segment: ClampedRod, rod: SpatialRod, shape: Shape) -> float:
     """By how many turns a state differs from what the roll of the clamps puts into the rod."""
     return abs(turns(rod, shape) - (segment.roll[1] - segment.roll[0]) / (2.0 * math.pi))
@@ -210,7 +221,7 @@ def _level(segment: ClampedRod, rod: SpatialRod, shape: Shape) -> Level:
     """What a level contributes to the extrapolation; its eigenvalue, which costs most, is left open."""
     potential = loads.energy(positions(rod, shape), rod.forces)
     return Level(
-        vertex_table(rod, shape, curvature_beyond_cells(segment, rod.edges)),
+        vertex_table(rod, shape, rest_of(segment, rod.edges)),
         vertex_bends(rod, shape),
         clamp_forces(rod, shape),
         moments(rod, shape),
