@@ -87,8 +87,7 @@ def turned_between(profile, begin, end):
 def laid_free(profile, begin, unit, edges):
     """What the vertices of a rod have when it is free, (3, n+1): see `lay_free`."""
     rest = np.zeros((3, edges.size + 1))
-    if profile.shape[0] > 0:
-        lay_free(profile, begin, unit, edges, rest)
+    lay_free(profile, begin, unit, edges, rest)
     return rest
 
 

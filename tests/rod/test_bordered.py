@@ -62,7 +62,7 @@ def whole_of(system: Any, give: Array) -> Array:
 @pytest.mark.parametrize("bearings", BEARINGS)
 def test_slopes_and_curvatures_are_those_of_the_lagrangian(seed: int, bearings: str) -> None:
     rod, shape = random_rod(seed)
-    rod = rod._replace(bearings=np.array(BEARINGS[bearings]))
+    rod = rod._replace(bearings=BEARINGS[bearings])
     turns, n = turns_of(rod, shape), rod.edges.size
     system, _, gap, give = system_of(rod, shape, REACTION)
     slope = np.append(-system[2][:, :, 0].ravel(), gap)
@@ -123,7 +123,7 @@ def rested(stiffness: tuple[float, ...] = (17.0, 1.0, 0.9, 1e6)) -> tuple[Spatia
 @pytest.mark.parametrize("angle", [0.4, -1.5, 3.0])
 def test_a_shape_that_is_rolled_on_is_at_rest_where_small_steps_lead_it(angle: float, bearings: str) -> None:
     rod, shape = rested()
-    rod = rod._replace(bearings=np.array(BEARINGS[bearings]))
+    rod = rod._replace(bearings=BEARINGS[bearings])
     shape = descend(rod, shape).shape
     ahead, done, work = roll_on(rod, shape, angle)
     assert done == angle

@@ -19,7 +19,14 @@ from curveline.kernels.kernel import leaf
 from curveline.rod.geometry.rotations import product, trued, unit
 from curveline.rod.planar.clamps import spring_energy
 from curveline.rod.spatial.clamps import add_yielding, doubled, link, links
-from curveline.rod.spatial.energy import inner_slopes, vertex_energy, vertex_slopes
+from curveline.rod.spatial.energy import (
+    inner_energy,
+    inner_slopes,
+    natural_at,
+    stiffnesses,
+    vertex_energy,
+    vertex_slopes,
+)
 from curveline.rod.spatial.mouths import gives, mouth_frame, mouth_shift, seen_from_mouth
 
 TINY = 1e-290
@@ -115,11 +122,13 @@ def balance(rod, frames, turns, forces, system, gap, give):
     `right (n, 3, 4)`: minus the slope, then the border's three columns. The gap is the last vertex's, `give` its slope.
     """
     own, beside, right = system
-    n = rod.edges.size
-    first, last = links(rod, frames, turns, forces)
-    single = seen_from_mouth(rod, turns[0], first[0], 0)
+    n, stiffness = rod.edges.size, stiffnesses(rod)
+    first, last = (0.0, 0.0), (0.0, 0.0)
+    if gives(rod):
+        first, last = links(rod, frames, turns, forces)
+    single = seen_from_mouth(rod.frames, turns[0], first[0], 0)
     (b0, b1, b2), (a00, a10, a11, a20, a21, a22) = in_space(
-        mouth_frame(rod, first[0], 0), vertex_slopes(rod, 0, single, doubled(single))
+        mouth_frame(rod.frames, first[0], 0), vertex_slopes(rod, 0, single, doubled(single))
     )
     for j in range(n):
         h0, h1, h2 = 0.5 * b0, 0.5 * b1, 0.5 * b2
@@ -127,9 +136,10 @@ def balance(rod, frames, turns, forces, system, gap, give):
         beside[j, 1, 0], beside[j, 1, 1], beside[j, 1, 2] = -h2 - a10, -a11, h0 - a21
         beside[j, 2, 0], beside[j, 2, 1], beside[j, 2, 2] = h1 - a20, -h0 - a21, -a22
         if j < n - 1:
-            slopes = inner_slopes(rod, j + 1, 0.5 * (rod.edges[j] + rod.edges[j + 1]), turns[j + 1])
+            q = turns[j + 1, 0], turns[j + 1, 1], turns[j + 1, 2], turns[j + 1, 3]
+            slopes = inner_slopes(stiffness, natural_at(rod, j + 1), 0.5 * (rod.edges[j] + rod.edges[j + 1]), q)
         else:
-            single = seen_from_mouth(rod, turns[n], last[0], 1)
+            single = seen_from_mouth(rod.frames, turns[n], last[0], 1)
             slopes = vertex_slopes(rod, n, single, doubled(single))
         (m0, m1, m2), (k00, k10, k11, k20, k21, k22) = in_space(frames[j], slopes)
         right[j, 0, 0], right[j, 1, 0], right[j, 2, 0] = m0 - b0, m1 - b1, m2 - b2
@@ -327,28 +337,30 @@ def advance(rod, frames, turns, step, scale, after, turns_after):
 def _ends_energy(rod, frames, turns, reaction):
     """Energy of both half cells and of bearings that give, and by what these shorten the chord: x, y."""
     n = rod.edges.size
-    f0, f1 = 0.0, 0.0
+    total = first = last = x = y = 0.0
     if gives(rod):
+        f0, f1 = 0.0, 0.0
         for i in range(n + 1):
             f0, f1 = f0 + rod.forces[i, 0], f1 + rod.forces[i, 1]
-    first, _ = link(rod, frames, turns, (f0 + reaction[0], f1 + reaction[1]), 0)
-    last, _ = link(rod, frames, turns, (reaction[0], reaction[1]), 1)
-    total = vertex_energy(rod, 0, doubled(seen_from_mouth(rod, turns[0], first, 0)))
-    total += vertex_energy(rod, n, doubled(seen_from_mouth(rod, turns[n], last, 1)))
-    (x, y), (a, b) = mouth_shift(rod, first, 0), mouth_shift(rod, last, 1)
-    if gives(rod):
-        total += spring_energy(rod.bearings, first) + spring_energy(rod.bearings, last) - f0 * x - f1 * y
-    return total, x + a, y + b
+        first, _ = link(rod, frames, turns, (f0 + reaction[0], f1 + reaction[1]), 0)
+        last, _ = link(rod, frames, turns, (reaction[0], reaction[1]), 1)
+        (x, y), (a, b) = mouth_shift(rod, first, 0), mouth_shift(rod, last, 1)
+        total = spring_energy(rod.bearings, first) + spring_energy(rod.bearings, last) - f0 * x - f1 * y
+        x, y = x + a, y + b
+    total += vertex_energy(rod, 0, doubled(seen_from_mouth(rod.frames, turns[0], first, 0)))
+    total += vertex_energy(rod, n, doubled(seen_from_mouth(rod.frames, turns[n], last, 1)))
+    return total, x, y
 
 
 @leaf
 def lagrangian(rod, frames, turns, reaction, penalty):
     """Energy plus the `reaction (3,)` times how far the last vertex is from its place, plus a `penalty` on that."""
     n = rod.edges.size
-    held = rod.held[1]
+    held, stiffness = rod.held[1], stiffnesses(rod)
     total, a0, a1 = _ends_energy(rod, frames, turns, reaction)
     for i in range(1, n):
-        total += vertex_energy(rod, i, (turns[i, 0], turns[i, 1], turns[i, 2], turns[i, 3]))
+        q = turns[i, 0], turns[i, 1], turns[i, 2], turns[i, 3]
+        total += inner_energy(stiffness, natural_at(rod, i), 0.5 * (rod.edges[i - 1] + rod.edges[i]), q)
     g0, g1, g2 = held * (rod.chord[0] - a0), held * (rod.chord[1] - a1), held * rod.chord[2]
     f0, f1, f2 = reaction[0], reaction[1], reaction[2]
     total += f0 * g0 + f1 * g1 + f2 * g2

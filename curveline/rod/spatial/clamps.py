@@ -15,7 +15,7 @@ import numpy as np
 from curveline.kernels.kernel import leaf
 from curveline.rod.planar.clamps import CLOSE, TURNS, spring
 from curveline.rod.spatial.energy import vertex_slopes
-from curveline.rod.spatial.mouths import GIVE, PLAY, arm, gives, mouth_shift, seen_from_mouth, upright
+from curveline.rod.spatial.mouths import GIVE, PLAY, arm, mouth_shift, seen_from_mouth, upright
 
 
 @leaf
@@ -51,13 +51,11 @@ def least_turned(rod, turn, end):
 def link(rod, frames, turns, force, end):
     """Tilt [rad] of the bearing at an `end`, 0 the first and 1 the last, and how far it yields to a moment.
 
-    That is one over the second derivative of the Lagrangian by it, 0 for a clamp that does not give. `force` are the
-    parts in the plane of what the bearing passes on. Of all roots, which a discrete rod has where its edge points
-    backwards, it is the one between the poles of the half cell's energy, a quarter turn beside the tilt that leaves
-    the smallest rotation: Newton's method, kept between bounds.
+    That is one over the second derivative of the Lagrangian by it, 0 at a stop. `force` are the parts in the plane of
+    what the bearing passes on. Of all roots, which a discrete rod has where its edge points backwards, it is the one
+    between the poles of the half cell's energy, a quarter turn beside the tilt that leaves the smallest rotation:
+    Newton's method, kept between bounds.
     """
-    if not gives(rod):
-        return 0.0, 0.0
     n = rod.edges.size
     turn = turns[end * n]
     frame = frames[n - 1] if end else rod.frames[0]
@@ -65,7 +63,7 @@ def link(rod, frames, turns, force, end):
     low, high = tilt - 0.5 * np.pi, tilt + 0.5 * np.pi
     yields = 0.0
     for _ in range(TURNS):
-        asked, stiffness = _moment(rod, frame, seen_from_mouth(rod, turn, tilt, end), end)
+        asked, stiffness = _moment(rod, frame, seen_from_mouth(rod.frames, turn, tilt, end), end)
         moment, slope = spring(rod.bearings, tilt)
         x, y = arm(rod, tilt, end)
         yields = 1.0 / (stiffness + slope + x * force[0] + y * force[1])

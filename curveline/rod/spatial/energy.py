@@ -36,8 +36,6 @@ STRAIN_WEIGHT = 5.0
 SAME_TURN = 1e-13
 """How far rotations may differ that only rounding tells apart."""
 NO_TURNS: Array = np.empty((0, 4))
-RIGID: Array = np.zeros(3)
-NO_TILTS: Array = np.zeros(2)
 
 
 class SpatialRod(NamedTuple):
@@ -46,7 +44,7 @@ class SpatialRod(NamedTuple):
     `edges (n,)` rest lengths; `stiffness (4,)` of bending about m1 and about m2, of twist (GJ / EI) and of stretch
     (EA L^2 / EI); `natural (n+1, 3)` rest curvatures about m1 and m2 and rest twist, per length, of the vertices, means
     over their cells; `forces (n+1, 3)` dead loads on the vertices; `chord (3,)` to vertex n; `frames (2, 4)` of the
-    clamps; `held (3,)` 1 where first frame, last vertex and last frame are imposed, else 0. `bearings (3,)` are the
+    clamps; `held (3,)` 1 where first frame, last vertex and last frame are imposed, else 0. `bearings` are the
     give, the play [rad] and the reach of bearings that may tilt, see `planar.clamps`: `chord` and `frames` are then
     where the motors hold the mouths.
     """
@@ -58,7 +56,7 @@ class SpatialRod(NamedTuple):
     chord: Vector
     frames: Matrix
     held: Vector
-    bearings: Vector = RIGID
+    bearings: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Shape(NamedTuple):
@@ -66,13 +64,13 @@ class Shape(NamedTuple):
 
     `turns (n+1, 4)` are the rotations from frame to frame, clamps among them. They follow from the frames, but moments
     are differences of neighbours, of which n edges leave n^2 times the rounding in the forces; so `moved` carries them
-    along. Without them they are computed. `tilts (2,)` [rad] are those of bearings that give: see `mouths`.
+    along. Without them they are computed. `tilts` [rad] are those of bearings that give: see `mouths`.
     """
 
     strain: Vector
     frames: Matrix
     turns: Matrix = NO_TURNS
-    tilts: Vector = NO_TILTS
+    tilts: tuple[float, float] = (0.0, 0.0)
 
 
 @njit
@@ -141,7 +139,7 @@ def relative(rod, shape, i, single, q):
     turned_at(rod, shape, i, single)
     if i == 0 or i == n:
         end = 1 if i == n else 0
-        single[0], single[1], single[2], single[3] = seen_from_mouth(rod, single, shape.tilts[end], end)
+        single[0], single[1], single[2], single[3] = seen_from_mouth(rod.frames, single, shape.tilts[end], end)
         multiply(single, single, q)
     else:
         for r in range(4):
@@ -155,25 +153,36 @@ def natural_at(rod, i):
 
 
 @leaf
+def stiffnesses(rod):
+    """Stiffnesses of bending about m1 and m2 and of twist."""
+    return rod.stiffness[0], rod.stiffness[1], rod.stiffness[2]
+
+
+@leaf
+def inner_energy(stiffness, natural, cell, q):
+    """Energy of bending and twist of a vertex between two edges, of `stiffnesses`, `natural_at` and a length `cell`."""
+    return bend.energy(q, cell, stiffness, natural) + twist.energy(q, cell, stiffness[2], natural[2])
+
+
+@leaf
 def vertex_energy(rod, i, q):
     """Energy of bending and twist of vertex `i`, which turns by `q (4,)`."""
     cell, share = cell_of(rod, i)
     if share == 0.0:
         return 0.0
-    natural = natural_at(rod, i)
-    return share * (bend.energy(q, cell, rod.stiffness, natural) + twist.energy(q, cell, rod.stiffness[2], natural[2]))
+    return share * inner_energy(stiffnesses(rod), natural_at(rod, i), cell, q)
 
 
 @leaf
-def inner_slopes(rod, i, cell, q):
-    """As `vertex_slopes`, of a vertex `i` between two edges."""
+def inner_slopes(stiffness, natural, cell, q):
+    """As `vertex_slopes`, of a vertex between two edges, of `stiffnesses`, `natural_at` and a length `cell`."""
     per = 1.0 / cell
-    rates = per * rod.stiffness[0], per * rod.stiffness[1], per * rod.stiffness[2]
+    rates = per * stiffness[0], per * stiffness[1], per * stiffness[2]
     first, second = bend.turns(q)
     moment = (
-        rates[0] * (first - cell * rod.natural[i, 0]),
-        rates[1] * (second - cell * rod.natural[i, 1]),
-        rates[2] * (twist.angle(q) - cell * rod.natural[i, 2]),
+        rates[0] * (first - cell * natural[0]),
+        rates[1] * (second - cell * natural[1]),
+        rates[2] * (twist.angle(q) - cell * natural[2]),
     )
     return turned_vertex(q, moment, rates)
 
@@ -188,10 +197,10 @@ def vertex_slopes(rod, i, single, q):
     if share == 0.0:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if share == 1.0:
-        return inner_slopes(rod, i, cell, q)
-    natural = natural_at(rod, i)
-    (s0, s1, s2, s3), (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9) = bend.derivatives(q, cell, rod.stiffness, natural)
-    (t0, _, _, t3), (b0, _, _, _, _, _, b6, _, _, b9) = twist.derivatives(q, cell, rod.stiffness[2], natural[2])
+        return inner_slopes(stiffnesses(rod), natural_at(rod, i), cell, q)
+    natural, stiffness = natural_at(rod, i), stiffnesses(rod)
+    (s0, s1, s2, s3), (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9) = bend.derivatives(q, cell, stiffness, natural)
+    (t0, _, _, t3), (b0, _, _, _, _, _, b6, _, _, b9) = twist.derivatives(q, cell, stiffness[2], natural[2])
     slope, bending = (s0 + t0, s1, s2, s3 + t3), (a0 + b0, a1, a2, a3, a4, a5, a6 + b6, a7, a8, a9 + b9)
     if share < 1.0:
         (s0, s1, s2, s3), (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9) = halved_rotation(single, slope, bending)
@@ -219,9 +228,13 @@ def energy(rod, shape):
     total = loads.energy(positions(rod, shape), rod.forces)
     if gives(rod):
         total += spring_energy(rod.bearings, shape.tilts[0]) + spring_energy(rod.bearings, shape.tilts[1])
-    for i in range(n + 1):
-        relative(rod, shape, i, single, q)
-        total += vertex_energy(rod, i, q)
+    stiffness = stiffnesses(rod)
+    for i in range(1, n):
+        turned_at(rod, shape, i, single)
+        total += inner_energy(stiffness, natural_at(rod, i), 0.5 * (rod.edges[i - 1] + rod.edges[i]), single)
+    for end in range(2):
+        relative(rod, shape, end * n, single, q)
+        total += vertex_energy(rod, end * n, q)
     for j in range(n):
         total += stretch.energy(shape.strain[j], rod.edges[j], rod.stiffness)
     return total

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from curveline.rod.geometry.rotations import exponential, multiply
 from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.problem import Array
 from curveline.rod.profile import TURN, laid_free
-from curveline.rod.spatial.energy import NO_TILTS, Shape, SpatialRod, moved
+from curveline.rod.spatial.energy import Shape, SpatialRod, moved
 from curveline.rod.spatial.relax import (
     Relaxed,
     RelaxEnding,
@@ -44,7 +45,7 @@ LARGEST_TURN = 0.5
 """An edge that turns by more than this [rad] while a part is added may belong to another branch."""
 
 
-def clamp_tangents(segment: ClampedRod, tilts: Array = NO_TILTS) -> Array:
+def clamp_tangents(segment: ClampedRod, tilts: Sequence[float] | Array = (0.0, 0.0)) -> Array:
     """Tangents (2, 3) of the clamps, whose bearings may be tilted."""
     clamps = zip((segment.start + float(tilts[0]), segment.end + float(tilts[1])), segment.yaw, strict=True)
     rows = [(math.cos(yaw) * math.cos(along), math.cos(yaw) * math.sin(along), math.sin(yaw)) for along, yaw in clamps]
@@ -75,7 +76,7 @@ def spatial_rod(segment: ClampedRod, edges: Array) -> SpatialRod:
         chord=chord / length,
         frames=np.asarray(frames_of(ends, np.array(segment.yaw), np.array(segment.roll))),
         held=np.ones(3),
-        bearings=np.array([bearing.give / length, bearing.play, 0.5 * bearing.clamp / length]),
+        bearings=(bearing.give / length, bearing.play, 0.5 * bearing.clamp / length),
     )
 
 
@@ -85,8 +86,8 @@ def natural_of(segment: ClampedRod, edges: Array) -> Array:
     In the plane they are what the free rod turns by from edge to edge, over the cell.
     """
     length = segment.free_length
-    uniform = [-segment.lateral_curvature * length, segment.natural_curvature * length, 0.0]
-    out = np.tile(uniform, (edges.size + 1, 1))
+    out = np.empty((edges.size + 1, 3))
+    out[:] = -segment.lateral_curvature * length, segment.natural_curvature * length, 0.0
     if segment.is_unevenly_curved:
         halves = np.concatenate([[0.0], 0.5 * edges, [0.0]])
         out[:, 1] += rest_of(segment, edges)[TURN] / (halves[:-1] + halves[1:])
@@ -95,6 +96,8 @@ def natural_of(segment: ClampedRod, edges: Array) -> Array:
 
 def rest_of(segment: ClampedRod, edges: Array) -> Array:
     """What vertices have when the rod is free, (3, n+1), but for what it has all along: see `profile`."""
+    if not segment.is_unevenly_curved:
+        return np.zeros((3, edges.size + 1))
     begin = segment.pose.begin + 0.5 * segment.clamp
     return np.asarray(laid_free(segment.bearing.profile, begin, segment.free_length, edges))
 
@@ -132,9 +135,11 @@ def lift(segment: ClampedRod, state: Equilibrium, n: int = LIFT_EDGES) -> tuple[
     angles = np.interp(middles, places, state.angles)
     roll = segment.roll[0] + (segment.roll[1] - segment.roll[0]) * middles
     frames = frames_of(angles, np.zeros(angles.size), roll)
-    tilts = state.angles[[0, -1]] - [segment.start, segment.start + segment.turn]
-    shape = Shape(_strains(segment, state, middles, angles), frames)
-    return spatial_rod(segment, edges), shape._replace(tilts=tilts) if segment.has_giving_clamps else shape
+    tilts = 0.0, 0.0
+    if segment.has_giving_clamps:
+        first, last = state.angles[[0, -1]].tolist()
+        tilts = first - segment.start, last - segment.start - segment.turn
+    return spatial_rod(segment, edges), Shape(_strains(segment, state, middles, angles), frames, tilts=tilts)
 
 
 def _strains(segment: ClampedRod, state: Equilibrium, middles: Array, angles: Array) -> Array:

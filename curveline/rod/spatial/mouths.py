@@ -13,7 +13,7 @@ from curveline.kernels.kernel import leaf
 from curveline.rod.geometry.rotations import product
 
 GIVE, PLAY, REACH = range(3)
-"""Places in a rod's `bearings (3,)`, see `planar.clamps`."""
+"""Places in a rod's `bearings`, see `planar.clamps`."""
 
 
 @leaf
@@ -23,9 +23,9 @@ def gives(rod):
 
 
 @leaf
-def mouth_frame(rod, tilt, end):
-    """Frame, four numbers, of the mouth at an `end`, 0 the first and 1 the last."""
-    w, x, y, z = rod.frames[end, 0], rod.frames[end, 1], rod.frames[end, 2], rod.frames[end, 3]
+def mouth_frame(frames, tilt, end):
+    """Frame, four numbers, of the mouth at an `end`, 0 the first and 1 the last; motors hold it as `frames (2, 4)`."""
+    w, x, y, z = frames[end, 0], frames[end, 1], frames[end, 2], frames[end, 3]
     if tilt == 0.0:
         return w, x, y, z
     c, s = np.cos(0.5 * tilt), np.sin(0.5 * tilt)
@@ -35,7 +35,7 @@ def mouth_frame(rod, tilt, end):
 @leaf
 def copy_mouth(rod, shape, end, out):
     """Overwrite `out (4,)` with the frame of the mouth that a shape has at an `end`."""
-    out[0], out[1], out[2], out[3] = mouth_frame(rod, shape.tilts[end], end)
+    out[0], out[1], out[2], out[3] = mouth_frame(rod.frames, shape.tilts[end], end)
 
 
 @leaf
@@ -46,12 +46,15 @@ def upright(frame):
 
 
 @leaf
-def seen_from_mouth(rod, turn, tilt, end):
-    """Rotation, four numbers, between a mouth and the edge beside it, of their `turn (4,)` were it not for the tilt."""
+def seen_from_mouth(frames, turn, tilt, end):
+    """Rotation, four numbers, between a mouth and the edge beside it, of their `turn (4,)` were it not for the tilt.
+
+    Motors hold the mouths as `frames (2, 4)`.
+    """
     q = turn[0], turn[1], turn[2], turn[3]
     if tilt == 0.0:
         return q
-    v0, v1, v2 = upright(rod.frames[end])
+    v0, v1, v2 = upright((frames[end, 0], frames[end, 1], frames[end, 2], frames[end, 3]))
     c, s = np.cos(0.5 * tilt), np.sin(0.5 * tilt)
     q = product((c, -s * v0, -s * v1, -s * v2), q) if end == 0 else product(q, (c, s * v0, s * v1, s * v2))
     return (-q[0], -q[1], -q[2], -q[3]) if q[0] < 0.0 else q
@@ -60,7 +63,7 @@ def seen_from_mouth(rod, turn, tilt, end):
 @leaf
 def arm(rod, tilt, end):
     """From pivot to mouth, or at the last end back from the mouth, what of that is in the plane: x, y."""
-    w, x, y, z = mouth_frame(rod, tilt, end)
+    w, x, y, z = mouth_frame(rod.frames, tilt, end)
     reach = rod.bearings[REACH]
     return 2.0 * reach * (x * z + w * y), 2.0 * reach * (y * z - w * x)
 

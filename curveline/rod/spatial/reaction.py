@@ -11,7 +11,15 @@ import numpy as np
 from curveline.kernels.kernel import leaf, njit, shipped
 from curveline.rod.spatial.bordered import in_space, solve_border
 from curveline.rod.spatial.clamps import doubled, links
-from curveline.rod.spatial.energy import Shape, SpatialRod, turned_at, vertex_slopes
+from curveline.rod.spatial.energy import (
+    Shape,
+    SpatialRod,
+    inner_slopes,
+    natural_at,
+    stiffnesses,
+    turned_at,
+    vertex_slopes,
+)
 from curveline.rod.spatial.mouths import gives, mouth_frame, seen_from_mouth
 
 SLIGHT = 1e-3
@@ -30,26 +38,26 @@ def turns_of(rod, shape):
 
 @njit
 def tilts_of(rod, frames, turns, reaction):
-    """Tilts (2,) [rad] of the bearings at rest."""
-    out = np.zeros(2)
-    if gives(rod):
-        forces = np.empty((rod.edges.size, 3))
-        passed_on(rod, reaction, forces)
-        (out[0], _), (out[1], _) = links(rod, frames, turns, forces)
-    return out
+    """Tilts [rad] of both bearings at rest."""
+    if not gives(rod):
+        return 0.0, 0.0
+    forces = np.empty((rod.edges.size, 3))
+    passed_on(rod, reaction, forces)
+    (first, _), (last, _) = links(rod, frames, turns, forces)
+    return first, last
 
 
 @leaf
-def space_slope(rod, shape, turns, i):
-    """Slope (3) about the axes of space of the energy of vertex `i`, of which `turns (n+1, 4)` are known."""
+def _end_slope(rod, shape, turns, end):
+    """Slope (3) about the axes of space of the energy of the half cell at an `end`."""
     n = rod.edges.size
-    turn = turns[i, 0], turns[i, 1], turns[i, 2], turns[i, 3]
-    if 0 < i < n:
-        return in_space(shape.frames[i - 1], vertex_slopes(rod, i, turn, turn))[0]
-    end = 1 if i == n else 0
-    turn = seen_from_mouth(rod, turn, shape.tilts[end], end)
-    slopes = vertex_slopes(rod, i, turn, doubled(turn))
-    return in_space(shape.frames[n - 1], slopes)[0] if end else in_space(mouth_frame(rod, shape.tilts[0], 0), slopes)[0]
+    turn = seen_from_mouth(rod.frames, turns[end * n], shape.tilts[end], end)
+    slopes = vertex_slopes(rod, end * n, turn, doubled(turn))
+    return (
+        in_space(shape.frames[n - 1], slopes)[0]
+        if end
+        else in_space(mouth_frame(rod.frames, shape.tilts[0], 0), slopes)[0]
+    )
 
 
 @leaf
@@ -78,8 +86,14 @@ def first_reaction(rod, shape, turns):
         return out
     forces, slopes = np.empty((n, 3)), np.zeros((n + 2, 3))
     passed_on(rod, out, forces)
+    stiffness = stiffnesses(rod)
     for i in range(n + 1):
-        m0, m1, m2 = space_slope(rod, shape, turns, i)
+        if 0 < i < n:
+            q = turns[i, 0], turns[i, 1], turns[i, 2], turns[i, 3]
+            inner = inner_slopes(stiffness, natural_at(rod, i), 0.5 * (rod.edges[i - 1] + rod.edges[i]), q)
+            (m0, m1, m2), _ = in_space(shape.frames[i - 1], inner)
+        else:
+            m0, m1, m2 = _end_slope(rod, shape, turns, 1 if i == n else 0)
         for at, sign in ((i, 1.0), (i + 1, -1.0)):
             slopes[at, 0] += sign * m0
             slopes[at, 1] += sign * m1

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.kernels.forms import Matrix
-from curveline.kernels.kernel import shipped
+from curveline.kernels.kernel import leaf, shipped
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.closest_approach import nearest_parts
 from curveline.rod.geometry.crossings import APART, crosses_itself, crosses_tails
@@ -18,7 +18,17 @@ from curveline.rod.geometry.space_curve import SpaceCurve, X, Y, Z
 from curveline.rod.planar.richardson import ROUNDING
 from curveline.rod.problem import Array, halved
 from curveline.rod.profile import BEFORE, BENT, TURN, hidden_between
-from curveline.rod.spatial.energy import Shape, SpatialRod, cell_of, energy, moments, positions, relative
+from curveline.rod.spatial.energy import (
+    Shape,
+    SpatialRod,
+    cell_of,
+    energy,
+    moments,
+    natural_at,
+    positions,
+    relative,
+    turned_at,
+)
 from curveline.rod.spatial.lifting import (
     clamp_tangents,
     relax_in_space,
@@ -127,14 +137,24 @@ def vertex_table(rod, shape, rest):
 @shipped(SpatialRod, Shape)
 def vertex_bends(rod, shape):
     """Curvatures away from the natural one at the vertices, (n+1,)."""
-    out = np.empty(rod.edges.size + 1)
-    single, q = np.empty(4), np.empty(4)
-    for i in range(rod.edges.size + 1):
-        cell, _ = cell_of(rod, i)
-        relative(rod, shape, i, single, q)
-        first, second = bend.turns(q)
-        out[i] = np.hypot(first / cell - rod.natural[i, 0], second / cell - rod.natural[i, 1])
+    n = rod.edges.size
+    out, single, q = np.empty(n + 1), np.empty(4), np.empty(4)
+    for i in range(1, n):
+        turned_at(rod, shape, i, single)
+        out[i] = _bend(natural_at(rod, i), 0.5 * (rod.edges[i - 1] + rod.edges[i]), single)
+    for end in range(2):
+        relative(rod, shape, end * n, single, q)
+        out[end * n] = _bend(natural_at(rod, end * n), rod.edges[end * (n - 1)], q)
     return out
+
+
+@leaf
+def _bend(natural, cell, q):
+    """Curvature away from the natural one of a vertex that turns by `q (4,)` over a `cell`."""
+    first, second = bend.turns(q)
+    per = 1.0 / cell
+    first, second = per * first - natural[0], per * second - natural[1]
+    return np.sqrt(first * first + second * second)
 
 
 @shipped(SpatialRod, Shape)

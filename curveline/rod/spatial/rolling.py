@@ -21,7 +21,7 @@ from curveline.rod.spatial.bordered import (
 from curveline.rod.spatial.clamps import doubled, link
 from curveline.rod.spatial.descent import factored, largest, neutral_of, newton_step, resting, room_for
 from curveline.rod.spatial.energy import Shape, SpatialRod, positions, vertex_slopes, with_frames
-from curveline.rod.spatial.mouths import arm, mouth_frame, seen_from_mouth
+from curveline.rod.spatial.mouths import arm, gives, mouth_frame, seen_from_mouth
 from curveline.rod.spatial.reaction import first_reaction, passed_on, turns_of
 
 REACH = 0.8
@@ -46,12 +46,14 @@ def clamp_pull(rod, state, right, gap):
     """
     n = rod.edges.size
     frames, turns, reaction = state
-    tilt, yields = link(rod, frames, turns, (reaction[0], reaction[1]), 1)
-    single = seen_from_mouth(rod, turns[n], tilt, 1)
+    tilt, yields = 0.0, 0.0
+    if gives(rod):
+        tilt, yields = link(rod, frames, turns, (reaction[0], reaction[1]), 1)
+    single = seen_from_mouth(rod.frames, turns[n], tilt, 1)
     (m0, m1, m2), (k00, k10, k11, k20, k21, k22) = in_space(
         frames[n - 1], vertex_slopes(rod, n, single, doubled(single))
     )
-    t0, t1, t2 = tangent_of(mouth_frame(rod, tilt, 1))
+    t0, t1, t2 = tangent_of(mouth_frame(rod.frames, tilt, 1))
     tilting = yields * (k20 * t0 + k21 * t1 + k22 * t2 + 0.5 * (m1 * t0 - m0 * t1))
     x, y = arm(rod, tilt, 1)
     gap[0], gap[1], gap[2] = -tilting * y, tilting * x, 0.0
@@ -174,7 +176,7 @@ def roll_through(rod, shape, angle, count, close):
             done = (reached + 1) * abs(angle)
             here = resting(now, state[0], state[1], state[2])
             out[0][reached], out[1][reached], out[2][reached] = here.strain, here.frames, here.turns
-            tilts[reached] = here.tilts
+            tilts[reached, 0], tilts[reached, 1] = here.tilts
             out[3][reached] = positions(now, here)
             reached += 1
         size = 2.0 * size if taken <= EASY else size

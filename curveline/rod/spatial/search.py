@@ -107,7 +107,7 @@ class _Survey:
         count = len(self.ahead(place, way))
         *shapes, vertices, last, done, work = roll_through(self.rod_at(place), shape, way * STEP, count, BESIDE)
         self.work += work * self.rod.edges.size
-        reached = [Shape(*each) for each in zip(*shapes, strict=True)]
+        reached = [_shape_of(each) for each in zip(*shapes, strict=True)]
         return list(zip(reached, vertices, strict=True)), place + done / STEP, last
 
     def ahead(self, place: int, way: int) -> range:
@@ -195,7 +195,13 @@ def _take_starts(survey: _Survey, sides: Sides) -> None:
     survey.lost += [(0.0, Shape(np.zeros(rod.edges.size), frames)) for frames in passed]
     survey.work += work * rod.edges.size
     for shape in zip(*shapes, strict=True):
-        _keep(survey, Shape(*shape))
+        _keep(survey, _shape_of(shape))
+
+
+def _shape_of(parts: Sequence[Array]) -> Shape:
+    """A shape of what kernels give of it: strain, frames, turns and tilts (2,)."""
+    strain, frames, turned, (first, last) = parts
+    return Shape(strain, frames, turned, (first, last))
 
 
 def _survey_roll(survey: _Survey) -> None:

@@ -122,13 +122,13 @@ def descended(rod, roll, curves, known, iterations):
     met, work, beside = 0, 0, 0
     for curve in curves:
         begun = started_frames(rod, roll, Curve(curve[0], curve[1], curve[2]))
-        start = Shape(np.zeros(n), begun, np.empty((0, 4)), np.zeros(2))
+        start = Shape(np.zeros(n), begun, np.empty((0, 4)), (0.0, 0.0))
         most = min(ITERATIONS, iterations - work)
         shape, ending, taken, _, has_passed = descent(rod, start, most, frames[: before + met], here)
         work += taken
         if ending == SETTLED:
             frames[before + met], strain[met], turns[met] = shape.frames, shape.strain, shape.turns
-            tilts[met] = shape.tilts
+            tilts[met, 0], tilts[met, 1] = shape.tilts
             met += 1
         if has_passed and not (is_known(here, frames[: before + met], NEAR) or is_known(here, passed[:beside], NEAR)):
             passed[beside] = here
