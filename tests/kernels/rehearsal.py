@@ -100,7 +100,8 @@ def rehearse() -> None:
     long = replace(heavy.segments[0], length=0.85)
     curveline.simulate(replace(taut, display=replace(heavy.display, rod=narrow), segments=(long,)))  # leaves its plane
     bent = replace(heavy.display.rod, profile=Profile((0.8, 1.2), (0.3, -0.3)))
-    curveline.simulate(replace(heavy, display=replace(heavy.display, rod=bent)))
+    for model in ("auto", "spatial"):
+        curveline.simulate(replace(heavy, display=replace(heavy.display, rod=bent)), model=model)
     NaturalCurvature(np.array([0.0]), np.array([1.0]))(np.array([0.5]))
     plan = curveline.plan(SHAPES / "level-asymmetric-peak.toml")
     curveline.monte_carlo(plan, TrialsRequest(runs=3, jobs=1))
