@@ -12,10 +12,12 @@ import pytest
 from clamped_rods import Stock, made_of, rod_between
 from curveline.rod.branches.continuation import coarse_start
 from curveline.rod.branches.control_path import between, straight_path
+from curveline.rod.branches.out_of_plane import seen
 from curveline.rod.branches.quasi_static import FELL, LEFT, RETURNED, move_through, pass_through
 from curveline.rod.branches.special_points import SpecialKind, critical
 from curveline.rod.branches.tracking import TrackedState, identify, tracked
 from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.problem import Array, Pose
 from curveline.rod.spatial.energy import Shape
 from curveline.rod.states.planar_states import find_states
@@ -116,6 +118,19 @@ def test_a_rod_that_is_narrow_sideways_stays_out_of_its_plane() -> None:
     state, events = move_through(through(LEVEL._replace(length=0.5), LEVEL), segment(at(LEVEL), narrow), None)
     assert [event.kind for event in events] == ["buckled", LEFT]
     assert isinstance(state, Shape)
+
+
+def test_between_bearings_that_give_a_rod_out_of_its_plane_is_where_a_search_has_it() -> None:
+    narrow = replace(ROUND, lateral_stiffness=0.3 * STIFFNESS, twisting_stiffness=0.3 * STIFFNESS)
+    there = segment(at(LEVEL), narrow)
+    there = replace(there, bearing=there.bearing._replace(give=0.02, play=0.01))
+    state, events = move_through(through(LEVEL._replace(length=0.5), LEVEL), there, None)
+    assert [event.kind for event in events] == ["buckled", LEFT]
+    assert isinstance(state, Shape)
+    found = model_states(there, SearchRequest(1e-5, (0,), "spatial")).states
+    curves = [each.curve(101) for each in found if each.stable and each.leaves_plane]
+    assert min(float(np.max(np.abs(seen(there, state, 101) - curve))) for curve in curves) < 2e-3
+    assert max(map(abs, state.tilts)) > 0.01
 
 
 def test_drawn_in_again_a_rod_out_of_its_plane_is_straight() -> None:
