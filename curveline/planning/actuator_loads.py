@@ -52,8 +52,8 @@ def clamp_loads_of_state(state: Equilibrium) -> ClampLoads:
     """What a state, in the plane or out of it, asks of motors that act in it: see `continuation.node_loads`.
 
     Straightening the rod as it enters a bearing pushes it out, however it bends and twists: by half of its stiffness
-    times the square of its curvature, of which the natural one is a part. Of a rod that is out of the plane that is
-    bounded, with the stiffness in the plane, which is the least.
+    times the square of its curvature, less that of its natural one, which it has where it comes from. Of a rod that is
+    out of the plane that is bounded, with the stiffness in the plane, which is the least.
     """
     rod = state.rod
     asked = []
@@ -61,10 +61,9 @@ def clamp_loads_of_state(state: Equilibrium) -> ClampLoads:
         sign = 1.0 - 2.0 * side
         (x, y), moment = state.clamp_force[side], state.clamp_moment[side]
         natural = rod.stiffness * rod.mouth_curvatures[side]
-        held = -sign * moment + natural
+        push = 0.5 * ((natural - sign * moment) ** 2 - natural**2) / rod.stiffness
         if state.space is not None:
-            held = math.hypot(*state.space.moments[side]) + abs(natural)
-        push = 0.5 * held**2 / rod.stiffness
+            push = 0.5 * (math.hypot(*state.space.moments[side]) + abs(natural)) ** 2 / rod.stiffness
         across = y * math.cos(angle) - x * math.sin(angle)
         asked += [x * math.cos(angle) + y * math.sin(angle) - sign * push, y, moment + sign * 0.5 * rod.clamp * across]
     asks = np.array(asked)

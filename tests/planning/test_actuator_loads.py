@@ -74,12 +74,19 @@ def turned(layout: Layout, node: int, by: float) -> Layout:
     return replace(layout, nodes=tuple(nodes))
 
 
+def bent(scene: Scene, curvature: float) -> Scene:
+    """The same with a rod that is curved when it is free [1/m]."""
+    rod = replace(scene.display.rod, natural_curvature=curvature)
+    return replace(scene, display=replace(scene.display, rod=rod))
+
+
+@pytest.mark.parametrize("natural", [0.0, 4.0])
 @pytest.mark.parametrize("node", [0, 1, 2])
 @pytest.mark.parametrize(("axis", "moved"), list(enumerate((fed, lifted, turned))), ids=["feed", "height", "angle"])
 def test_a_node_gives_the_slope_of_the_energy_of_both_its_segments(
-    node: int, axis: int, moved: Callable[[Layout, int, float], Layout]
+    node: int, axis: int, moved: Callable[[Layout, int, float], Layout], natural: float
 ) -> None:
-    scene, layout = row(2), layout_of(row(2))
+    scene, layout = bent(row(2), natural), layout_of(row(2))
     up, down = (energy_of(scene, moved(layout, node, side * STEP)) for side in (1.0, -1.0))
     slope = (up - down) / (2.0 * STEP) - (axis == 0) * carried(scene, node)
     segment_loads = demands_of(scene)

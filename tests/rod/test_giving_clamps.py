@@ -54,17 +54,11 @@ def rise_of(state: Equilibrium) -> float:
     return 0.5 * state.rod.clamp * (math.sin(state.angles[0]) - math.sin(state.rod.start))
 
 
-def straight(state: Equilibrium) -> float:
-    """Energy per length [N] of a rod that is held straight against its natural curvature."""
-    return 0.5 * state.rod.stiffness * state.rod.natural_curvature**2
-
-
 SLOPES = {
     "y": (1e-4, lambda wrench, _: wrench[4]),
     "end": (1e-4, lambda wrench, _: wrench[5]),
-    # What is fed enters at the height of the mouth, which the potential counts from where it is before the link tilts,
-    # and straightened, as in the bearing.
-    "length": (1e-4, lambda wrench, state: wrench[0] + WEIGHT * rise_of(state) + straight(state)),
+    # What is fed enters at the height of the mouth, which the potential counts from where it is before the link tilts.
+    "length": (1e-4, lambda wrench, state: wrench[0] + WEIGHT * rise_of(state)),
     # The potential is that over the first mouth, which the motor of the first node lifts.
     "start": (
         1e-4,

@@ -109,7 +109,9 @@ def node_loads(path, fraction, bearing, free, phi, multipliers):
 
     All six are slopes of the energy, by what the motors move. That is why the push along the tangent is not the force
     in the rod outside the bearing: straightening the rod as it enters pushes it out again, by EI kappa^2 / 2 (Bigoni
-    et al. 2015, Mech. Mater. 80: Eshelby-like forces). Of a rod that stretches it leaves out the energy of stretching.
+    et al. 2015, Mech. Mater. 80: Eshelby-like forces), less what straightening it takes where it comes from a tail, or
+    another segment, EI / 2 times the square of its natural curvature. Of a rod that stretches it leaves out the energy
+    of stretching.
     """
     pose = pose_at(path, fraction)
     forces = forces_at(path, fraction)
@@ -133,7 +135,7 @@ def node_loads(path, fraction, bearing, free, phi, multipliers):
         sign = 1.0 if side == 0 else -1.0
         vertex = 0 if side == 0 else phi.size
         bend, own = table[vertex, CURVATURE] / length, free.rest[BENT, vertex] / length + bearing.natural
-        out[3 * side] = x * np.cos(angle) + y * np.sin(angle) - sign * 0.5 * bearing.stiffness * bend**2
+        out[3 * side] = x * np.cos(angle) + y * np.sin(angle) - sign * 0.5 * bearing.stiffness * (bend**2 - own**2)
         out[1 + 3 * side] = y
         across = y * np.cos(angle) - x * np.sin(angle)
         out[2 + 3 * side] = sign * (half * across - bearing.stiffness * (bend - own))
