@@ -19,6 +19,10 @@ from curveline.rod.problem import Array
 from curveline.rod.profile import expanded, interval_at
 
 MOST_PLACES = 100_000
+LEAST_APART = 1e-12
+"""Of two places [m]: a cubic between nearer ones is lost in rounding, or has slopes that are no numbers."""
+MOST = 1e9
+"""Curvature [1/m] beyond which no rod is bent, whatever it has taken for a set besides."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +43,10 @@ class NaturalCurvature:
                 f"a natural curvature needs one value at each of 1 to {MOST_PLACES} places",
                 hint=f"there are arrays of {places.shape} and {values.shape}",
             )
-        if not (np.all(np.isfinite(places)) and np.all(np.isfinite(values))):
-            raise InvalidInput("a place or a natural curvature is not a number")
-        if np.any(np.diff(places) <= 0.0):
-            late = int(np.argmax(np.diff(places) <= 0.0)) + 1
+        if not (np.all(np.isfinite(places)) and np.all(np.abs(values) <= MOST)):
+            raise InvalidInput("a place or a natural curvature is not a number, or too large", "give them in m and 1/m")
+        if np.any(np.diff(places) < LEAST_APART):
+            late = int(np.argmax(np.diff(places) < LEAST_APART)) + 1
             raise InvalidInput(
                 f"place {late + 1} of a natural curvature, {places[late]:g} m, is not beyond the one before it",
                 hint="sort the places; for a step give two that are a little apart",

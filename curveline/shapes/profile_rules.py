@@ -12,13 +12,15 @@ from curveline.scene import Profile
 from curveline.shapes.file_keys import MAX_PLACES, RodTable
 from curveline.shapes.toml_document import Document, shown
 from curveline.system.files import decode_text, excerpt, read_file, refuse_file
-from curveline.units import mm
+from curveline.units import mm, told_apart
 
 ALONG, FILE = "natural_curvature_along", "natural_curvature_file"
 COLUMNS = ("place_mm", "curvature_per_m")
 MAX_BYTES = 1_000_000
 MOST = 1e6
 """Largest curvature that a file may have [1/m], as in a display file."""
+LEAST_APART = 1e-6
+"""Of two places [mm]: what is nearer is the same to any rod, and a curvature between has no slope that is a number."""
 RISING = "give the places from the left end of the rod on, each once; for a step two that are a little apart"
 
 
@@ -68,8 +70,10 @@ def _profile(pairs: list[tuple[float, float]]) -> Profile | None:
 
 def _misplaced(place: float, before: float, whole: float | None) -> tuple[str, str] | None:
     """What is wrong with a place [mm] along a rod behind another one, and what to do; None if nothing is."""
-    if place <= before:
-        return f"the place {place:g} mm is not beyond the one before it, {before:g} mm", RISING
+    if place - before < LEAST_APART:
+        at, last = told_apart(place, before, 6)
+        how = "not" if place <= before else f"less than {LEAST_APART:g} mm"
+        return f"the place {at} mm is {how} beyond the one before it, {last} mm", RISING
     if place < 0.0 or (whole is not None and place > whole):
         end = "" if whole is None else f" and ends at {whole:g} mm"
         return f"the place {place:g} mm is not on the rod, which begins at 0{end}", "is it in mm from its left end?"
@@ -79,7 +83,10 @@ def _misplaced(place: float, before: float, whole: float | None) -> tuple[str, s
 def _read(path: str, text: str, whole: float) -> list[tuple[float, float]]:
     """The pairs of a CSV file, in mm and 1/m."""
     lines = text.splitlines()
-    rows = list(csv.reader(lines))
+    try:
+        rows = list(csv.reader(lines))
+    except csv.Error:
+        refuse_file(path, "too-large", "this file has a cell that is too long", "write two short numbers in a line")
     header = [name.strip() for name in rows[0]] if rows else []
     if tuple(header) != COLUMNS:
         hint = f"begin it with the line {','.join(COLUMNS)}"
@@ -108,9 +115,12 @@ MAX_SHOWN = 20
 
 def _pair(row: list[str], before: float, whole: float) -> tuple[tuple[float, float], tuple[str, str] | None]:
     """The numbers of a row, and what is wrong with them with what to do, None if nothing is."""
+    while len(row) > len(COLUMNS) and not row[-1].strip():
+        row = row[:-1]
     numbers = list(_numbers(row))
-    if len(numbers) != len(COLUMNS):
-        return (0.0, 0.0), ("this line does not have two numbers", "write place and curvature, such as 120.5,1.8")
+    # A cell that is no number must not make way for the next column.
+    if not len(numbers) == len(row) == len(COLUMNS):
+        return (0.0, 0.0), ("this line is not two numbers", "write place and curvature, such as 120.5,1.8")
     place, value = numbers
     if abs(value) > MOST:
         return (0.0, 0.0), (f"a curvature of {value:g} /m is beyond {MOST:g} /m", "is it in 1/m?")

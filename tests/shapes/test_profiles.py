@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from curveline.cli.app import app
 from curveline.displays.check import check_of
 from curveline.errors import InvalidInput
+from curveline.rod.natural_curvature import NaturalCurvature
 from curveline.scene import Profile
 from curveline.shapes.files import builtin_text, read_display, read_shape
 
@@ -100,3 +102,38 @@ def test_a_check_says_how_the_free_rod_is_bent(tmp_path: Path) -> None:
     text = CliRunner().invoke(app, ["display", "check", str(path)]).stdout
     assert "along its length the free rod is bent by -72.5 to 1 1/m" in text
     assert "free rod is bent" not in CliRunner().invoke(app, ["display", "check", "single"]).stdout
+
+
+TOO_NEAR = "give the places from the left end of the rod on"
+ODD = {
+    # What is no number must not make way for the next column.
+    "0,abc,1.8": "write place and curvature",
+    "nan,0,1.8": "write place and curvature",
+    "0,1,5": "write place and curvature",
+    "0,-1e6\n1e-300,1e6": TOO_NEAR,
+    "0,1\n1e-322,2": TOO_NEAR,
+    "0," + "1" * 200_000: "write two short numbers",
+}
+
+
+@pytest.mark.parametrize("rows", ODD, ids=range(len(ODD)))
+def test_odd_rows_are_refused(tmp_path: Path, rows: str) -> None:
+    with pytest.raises(InvalidInput) as refusal:
+        read_display(csv_beside(tmp_path, f"place_mm,curvature_per_m\n{rows}\n"))
+    assert ODD[rows] in refusal.value.diagnostics[0].hint
+
+
+def test_an_empty_cell_behind_a_row_is_nothing(tmp_path: Path) -> None:
+    assert read_display(csv_beside(tmp_path, "place_mm,curvature_per_m\n0,1\n500,-2.5,\n")).rod.profile == PAIRS
+
+
+def test_pairs_that_are_too_near_are_refused_as_in_a_table(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput) as refusal:
+        read_display(display_with(tmp_path, "natural_curvature_along = [[0, -1e6], [1e-300, 1e6]]"))
+    assert TOO_NEAR in refusal.value.diagnostics[0].hint
+
+
+def test_a_natural_curvature_whose_slope_is_no_number_is_refused() -> None:
+    for places, values in (((0.0, 1e-300), (-1.0, 1.0)), ((0.0, 1.0), (0.0, 1e300))):
+        with pytest.raises(InvalidInput):
+            NaturalCurvature(np.array(places), np.array(values))
