@@ -41,6 +41,8 @@ CLOSE = 1e-3
 """Part of the largest set to which steps are to agree with half as many."""
 LOOKS = np.linspace(0.0, 1.0, 25)
 """Where along a segment curves are compared, as parts of its vertices."""
+APART = 1e-9
+"""Part of the rod by which two places differ."""
 JUMP = 0.5
 """Angle [rad] by which no curve gives way within a step, unless the rod snaps."""
 
@@ -110,10 +112,18 @@ def with_set(display: Display, memory: RodMemory) -> Display:
     places, values = memory.places, memory.set_curvature
     if rod.profile is not None:
         made, taken = _curvature_of(rod.profile), NaturalCurvature(places, values)
-        places = np.union1d(places, made.places)
+        # Beside a place of the file, one that only rounding tells from it would give the curve a slope of rounding.
+        gaps = np.abs(places[:, None] - made.places[np.clip(_around(made.places, places), 0, made.places.size - 1)])
+        places = np.union1d(places[gaps.min(axis=1) > APART * memory.total_length], made.places)
         values = made(places) + taken(places)
     profile = Profile(tuple(places.tolist()), tuple(values.tolist()))
     return replace(display, rod=replace(rod, profile=profile, relaxation=memory.law))
+
+
+def _around(places: Array, wanted: Array) -> npt.NDArray[np.intp]:
+    """Where the `wanted (m,)` lie among rising `places`: the numbers (m, 2) of those before and behind each."""
+    behind = np.searchsorted(places, wanted)
+    return np.column_stack([behind - 1, behind])
 
 
 def _shape_of(dwell: Dwell, scene: Scene, read: Reader) -> Scene | None:

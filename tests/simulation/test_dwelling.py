@@ -366,3 +366,14 @@ def test_a_shape_that_gives_way_while_the_rod_dwells_in_it_is_said_to_snap(tmp_p
     with pytest.raises(Infeasible, match="gives way and snaps") as refusal:
         scene_after(near, "x@4w", lambda name: near)
     assert "shorter" in refusal.value.hint
+
+
+def test_a_place_of_the_file_beside_one_of_the_memory_is_one_place() -> None:
+    scene = shape()
+    memory = RodMemory.new(power_law(), scene.display.rod.total_length).held(1.0, EIGHT_HOURS)
+    beside = (memory.places[200] * (1.0 + 3e-16), memory.places[201] - 3e-16)
+    bent = replace(scene.display, rod=replace(scene.display.rod, profile=Profile(beside, (0.1, 0.3))))
+    profile = with_set(bent, memory).rod.profile
+    assert profile is not None
+    assert np.diff(profile.places).min() > 1e-4
+    assert set(beside) <= set(profile.places)
