@@ -24,6 +24,8 @@ from curveline.system.given_files import read_given
 from curveline.units import mm
 
 MAX_BYTES = 1_000_000
+LONGEST_LINE = 10_000
+"""Characters."""
 MOST_PROBLEMS = 100
 ALWAYS = ("drum_radius_mm", "held", "after")
 WAYS = (("curvature_per_m",), ("radius_mm",), ("arc_height_mm", "chord_mm"))
@@ -75,6 +77,7 @@ class _Table:
         if not rows:
             self._problem(1, "empty", "there is nothing in it", HOW)
             raise self._error()
+        self._check_lengths(rows)
         delimiter = ";" if ";" in rows[0][1] else ","
         head = [cell.strip() for cell in _cells(rows[0][1], delimiter)]
         self._check_head(rows[0][0], head)
@@ -84,6 +87,14 @@ class _Table:
         if self._problems:
             raise self._error()
         return self._less_before([each for each in found if each is not None])
+
+    def _check_lengths(self, rows: Iterable[tuple[int, str]]) -> None:
+        """Refuse lines with what no reading takes, which may be more than a cell can hold."""
+        for number, line in rows:
+            if len(line) > LONGEST_LINE:
+                self._problem(number, "too-large", "this line is too long", HOW)
+        if self._problems:
+            raise self._error()
 
     def _check_head(self, line: int, head: Sequence[str]) -> None:
         for index, column in enumerate(head):

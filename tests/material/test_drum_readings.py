@@ -117,3 +117,9 @@ def test_a_file_of_another_size_or_kind_is_refused(tmp_path: Path) -> None:
     (tmp_path / "strip.csv").write_bytes(b"\xff\xfe")
     with pytest.raises(InvalidInput, match="UTF-8"):
         read_drum_readings(tmp_path / "strip.csv")
+
+
+def test_a_line_that_no_cell_can_hold_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput) as refusal:
+        read(tmp_path, HEAD, "1" * 200_000)
+    assert [each.code for each in refusal.value.diagnostics] == ["too-large"]
