@@ -10,7 +10,7 @@ import pytest
 
 from curveline.plan_file import Plan
 from curveline.replay.playback import replay
-from curveline.scene import LOST, STRAIGHT
+from curveline.scene import LOST, STRAIGHT, Profile
 from curveline.shapes.files import read_display
 from curveline.units import deg, mm
 from playing import SHAPES, Counts, Frame, counts_of, motion, next_plan, plan, scene
@@ -152,3 +152,15 @@ def test_the_node_between_two_segments_feeds_from_one_to_the_other(fed_mm: float
     expected = ["valley", "peak", "peak", "valley"]
     expected[straight - 1] = STRAIGHT
     assert played.states == tuple(expected)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3, 10])
+def test_a_state_near_its_end_is_kept_however_few_frames_tell_of_a_long_way(frames: int) -> None:
+    # The left node turns by 56 degrees, to where a peak has a twentieth of its stability left.
+    bent = replace(
+        DISPLAY, rod=replace(DISPLAY.rod, profile=Profile((0.1, 0.81, 1.0, 1.1), (-0.085, 0.67, 0.04, -0.1)))
+    )
+    right = (-26252, -825, 0)
+    way = [(float(k), ((26252, 265 - round(3907 * k / frames), 0), right)) for k in range(frames + 1)]
+    played = replay(bent, way, ("peak",))
+    assert (played.states, played.snaps) == (("peak",), ())

@@ -218,9 +218,10 @@ def _passed(poses: Array, segment: ClampedRod, held: TrackedState) -> tuple[int,
         kept = looks_kept(straight_path(begin, end), segment.bearing, fine.angles, fine.multipliers, LOOKS)
         if kept == 0:
             break
-        if kept == LOOKS:
-            further, held, leaves = _passed_on(poses[done:], segment.bearing, fine)
-            done += further
+        # A look that comes too late for a long way is no fall yet: what is led in short steps may pass.
+        further, led, leads_out = _passed_on(poses[done:], segment.bearing, fine)
+        if further > 0:
+            done, held, leaves = done + further, led, leads_out
     return done, held, leaves
 
 
