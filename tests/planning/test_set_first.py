@@ -110,3 +110,15 @@ def test_a_plan_is_not_proven_for_a_rod_that_ends_elsewhere() -> None:
         else:
             with pytest.raises(Infeasible, match=r"step \d"):
                 prove_again(plan, other)
+
+
+@pytest.mark.parametrize("shapes", [("level-up-valley", "steep"), ("level-up-valley", "steep", "level-neutral-peak")])
+def test_a_funnel_from_one_state_to_another_is_proven_again_too(shapes: tuple[str, ...]) -> None:
+    scenes = [steep(40.0) if name == "steep" else read_shape(name) for name in shapes[1:]]
+    plan = curveline.plan(*scenes, begin=shapes[0])
+    prove_again(plan, scenes[0].display)
+    # Held in the valley so long that the steep peak is none any more.
+    after = curveline.after(scenes[0], "level-up-valley@4d")
+    assert [state.name for state in curveline.simulate(after)[0].states] == ["valley"]
+    with pytest.raises(Infeasible, match="the other state ceases to exist|would end as"):
+        prove_again(plan, after.display)
