@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,8 @@ from curveline._version import __version__
 from curveline.drive_settings import AXES, drive_settings
 from curveline.driving.interrupted import InterruptedRun
 from curveline.driving.known_states import Shown, remembered_states
+from curveline.driving.rod_plans import check_for_rod, with_rod_now
+from curveline.driving.rod_record import RodRecord, is_fresh
 from curveline.driving.tours import Tour, Whereabouts, plan_tour
 from curveline.driving.wishes import Wish
 from curveline.listening import SILENT, Listener
@@ -85,13 +88,21 @@ def dry_run_of(wish: Wish, site: DrySite) -> DryRun:
         site.listener.note(wish.summary())
     else:
         plan = wish
+        if site.spec is not None:
+            check_for_rod(plan, RodRecord(site.spec, site.runs, is_kept=False), site.listener)
     check_targets(plan)
     return DryRun(plan, [frame for frame in describe_plan_frames(plan) if frame.step > begin])
 
 
 def _planned(tour: Tour, site: DrySite) -> Plan:
-    """A plan from where the mock display stands, read without opening it; from home for any radio, left alone here."""
+    """A plan from where the mock display stands, read without opening it; from home for any radio, left alone here.
+
+    Its rod is as the runs on record left it.
+    """
     name, _, settings = (site.spec or "").partition(":")
+    if site.spec is not None:
+        since = time.time() if is_fresh(site.spec) else 0.0
+        tour = with_rod_now(tour, RodRecord(site.spec, site.runs, since, is_kept=False), site.listener)
     if name != "mock" or parse_spec(settings).fresh:
         site.listener.note("planned from home")
         return plan_tour(tour, Whereabouts(), site.listener)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+from curveline.driving.known_states import states_after
 from curveline.driving.rod_record import RodRecord
 from curveline.driving.tours import Tour, Whereabouts, plan_tour
 from curveline.errors import Infeasible, InvalidInput
@@ -54,6 +55,14 @@ def _tell_of_fading(plan: Plan, tour: Tour, listener: Listener) -> None:
         listener.note(
             f"note: this plan is safe while the rod has this set, and not once that has faded: {refusal.message}"
         )
+
+
+def rest_of(plan: Plan, done: int) -> Plan:
+    """What is left of a plan once so many of its steps are done."""
+    if done == 0:
+        return plan
+    last = plan.steps[done - 1]
+    return replace(plan, start=last.targets, shows=states_after(plan, done), steps=plan.steps[done:])
 
 
 def check_for_rod(plan: Plan, record: RodRecord, listener: Listener) -> None:

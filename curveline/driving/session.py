@@ -19,7 +19,7 @@ from curveline.driving.live import news_of, same_radio, senders
 from curveline.driving.modelled import known_rod
 from curveline.driving.one_node import OneNode, refuse_while_sending
 from curveline.driving.readiness import check_movable, check_ready
-from curveline.driving.rod_plans import check_for_rod, with_rod_now
+from curveline.driving.rod_plans import check_for_rod, rest_of, with_rod_now
 from curveline.driving.rod_record import RodRecord, is_fresh
 from curveline.driving.run_listener import UNHEARD, RunListener
 from curveline.driving.scanning import ScanResult, scan_display
@@ -164,6 +164,8 @@ class Session:
         A wish is a plan, a tour of shapes, or a run that goes on, whose record stays locked in the context.
         """
         if isinstance(wish, InterruptedRun):
+            # As it was while the run rested: what is in the midst of a step goes to its end first.
+            check_for_rod(rest_of(wish.plan, wish.point.barrier), self._outlet.record, self.listener)
             with wish.opened() as journal:
                 outlet = self._outlet
                 self.listener.note(wish.summary())

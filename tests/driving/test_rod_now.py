@@ -124,7 +124,7 @@ def test_the_same_comes_out_without_what_is_kept_beside_the_runs(files: Path, wa
     with display_of(files) as session:
         rods = [session.rod()]
         kept = files / "runs" / "mock-rod-single.json"
-        assert json.loads(kept.read_text())["run"] == 4
+        assert json.loads(kept.read_text())["run"].startswith("000004-")
         for text in ("", "{", "[1]", '{"format": 1}', '{"format": 1, "run": 2, "since": NaN, "memory": {}}'):
             kept.write_text(text)
             rods.append(session.rod())
