@@ -23,8 +23,7 @@ from curveline.errors import Infeasible, InvalidInput
 from curveline.notebook import html_of
 from curveline.phrases import local_time
 from curveline.radio.host.run_folder import number_of, run_names
-from curveline.system import portable
-from curveline.system.files import read_file
+from curveline.system.files import read_file, write_file
 
 if TYPE_CHECKING:
     from curveline.material.memory import RodMemory
@@ -221,11 +220,9 @@ def _write(path: Path, kept: _Kept, *, must: bool = False) -> None:
     from curveline.material.memory_json import memory_document
 
     document = {"format": FORMAT, "run": kept.run, "since": kept.since, "memory": memory_document(kept.memory)}
-    partial = path.with_suffix(".part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(json.dumps(document) + "\n", encoding="utf-8")
-        portable.replace(partial, path)
-    except OSError:
+        write_file(path, f"{json.dumps(document)}\n".encode(), force=True)
+    except (OSError, InvalidInput):
         if must:
             raise

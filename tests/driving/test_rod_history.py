@@ -14,7 +14,7 @@ import pytest
 import curveline
 from curveline.driving.rod_now import _path, rod_now
 from curveline.driving.rod_record import RodRecord
-from curveline.errors import Infeasible, LinkError
+from curveline.errors import Infeasible, InvalidInput, LinkError
 from curveline.shapes.files import read_display
 from curveline.simulation.dwelling import scene_after
 from curveline.units import DAY, HOUR
@@ -53,7 +53,8 @@ def test_a_run_that_rested_before_it_was_gone_on_with_held_the_rod_meanwhile(fil
         assert json.loads((files / "runs" / KEPT).read_text())["run"].startswith("000002-")
         rods.append(session.rod())
     sets = [rod.past.memory.set_curvature for rod in rods]
-    assert np.abs(np.diff(sets, axis=0)).max() < 0.05
+    # Within seconds in the valley the rod takes a little of that.
+    assert np.abs(np.diff(sets, axis=0)).max() < 0.5
     history = f"{files / VALLEY}@1h,{files / PEAK}@2h"
     expected = scene_after(curveline.read_shape(files / PEAK), history, curveline.read_shape).past
     assert expected is not None
@@ -162,3 +163,17 @@ def test_a_lie_beside_the_runs_is_not_believed(files: Path, wait: Waits) -> None
         path.write_text(json.dumps(told))
         found = rod_now(display, record, now)
         assert np.abs(found.past.memory.set_curvature - truth.past.memory.set_curvature).max() < 1e-3
+
+
+def test_what_cannot_be_kept_is_told_of_where_that_matters_and_leaves_nothing_behind(files: Path, wait: Waits) -> None:
+    for shape in (VALLEY, "home"):
+        sent(files, shape)
+        wait(HOUR)
+    path = files / "runs" / KEPT
+    path.unlink(missing_ok=True)
+    path.mkdir()
+    with display_of(files) as session:
+        assert len(session.rod().stays) == 2
+        with pytest.raises(InvalidInput):
+            session.new_rod()
+    assert not list((files / "runs").glob("*part*"))

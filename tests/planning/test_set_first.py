@@ -120,5 +120,5 @@ def test_a_funnel_from_one_state_to_another_is_proven_again_too(shapes: tuple[st
     # Held in the valley so long that the steep peak is none any more.
     after = curveline.after(scenes[0], "level-up-valley@4d")
     assert [state.name for state in curveline.simulate(after)[0].states] == ["valley"]
-    with pytest.raises(Infeasible, match="the other state ceases to exist|would end as"):
+    with pytest.raises(Infeasible, match=r"the other state ceases to exist|would end as"):
         prove_again(plan, after.display)
