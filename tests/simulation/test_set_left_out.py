@@ -17,6 +17,7 @@ from curveline.rod.models.model_error import SAFETY
 from curveline.scene import Scene
 from curveline.shapes.files import builtin_text
 from curveline.simulation.dwelling import scene_after
+from curveline.simulation.set_left_out import set_bound
 
 SHAPES = Path(__file__).parents[2] / "shapes"
 
@@ -63,3 +64,19 @@ def test_a_sweep_has_it_at_every_point(tmp_path: Path) -> None:
     swept = ["simulate", str(tmp_path / "shape.toml"), "--sweep", "nodes.1.angle_deg=20:30:2", "--json"]
     for line in CliRunner().invoke(app, swept).stdout.splitlines():
         assert json.loads(line)["segments"][0]["model"]["left_out"]["set"]["bound_mm"] > 1.0
+
+
+@pytest.mark.parametrize(("name", "mass"), [("level-asymmetric-peak", 3.0), ("level-asymmetric-peak", 4.0)])
+def test_a_heavy_rod_that_gives_way_in_its_own_state_moves_by_no_more(name: str, mass: float) -> None:
+    scene = plastic(name)
+    rod = replace(
+        scene.display.rod, relaxation=power_law(3.0), mass_per_length=mass * scene.display.rod.mass_per_length
+    )
+    scene = replace(scene, display=replace(scene.display, rod=rod))
+    scene = replace(scene, nodes=(scene.nodes[0], replace(scene.nodes[1], angle=0.0)))
+    (segment,) = curveline.simulate(scene)
+    (after,) = curveline.simulate(scene_after(scene, "itself@1w", lambda _: scene))
+    moved = np.linalg.norm(segment.wanted.curve(201) - after.wanted.curve(201), axis=1).max()
+    bound = set_bound(power_law(3.0), [segment.wanted])
+    assert bound is not None
+    assert 1e-3 < moved < bound.bound
