@@ -102,9 +102,10 @@ def _snap_of(loading: Loading) -> SnapThrough:
     if snap.kind == LOST:
         message = f"the push could be followed to {snap.force:.4g} N only: there is no fall to show"
         raise Infeasible(message, "push at a place nearby")
-    if loading.stand.state.rod.has_giving_clamps:
-        message = "a fall is computed between rigid clamps, and this display's give"
-        raise InvalidInput(message, "leave clamp_stiffness_Nmm_per_deg and clamp_play_deg out of the display file")
+    bearing = loading.stand.state.rod.bearing
+    if bearing.play > 0.0 and bearing.give == 0.0:
+        message = "a fall is not computed between bearings that strike at the end of their play"
+        raise InvalidInput(message, "give the display file a clamp_stiffness_Nmm_per_deg, how stiff they are there")
     if loading.scene.display.rod.mass_per_length <= 0.0:
         message = "the rod has no mass: nothing tells how fast it falls"
         raise InvalidInput(message, "give the display's rod its mass_g_per_m")

@@ -15,6 +15,7 @@ import curveline
 from curveline.cli.app import app
 from curveline.displays.check import check_of
 from curveline.errors import InvalidInput
+from curveline.rod.spatial.dynamics import Fate
 from curveline.scene import Scene
 from curveline.sections import Rectangle
 from curveline.shapes.files import builtin_text
@@ -100,8 +101,33 @@ def test_a_push_snaps_earlier_between_soft_bearings(tmp_path: Path) -> None:
     assert rigid.snap is not None
     assert giving.snap is not None
     assert 0.5 * rigid.snap.force < giving.snap.force < 0.95 * rigid.snap.force
-    with pytest.raises(InvalidInput, match="a fall is computed between rigid clamps"):
-        curveline.fall(giving)
+
+
+@pytest.mark.parametrize("lines", [(STIFFNESS,), (STIFFNESS, PLAY)])
+def test_a_fall_between_bearings_that_give_loses_energy_and_tilts_them_as_the_state_does(
+    tmp_path: Path, lines: tuple[str, ...]
+) -> None:
+    motion = curveline.fall(curveline.load(soft(tmp_path, *lines))).motion
+    total = motion.kinetic + motion.potential
+    assert np.max(np.diff(total)) < 1e-10 * np.max(np.abs(total))
+    assert motion.fate is Fate.LANDED
+    assert motion.settled is not None
+    assert max(map(abs, motion.settled.tilts)) > 0.1
+    assert motion.last.shape.tilts == pytest.approx(motion.settled.tilts, abs=1e-4)
+
+
+def test_a_fall_between_very_stiff_bearings_is_that_between_rigid_ones(tmp_path: Path) -> None:
+    rigid, stiff = (
+        curveline.fall(curveline.load(soft(tmp_path, *lines))).motion
+        for lines in ((), ("clamp_stiffness_Nmm_per_deg = 1e6",))
+    )
+    assert stiff.times[-1] == pytest.approx(rigid.times[-1], rel=0.02)
+    assert stiff.places[-1] == pytest.approx(rigid.places[-1], abs=1e-3)
+
+
+def test_a_fall_between_bearings_that_strike_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="strike at the end of their play"):
+        curveline.fall(curveline.load(soft(tmp_path, PLAY)))
 
 
 def test_what_points_out_of_the_plane_is_modelled_in_space_between_bearings_that_give(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ from curveline.rod.spatial.energy import Shape, SpatialRod, assemble, energy, mo
 from curveline.rod.spatial.inertia import Pull, add_pull, add_viscosity, lumped, spun, strained
 from curveline.rod.spatial.relax import RelaxEnding as Rest
 from curveline.rod.spatial.relax import descend, is_stable
+from curveline.rod.spatial.tilting import Tilts, held_at, is_giving, newton_step
 from curveline.units import STANDARD_GRAVITY
 
 CLOSE = 1e-7
@@ -132,7 +133,7 @@ def at_rest(rod: SpatialRod, shape: Shape) -> Motion:
     What is off is made good as in a short step: the stiff rod bends instead of stretching, and hardly starts to fall.
     """
     still = _still(shape)
-    if rod.held[1] > 0.0 and np.max(np.abs(rod.chord - positions(rod, shape)[-1])) > 1e-14:
+    if rod.held[1] > 0.0 and np.max(np.abs(held_at(rod, shape) - positions(rod, shape)[-1])) > 1e-14:
         for dt in SEATING:
             attempt = step(rod, still, Medium(), dt)
             if attempt is not None:
@@ -179,10 +180,14 @@ def step(rod: SpatialRod, motion: Motion, medium: Medium, dt: float) -> tuple[Mo
         add_pull(rod, shape, begin, pull, gradient, band)
         if pull.viscosity > 0.0:
             add_viscosity(rod, shape, pull, gradient, band)
-        change = _newton_step(rod, shape, gradient, band)
-        if change is None:
+        found = newton_step(rod, shape, gradient, band) if is_giving(rod) else _newton_step(rod, shape, gradient, band)
+        if found is None:
             return None
+        change, tilts = found
         shape, turn = moved(rod, shape, change, 1.0)
+        turn = max(turn, *map(abs, tilts))
+        first, last = shape.tilts
+        shape = shape._replace(tilts=(first + tilts[0], last + tilts[1]))
         if not turn < LONGEST_TURN:
             return None
         if turn < CLOSE:
@@ -211,8 +216,11 @@ def _predicted(rod: SpatialRod, motion: Motion, dt: float) -> Shape:
     return shape if turn < LONGEST_TURN else motion.shape
 
 
-def _newton_step(rod: SpatialRod, shape: Shape, gradient: Array, band: Array) -> Array | None:
-    """Newton's step (4n+3,) with the first vertex held and the last one, if the rod holds it, brought to its place."""
+def _newton_step(rod: SpatialRod, shape: Shape, gradient: Array, band: Array) -> tuple[Array, Tilts] | None:
+    """Newton's step (4n+3,) with the first vertex held and the last one, if the rod holds it, brought to its place.
+
+    Its clamps do not tilt.
+    """
     change = np.zeros(gradient.size)
     last = gradient.size - 3
     free = slice(3, gradient.size)
@@ -224,7 +232,7 @@ def _newton_step(rod: SpatialRod, shape: Shape, gradient: Array, band: Array) ->
     if factor is None:
         return None
     change[free] = solve_factored(factor, -gradient[free])
-    return change if np.all(np.isfinite(change)) else None
+    return (change, (0.0, 0.0)) if np.all(np.isfinite(change)) else None
 
 
 def fall(rod: SpatialRod, start: Motion, medium: Medium, pace: StepControl) -> FallMotion:
