@@ -215,13 +215,16 @@ def _passed(poses: Array, segment: ClampedRod, held: TrackedState) -> tuple[int,
         if fine is None:
             continue
         # Whether finer edges help is soon told, and mostly they do not: the rod falls.
-        kept = looks_kept(straight_path(begin, end), segment.bearing, fine.angles, fine.multipliers, LOOKS)
+        way = straight_path(begin, end)
+        kept = looks_kept(way, segment.bearing, fine.angles, fine.multipliers, LOOKS)
         if kept == 0:
             break
-        # A look that comes too late for a long way is no fall yet: what is led in short steps may pass.
-        further, led, leads_out = _passed_on(poses[done:], segment.bearing, fine)
-        if further > 0:
-            done, held, leaves = done + further, led, leads_out
+        # A look that comes too late for a long way is no fall yet: what is looked at more often may pass.
+        often = LOOKS * LOOKS
+        if kept == LOOKS or looks_kept(way, segment.bearing, fine.angles, fine.multipliers, often) == often:
+            further, led, leads_out = _passed_on(poses[done:], segment.bearing, fine)
+            if further > 0:
+                done, held, leaves = done + further, led, leads_out
     return done, held, leaves
 
 
