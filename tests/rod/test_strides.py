@@ -96,7 +96,7 @@ def test_looks_are_those_of_single_steps() -> None:
             and (here := reached(rod.moved_to(between(rod.pose, far, (kept + 1) / 4)), here or state)) is not None
         ):
             kept += 1
-        assert looks_kept(way, rod.bearing, state.angles, state.multipliers, 4) == kept
+        assert looks_kept(way, rod.bearing, state.angles, state.multipliers, 4)[0] == kept
 
 
 def test_states_are_led_along_each_for_itself() -> None:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod.branches.continuation import FOLLOW_EDGES
-from curveline.rod.branches.control_path import straight_path
+from curveline.rod.branches.control_path import between, straight_path
 from curveline.rod.branches.out_of_plane import back_in_plane, go_aside, pushed_off, stays
 from curveline.rod.branches.standing import landed
 from curveline.rod.branches.strides import looks_kept, pass_through
@@ -215,13 +215,16 @@ def _passed(poses: Array, segment: ClampedRod, held: TrackedState) -> tuple[int,
         if fine is None:
             continue
         # Whether finer edges help is soon told, and mostly they do not: the rod falls.
-        way = straight_path(begin, end)
-        kept = looks_kept(way, segment.bearing, fine.angles, fine.multipliers, LOOKS)
+        kept, angles, forces = looks_kept(
+            straight_path(begin, end), segment.bearing, fine.angles, fine.multipliers, LOOKS
+        )
         if kept == 0:
             break
-        # A look that comes too late for a long way is no fall yet: what is looked at more often may pass.
-        often = LOOKS * LOOKS
-        if kept == LOOKS or looks_kept(way, segment.bearing, fine.angles, fine.multipliers, often) == often:
+        if kept < LOOKS:
+            # A look that comes too late for a long way is no fall yet: where it was lost it is looked at more often.
+            lost = straight_path(between(begin, end, kept / LOOKS), between(begin, end, (kept + 1) / LOOKS))
+            kept, _, _ = looks_kept(lost, segment.bearing, angles, forces, LOOKS)
+        if kept == LOOKS:
             further, led, leads_out = _passed_on(poses[done:], segment.bearing, fine)
             if further > 0:
                 done, held, leaves = done + further, led, leads_out

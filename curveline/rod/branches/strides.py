@@ -127,11 +127,15 @@ def led_along(path, bearing, shapes, forces):
 
 @shipped(ControlPath, Bearing, Vector, Vector, int)
 def looks_kept(path, bearing, phi, multipliers, looks):
-    """At how many of the `looks` at a path, one after the other, the state `phi (n,)`, `multipliers (2,)` still is."""
+    """At how many of the `looks` at a path, one after the other, the state `phi (n,)`, `multipliers (2,)` still is.
+
+    And its angles and multipliers at the last of these.
+    """
     counts = counts_along(path, bearing, phi.size)
     for look in range(looks):
         free = problem_at(path, bearing, (look + 1) / looks, counts)
-        found, phi, multipliers = try_step(free, phi, multipliers, LARGEST_MOVE)
+        found, angles, forces = try_step(free, phi, multipliers, LARGEST_MOVE)
         if not found:
-            return look
-    return looks
+            return look, phi, multipliers
+        phi, multipliers = angles, forces
+    return looks, phi, multipliers
