@@ -165,7 +165,7 @@ class Session:
         """
         if isinstance(wish, InterruptedRun):
             # As it was while the run rested: what is in the midst of a step goes to its end first.
-            check_for_rod(rest_of(wish.plan, wish.point.barrier), self._outlet.record, self.listener)
+            check_for_rod(rest_of(wish.plan, wish.point.barrier), self._record, self.listener)
             with wish.opened() as journal:
                 outlet = self._outlet
                 self.listener.note(wish.summary())
@@ -246,6 +246,11 @@ class Session:
         from curveline.driving.runs import read_runs
 
         return read_runs(self.folder, self.drive.display)
+
+    @property
+    def _record(self) -> RodRecord:
+        """Where the runs of the rod are on record; no radio is opened for that."""
+        return RodRecord(self.spec, self.folder, self._since)
 
     @property
     def _outlet(self) -> Outlet:

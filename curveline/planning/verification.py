@@ -118,7 +118,7 @@ class Verifier:
 
     def has_rod_of(self, display: Display) -> bool:
         """True if a rod between nodes of `display` does what this one does, in its plane and out of it."""
-        return _level_rod(display).bearing.is_like(self.bearing)
+        return _level_rod(display).bearing == self.bearing
 
     def like(self, display: Display, steps: float = math.inf) -> Verifier:
         """A verifier for a `display` with the same rod between its nodes, but maybe other motors or limits.

@@ -99,10 +99,19 @@ class Bearing(NamedTuple):
     play: float = 0.0  # [rad] by which a bearing tilts, either way, before it meets that stiffness
     profile: Matrix = NO_PROFILE  # (k, 3) of natural curvature beside the uniform one: see `rod.profile`
 
-    def is_like(self, other: Bearing) -> bool:
-        """True if a rod between two of either does the same."""
-        alike = self._replace(profile=NO_PROFILE) == other._replace(profile=NO_PROFILE)
-        return alike and np.array_equal(self.profile, other.profile)
+    def __eq__(self, other: object) -> bool:
+        """True if a rod between two of either does the same: an array tells that no tuple can compare."""
+        return isinstance(other, Bearing) and self._key == other._key
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @property
+    def _key(self) -> tuple[object, ...]:
+        return (*self[:-1], self.profile.shape, self.profile.tobytes())
 
     def held_in_plane(self) -> Bearing:
         """The same of a rod that cannot leave its plane."""

@@ -169,3 +169,14 @@ def test_a_tenth_of_another_state_moves_the_asymmetric_peak_as_another_solver_sa
     path = straight_path(rod.pose, rod.pose._replace(end=math.radians(80.0)))
     branch = follow(path, rod.bearing, *start_along(path, peak))
     assert 80.0 * branch.reached == pytest.approx(limit, abs=0.15)
+
+
+def test_rods_are_told_apart_by_how_they_are_bent() -> None:
+    one, same, other = rod_of("waves"), rod_of("waves"), rod_of("hump")
+    assert one == same
+    assert hash(one) == hash(same)
+    assert one != other
+    assert one.bearing != other.bearing
+    assert one.bearing == same.bearing
+    assert {one: "bent"}[same] == "bent"
+    assert one.bearing != tuple(one.bearing)
