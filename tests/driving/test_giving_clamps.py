@@ -9,21 +9,14 @@ import pytest
 
 import curveline
 from curveline.errors import Infeasible, InvalidInput
-from curveline.plan_file import Plan
 from curveline.radio.mock.spec import parse_spec
 from curveline.units import deg, nmm
+
+from .to_mock import ends_in
 
 SHAPE = "level-asymmetric-peak"
 SOFT = 8.0
 """Stiffness [N mm/deg] of bearings with which the peak is not reached by a plan for rigid ones."""
-
-
-def ends_in(settings: str, plan: Plan, runs: Path) -> str:
-    """The state of the rod after a plan was sent to the mock with these settings."""
-    with curveline.connect(f"mock:fresh,{settings}", runs=runs) as session:
-        result = session.send(plan)
-    assert result.playback is not None
-    return str(result.playback.states[0])
 
 
 @pytest.mark.parametrize(

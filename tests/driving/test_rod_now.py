@@ -8,7 +8,6 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,7 @@ from curveline.cli.app import app
 from curveline.driving import rod_now
 from curveline.driving.session import Session
 from curveline.errors import Infeasible, InvalidInput, LinkError
-from curveline.shapes.files import builtin_text, read_display
+from curveline.shapes.files import builtin_text
 from curveline.simulation.dwelling import scene_after
 from curveline.units import DAY, HOUR
 
@@ -95,15 +94,12 @@ def test_a_shape_that_the_rod_does_not_hold_is_refused_and_what_is_advised_helps
     assert sent(files, STEEP) == ("peak",)
 
 
-def test_the_rod_of_the_model_is_as_the_runs_left_it(files: Path, wait: Waits) -> None:
+def test_a_plan_for_a_fresh_rod_is_refused_for_one_with_a_set(files: Path, wait: Waits) -> None:
     with display_of(files) as session:
         fresh = session.plan(files / STEEP)
         session.send(files / VALLEY)
         wait(DAY)
         session.home()
-        forgetful = replace(read_display(files / "mine.toml").rod, relaxation=None)
-    # A file that says nothing of a set: the plan is sent, and the model's file has been changed meanwhile.
-    assert forgetful.relaxation is None
     with display_of(files) as session, pytest.raises(Infeasible, match="with the set that the rod has now"):
         session.send(fresh)
 

@@ -15,6 +15,8 @@ from curveline.plan_file import Plan
 from curveline.radio.mock.spec import parse_spec
 from curveline.replay.error_sizes import Errors
 
+from .to_mock import ends_in
+
 SURE = Errors(feed=0.0, feed_scale=0.0, angle=0.0, height=0.0, bow=0.0, unevenness=0.0)
 """Nodes that do what they are told."""
 
@@ -24,13 +26,6 @@ def plan() -> Plan:
     """Of a peak near where it ends."""
     scene = curveline.read_shape("level-asymmetric-peak")
     return curveline.plan(replace(scene, nodes=(scene.nodes[0], replace(scene.nodes[1], angle=math.radians(40.0)))))
-
-
-def ends_in(settings: str, plan: Plan, runs: Path) -> str:
-    with curveline.connect(f"mock:fresh,{settings}", runs=runs) as session:
-        result = session.send(plan)
-    assert result.playback is not None
-    return str(result.playback.states[0])
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,7 @@ def test_a_plan_is_not_proven_for_a_rod_that_ends_elsewhere() -> None:
     (segment,) = curveline.simulate(scene)
     valley = segment.states[-1]
     display = scene.display
-    begin = valley.rod.free_length * 0.0 + 0.5 * (display.rod.total_length - valley.rod.length)
+    begin = 0.5 * (display.rod.total_length - valley.rod.length)
     places = [begin + 0.01 + part * valley.rod.free_length for part in (0.0, 0.25, 0.5, 0.75, 1.0)]
     for strength, is_safe in ((0.0, True), (3.0, False)):
         bent = Profile(tuple(places), tuple(strength * value for value in (-1.0, 0.3, 1.0, 0.3, -1.0)))

@@ -109,7 +109,7 @@ def test_a_sweep_has_the_states_of_its_points(tmp_path: Path) -> None:
     lines = [json.loads(line) for line in CliRunner().invoke(app, swept).stdout.splitlines()]
     assert len(lines) == 4
     for line in lines:
-        scene = longer(curveline.read_shape(path), 0.0)
+        scene = curveline.read_shape(path)
         length = 1e-3 * line["swept"]["segments.1.length_mm"]
         (segment,) = curveline.simulate(replace(scene, segments=(replace(scene.segments[0], length=length),)))
         told = line["segments"][0]["states"]
