@@ -24,6 +24,8 @@ PEAK = "peak"
 VALLEY = "valley"
 STRAIGHT = "straight"
 """What the state of a segment is called: the last one if it has no rod to spare."""
+WANTABLE = (PEAK, VALLEY, STRAIGHT)
+"""The states that a shape may ask for."""
 LOST = "lost"
 BUCKLED = "buckled"
 UNNAMED = (LOST, BUCKLED)
@@ -326,7 +328,7 @@ class Segment(_Measured):
     """The rod between two neighbouring nodes, measured pivot to pivot, and the state wanted of it."""
 
     length: float  # [m]
-    state: str  # "peak" or "valley"
+    state: str  # "peak", "valley" or "straight"
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,9 @@ STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""
 GAS_CONSTANT = 8.314462618
 """Molar gas constant [J/(mol K)]."""
+TAUT = 5e-5
+"""Rod that may be missing between two nodes [m], by rounding and encoder counts. A rod of the built-in displays that
+stretches by that pulls as hard as their motors."""
 MINUTE, HOUR, DAY, WEEK = 60.0, 3600.0, 86_400.0, 604_800.0
 """In seconds."""
 

@@ -187,11 +187,18 @@ def _stay(display: Display, plan: Plan, name: str, rest: _Rest) -> Stay:
     """What the rod of a display was held in while nodes rested in a run of that name."""
     states = states_after(plan, rest.step)
     is_known = len(states) == display.node_count - 1 and all(states)
-    is_straight = all(state == STRAIGHT for state in states)
-    is_known = is_known and (is_straight or STRAIGHT not in states)
     step = plan.steps[rest.step - 1]
+    # On the way to a shape a rod that is straight between two nodes may be pulled between others of any kind.
+    is_shape = bool(step.shape) or rest.step == len(plan.steps)
+    is_straight = all(state == STRAIGHT for state in states) and (not is_shape or _is_level(step))
+    is_known = is_known and (is_straight or is_shape or STRAIGHT not in states)
     scene = None if is_straight or not is_known else _scene(display, plan.name, step, states)
     return Stay(name, number_of(name), plan.name, scene, rest.begin, rest.end, is_known)
+
+
+def _is_level(step: Step) -> bool:
+    """True if all nodes are level and upright after a step."""
+    return all(each.translate_mm == each.bias_deg == 0.0 for each in step.targets)
 
 
 def _scene(display: Display, name: str, step: Step, states: Sequence[str]) -> Scene:

@@ -22,14 +22,20 @@ from curveline.planning.verification import OUT_OF_PLANE, STABILITY, Refused, Ve
 from curveline.rod.branches.continuation import FOLLOW_EDGES, STIFFEST, follow, start_along, stiffness_of
 from curveline.rod.branches.control_path import loading
 from curveline.rod.branches.special_points import SpecialKind, critical
+from curveline.rod.models.choice import AUTO, SearchRequest, model_states
+from curveline.rod.models.model_error import lateral
+from curveline.rod.models.no_state_reason import why_not
 from curveline.rod.problem import Pose
 from curveline.rod.states.equilibrium import Equilibrium
-from curveline.rod.states.slack import is_slack
-from curveline.scene import Display, Scene
-from curveline.simulation.simulate import scene_rod
+from curveline.rod.states.slack import is_slack, is_straight, least_slack
+from curveline.scene import STRAIGHT, Display, Scene
+from curveline.simulation.simulate import DEFAULT_TOLERANCE, scene_rod
+from curveline.units import rounded_up, to_mm
 
 RESERVE = 1.25
 """What a state must withstand over its loads: these are at most four fifths of what snaps it through."""
+DIGITS = 6
+"""Of a length that is advised."""
 LOADED_EDGES = 4 * FOLLOW_EDGES
 """Edges of a state under loads, where it bends sharply."""
 
@@ -91,10 +97,25 @@ def laden(travel: Travel, burden: Burden | None) -> Travel:
 
 
 def check_spare(verifier: Verifier, scene: Scene) -> None:
-    """Refused if a segment has no rod to spare: the numbers alone tell that it has no states."""
-    for number, pose in enumerate(_poses(scene), start=1):
-        if not is_slack(verifier.rod(pose)):
+    """Refused if a curved segment has no rod to spare, or a straight one has: the numbers alone tell that."""
+    for number, (segment, pose) in enumerate(zip(scene.segments, _poses(scene), strict=True), start=1):
+        rod = verifier.rod(pose)
+        if segment.state == STRAIGHT:
+            if not is_straight(rod):
+                raise Refused(f"segment {number} is not straight at {describe(pose)}: {why_not(rod, STRAIGHT)}", number)
+        elif is_straight(rod):
+            raise _is_straight(verifier, number, segment.state, pose)
+        elif not is_slack(rod):
             raise _missing(scene, number, pose, ())
+
+
+def _is_straight(verifier: Verifier, number: int, wanted: str, pose: Pose) -> Refused:
+    """That a segment, counted from 1, has not the rod to spare that a wanted curve takes."""
+    rod, where = verifier.rod(pose), describe(pose)
+    if verifier.straight(pose) is not None:
+        return Refused(f"segment {number} has no {wanted} at {where}, it is straight: {why_not(rod, wanted)}", number)
+    told = f"segment {number} has so little rod to spare at {where} that play decides whether it is the {wanted}"
+    return Refused(f"{told}: give it more than {rounded_up(to_mm(least_slack(rod)), DIGITS):g} mm", number)
 
 
 def _poses(scene: Scene) -> list[Pose]:
@@ -106,6 +127,8 @@ def _poses(scene: Scene) -> list[Pose]:
 def _wanted(verifier: Verifier, scene: Scene, number: int, pose: Pose) -> Equilibrium:
     """The wanted state of a segment, counted from 1, at its pose; Refused if the display cannot show it."""
     wanted, found = scene.segments[number - 1].state, verifier.showable(pose)
+    if wanted == STRAIGHT:
+        return _straight(verifier, number, pose)
     for state, outside in zip(found.states, found.outside, strict=True):
         if state.name == wanted:
             if reason := too_near(state.lowest_eigenvalue, outside):
@@ -115,6 +138,17 @@ def _wanted(verifier: Verifier, scene: Scene, number: int, pose: Pose) -> Equili
         text = f"segment {number}: the {wanted} at {describe(pose)} would leave the plane"
         raise Refused(text, number)
     raise _missing(scene, number, pose, found.states)
+
+
+def _straight(verifier: Verifier, number: int, pose: Pose) -> Equilibrium:
+    """The state of a segment, counted from 1, that is to be straight; Refused if it need not be or stay so."""
+    state = verifier.straight(pose)
+    if state is None:
+        why = why_not(verifier.rod(pose), STRAIGHT)
+        raise Refused(f"segment {number} need not be straight at {describe(pose)}: {why}", number)
+    if reason := too_near(state.lowest_eigenvalue, lateral(state).eigenvalue if state.space is None else STIFFEST):
+        raise Refused(f"segment {number}, straight, comes within {reason}", number)
+    return state
 
 
 def _missing(scene: Scene, number: int, pose: Pose, states: Sequence[Equilibrium]) -> Refused:
@@ -144,6 +178,8 @@ class _Loaded(NamedTuple):
 
 def _loaded(verifier: Verifier, scene: Scene, number: int, state: Equilibrium) -> _Loaded:
     """A state of a segment, counted from 1, while its loads are put on; Refused if they are too much for it."""
+    if state.name == STRAIGHT:
+        return _loaded_straight(scene, number, state)
     at, forces = scene_rod(scene, number - 1).dead_loads()
     if not at.size:
         return _Loaded((state.lowest_eigenvalue, STABILITY), ClampLoads())
@@ -165,3 +201,21 @@ def _loaded(verifier: Verifier, scene: Scene, number: int, state: Equilibrium) -
     if reason := too_near(inside, outside):
         raise Refused(f"segment {number}: under its loads the {state.name} comes within {reason}", number)
     return _Loaded(lowest, clamp_loads_of(branch))
+
+
+def _loaded_straight(scene: Scene, number: int, state: Equilibrium) -> _Loaded:
+    """A straight segment, counted from 1, under its loads; Refused if with a reserve they let it lie on either side.
+
+    Its state is not followed: there is but one.
+    """
+    rod = scene_rod(scene, number - 1)
+    found = [state]
+    for share in (1.0, RESERVE) if rod.loads else ():
+        loads = tuple(load._replace(x=share * load.x, y=share * load.y) for load in rod.loads)
+        under = model_states(replace(rod, loads=loads), SearchRequest(DEFAULT_TOLERANCE, (0,), AUTO)).states
+        if [each.name for each in under if each.simple] != [STRAIGHT]:
+            text = f"segment {number}: under {100.0 * share:.0f} % of its loads the rod is not sure to stay straight"
+            raise Refused(text, number)
+        found += under
+    lowest = min((each.lowest_eigenvalue, STABILITY) for each in found)
+    return _Loaded(lowest, clamp_loads_of_state(found[min(1, len(found) - 1)]))

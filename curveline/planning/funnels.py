@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from curveline.planning.actuator_loads import ClampLoads, actuator_load_of
@@ -20,7 +20,7 @@ from curveline.planning.layout import middle_begin, rounded_pose
 from curveline.planning.verification import LEAST_PAST_FOLD, Refused, Verifier
 from curveline.rod.branches.control_path import between
 from curveline.rod.problem import Pose
-from curveline.scene import PEAK
+from curveline.scene import PEAK, STRAIGHT
 from curveline.units import deg
 
 ANGLES = tuple(deg(float(angle)) for angle in range(15, 65, 5))
@@ -49,7 +49,7 @@ class Funnel:
     length: float
     headroom: float
 
-    def angles(self, wanted: tuple[str, ...], members: range, before: tuple[float, ...]) -> tuple[float, ...]:
+    def angles(self, wanted: tuple[str, ...], members: Sequence[int], before: tuple[float, ...]) -> tuple[float, ...]:
         """Angle of every node that takes the `members` of a row into their wanted states [rad]."""
         angles = list(before)
         for segment in members:
@@ -57,13 +57,15 @@ class Funnel:
         return tuple(angles)
 
 
-def rounds_of(count: int) -> tuple[range, ...]:
-    """Which of `count` segments go through a funnel together: neighbours never do."""
-    return tuple(members for members in (range(0, count, 2), range(1, count, 2)) if members)
+def rounds_of(wanted: Sequence[str]) -> tuple[tuple[int, ...], ...]:
+    """Which segments go through a funnel into their `wanted` states together: never neighbours, nor straight ones."""
+    curved = [segment for segment, state in enumerate(wanted) if state != STRAIGHT]
+    rounds = (tuple(segment for segment in curved if segment % 2 == side) for side in range(2))
+    return tuple(members for members in rounds if members)
 
 
 class FunnelSearch:
-    """Funnels into all `wanted` states, the best first; each is proven when it is its turn.
+    """Funnels into all `wanted` states but straight ones, the best first; each is proven when it is its turn.
 
     The best has most headroom. In a row, where neighbours feel the bias, too, and wait with the more rod the larger it
     is, it is the smallest bias that has nearly as much. Most candidates are only glanced at: what that shows of their
@@ -72,7 +74,7 @@ class FunnelSearch:
 
     def __init__(self, verifier: Verifier, wanted: tuple[str, ...]) -> None:
         self._verifier = verifier
-        self._states = tuple(dict.fromkeys(wanted))
+        self._states = tuple(state for state in dict.fromkeys(wanted) if state != STRAIGHT)
         self._is_row = len(wanted) > 1
         self._candidates = candidates(verifier, len(wanted))
         self._proven: dict[int, Funnel | Refused] = {}

@@ -12,23 +12,24 @@ from curveline.planning.moves import DisplayState, PlannedMove
 from curveline.planning.sequence import HOME
 from curveline.planning.targets import seconds_between, targets_of
 from curveline.planning.verification import Verifier
-from curveline.scene import STRAIGHT, Display, Scene
+from curveline.scene import Display, Scene
 from curveline.units import to_mm, to_nmm
 
 
 @dataclass(frozen=True)
 class Trip:
-    """What a plan is for: the shapes it goes through (none for home), the display, the states it ends in."""
+    """What a plan is for: the shapes it goes through, the display, the states it ends in, and whether that is home."""
 
     scenes: tuple[Scene, ...]
     display: Display
     wanted: tuple[str, ...]
+    ends_home: bool = False
 
     @property
     def name(self) -> str:
         """The names of all shapes, and of home if it ends there."""
         names = [scene.name for scene in self.scenes]
-        return ", ".join([*names, HOME] if STRAIGHT in self.wanted else names)
+        return ", ".join([*names, HOME] if self.ends_home else names)
 
 
 def plan_of(verifier: Verifier, begin: DisplayState, moves: Sequence[PlannedMove], trip: Trip) -> Plan:

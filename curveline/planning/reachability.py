@@ -25,7 +25,7 @@ from curveline.planning.sequence import (
     travel_to,
 )
 from curveline.planning.verification import Refused, Verifier
-from curveline.scene import PEAK, VALLEY, Display, Scene, Segment
+from curveline.scene import PEAK, STRAIGHT, VALLEY, Display, Scene, Segment
 
 EXCESSES = (PARKED, 0.3, 0.6)
 """Excess lengths of a row's segments, as fractions of the span, that are tried one after the other."""
@@ -53,9 +53,15 @@ def entries_of(verifier: Verifier) -> tuple[Access, ...]:
 
 
 def entry_to(verifier: Verifier, scene: Scene) -> Access:
-    """The entry to all that has the states of `scene`; it is shut only if that to its own order of states is, too."""
+    """The entry to all that has the states of `scene`; it is shut only if that to its own order of states is, too.
+
+    Straight segments are entered from home as they are, and do not count.
+    """
     own = tuple(segment.state for segment in scene.segments)
-    kind, wanted = next(each for each in _kinds(verifier.display) if set(each[1]) == set(own))
+    curved = {state for state in own if state != STRAIGHT}
+    if not curved:
+        return Access(STRAIGHT, own)
+    kind, wanted = next(each for each in _kinds(verifier.display) if set(each[1]) == curved)
     reason = _out_of_reach(verifier, wanted) or _why_shut(verifier, wanted)
     if reason and own != wanted:
         reason = _out_of_reach(verifier, own) or _why_shut(verifier, own)
@@ -122,7 +128,8 @@ def _goals(verifier: Verifier, wanted: tuple[str, ...]) -> Iterator[Goal]:
     display = verifier.display
     for excess in EXCESSES if len(wanted) > 1 else EXCESSES[:1]:
         length = min((1.0 + excess) * display.span, display.limits.length.high)
-        yield Goal("", centred(display, home(display).nodes, [length] * len(wanted)), wanted)
+        lengths = [display.span if state == STRAIGHT else length for state in wanted]
+        yield Goal("", centred(display, home(display).nodes, lengths), wanted)
 
 
 def _tries(

@@ -12,7 +12,9 @@ from curveline.planning.moves import DisplayState, Leg, Travel, advance
 from curveline.planning.targets import layout_at
 from curveline.planning.verification import Refused, Verifier
 from curveline.rod.branches.tracking import tracked
+from curveline.rod.problem import Pose
 from curveline.scene import STRAIGHT, Display
+from curveline.units import TAUT
 
 ALTERNATIVES = "|"
 
@@ -63,6 +65,10 @@ def _check_shown(verifier: Verifier, stage: DisplayState, which: tuple[int, str]
     """Refused unless a segment, from 0, is sure to be in the state of that name; `lost` is what may have been why."""
     segment, wanted = which
     hold, pose = stage.holds[segment], pose_of(verifier.display, stage.layout, segment)
+    if wanted == STRAIGHT:
+        if verifier.straight(pose) is None and not _is_home(pose):
+            raise Refused(f"segment {segment + 1} need not be straight")
+        return
     if hold is not None:
         name = verifier.name_of(pose, hold)
     elif _is_one(wanted):
@@ -86,6 +92,11 @@ def _begin(verifier: Verifier, plan: Plan) -> Travel:
 
 def _counts(targets: Sequence[NodeTarget]) -> list[tuple[int, int, int]]:
     return [target.counts for target in targets]
+
+
+def _is_home(pose: Pose) -> bool:
+    """True between nodes that are at home, where the rod lies as it can."""
+    return pose[:4] == (pose.x, 0.0, 0.0, 0.0) and abs(pose.length - pose.x) <= TAUT
 
 
 def _is_one(name: str) -> bool:

@@ -11,7 +11,6 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from curveline.errors import Infeasible
 from curveline.planning.funnels import Funnel, FunnelSearch, candidates, rounds_of
 from curveline.planning.layout import (
     Layout,
@@ -21,12 +20,14 @@ from curveline.planning.layout import (
     home,
     layout_of,
     lengths_of,
+    pose_of,
     posed,
 )
 from curveline.planning.moves import Leg, Travel, advance, check_limits, check_reach
-from curveline.planning.routes import RECIPE, Way, travel_along, ways
+from curveline.planning.routes import EXTRA, RECIPE, Way, overfed, travel_along, ways
 from curveline.planning.verification import Refused, Verifier
-from curveline.scene import Scene
+from curveline.rod.states.slack import is_slack
+from curveline.scene import STRAIGHT, Scene
 from curveline.units import deg, mm
 
 HOME = "home"
@@ -52,6 +53,11 @@ class Goal:
     layout: Layout
     wanted: tuple[str, ...]
 
+    @property
+    def is_curved(self) -> bool:
+        """True if any segment is to be other than straight."""
+        return any(state != STRAIGHT for state in self.wanted)
+
 
 def goal_of(scene: Scene) -> Goal:
     """What a scene asks for."""
@@ -63,21 +69,27 @@ def check_numbers(verifier: Verifier, goal: Goal, *, is_known: bool) -> None:
 
     `is_known` says whether the states of all segments are, at the start; if not, the way leads through a funnel.
     """
-    if not is_known and not candidates(verifier, len(goal.wanted)):
+    if not is_known and goal.is_curved and not candidates(verifier, len(goal.wanted)):
         raise Refused(NO_ROOM)
     check_reach(verifier, goal.layout)
     check_limits(verifier.display, goal.layout)
 
 
 def travel_to(verifier: Verifier, travel: Travel, goal: Goal) -> Travel:
-    """Go on to `goal`; Refused with the most telling reason where no way is safe."""
-    if all(hold is not None for hold in travel.stage.holds):
-        for way in _direct_ways(verifier, travel.stage.layout, goal.layout):
-            try:
-                return _arrived(travel_along(verifier, travel, way), goal)
-            except Infeasible:
-                continue
-    return _through_funnel(verifier, travel, goal)
+    """Go on to `goal`; Refused with the most telling reason where no way is safe.
+
+    What a segment was in that is to be straight does not matter: without rod to spare it is straight, whatever it was.
+    """
+    travel = _released(travel, goal)
+    known = zip(travel.stage.holds, goal.wanted, strict=True)
+    if all(hold is not None or wanted == STRAIGHT for hold, wanted in known):
+        try:
+            return _directly(verifier, travel, goal)
+        except Refused:
+            pass
+    if goal.is_curved:
+        return _through_funnel(verifier, travel, goal)
+    return _directly(verifier, _to_neutral(verifier, travel), goal)
 
 
 def travel_home(verifier: Verifier, travel: Travel) -> Travel:
@@ -85,11 +97,47 @@ def travel_home(verifier: Verifier, travel: Travel) -> Travel:
     return _named(travel_along(verifier, _to_neutral(verifier, travel), (("extrude", home(verifier.display)),)), HOME)
 
 
-def _direct_ways(verifier: Verifier, here: Layout, there: Layout) -> Iterator[Way]:
+def _released(travel: Travel, goal: Goal) -> Travel:
+    """The same display, of whose segments that are to be straight nobody keeps the state."""
+    holds = tuple(
+        None if wanted == STRAIGHT else hold for hold, wanted in zip(travel.stage.holds, goal.wanted, strict=True)
+    )
+    return replace(travel, stage=replace(travel.stage, holds=holds))
+
+
+def _direct_ways(verifier: Verifier, here: Layout, goal: Goal) -> Iterator[Way]:
     """The ways that do not lead through a funnel, all at once first."""
-    yield (("move", there),)
-    yield tuple((action, there) for action in RECIPE)
-    yield from ways(verifier, here, there)
+    yield (("move", goal.layout),)
+    yield from _ways_out(verifier, here, goal)
+
+
+def _ways_out(verifier: Verifier, here: Layout, goal: Goal) -> list[Way]:
+    """The recipe, then whatever else may keep the states; first what takes in the rod last if segments are to be
+    straight, since a rod that is straight lets no node move by itself."""
+    recipe = tuple((action, goal.layout) for action in RECIPE)
+    found = [recipe, *ways(verifier, here, goal.layout)]
+    return sorted(found, key=lambda way: STRAIGHT in goal.wanted and way[-1][0] != "extrude")
+
+
+def _directly(verifier: Verifier, travel: Travel, goal: Goal) -> Travel:
+    """Go on to a goal on the first way on which states are kept; Refused, with the most telling reason, if none is.
+
+    To a goal that is straight all along, on the first of them that no step has to be cut smaller for, if there is one.
+    """
+    refusals: list[Refused] = []
+    found: list[Travel] = []
+    for way in _direct_ways(verifier, travel.stage.layout, goal):
+        try:
+            found.append(_arrived(travel_along(verifier, travel, way), goal))
+        except Refused as refusal:
+            refusals.append(refusal)
+            continue
+        actions = [move.action for move in found[-1].moves[len(travel.moves) :]]
+        if goal.is_curved or all(one != other or one == "extrude" for one, other in itertools.pairwise(actions)):
+            return found[-1]
+    if not found:
+        raise max(refusals, key=lambda refusal: refusal.step)
+    return min(found, key=lambda each: len(each.moves))
 
 
 def _arrived(travel: Travel, goal: Goal) -> Travel:
@@ -132,24 +180,36 @@ def _through_funnel(verifier: Verifier, travel: Travel, goal: Goal) -> Travel:
 
 def _to_neutral(verifier: Verifier, travel: Travel) -> Travel:
     """Bring a display to level, untilted nodes; states that are known may be lost on the way."""
-    stage = travel.stage
-    free = Travel(travel.moves, replace(stage, keeps=False))
     refusals = []
-    for way in _ways_back(verifier, stage.layout):
-        try:
-            for leg in way:
-                free = advance(verifier, free, leg)
-        except Refused as refusal:
-            refusals.append(refusal)
-            free = Travel(travel.moves, replace(stage, keeps=False))
-        else:
-            return free
+    for begin in _begins_back(verifier, Travel(travel.moves, replace(travel.stage, keeps=False))):
+        for way in _ways_back(begin.stage.layout):
+            free = begin
+            try:
+                for leg in way:
+                    free = advance(verifier, free, leg)
+            except Refused as refusal:
+                refusals.append(refusal)
+            else:
+                return free
     raise Refused(
         f"the way back: {refusals[0].message}; bring the nodes home by hand and start there", step=refusals[0].step
     )
 
 
-def _ways_back(verifier: Verifier, here: Layout) -> Iterator[tuple[Leg, ...]]:
+def _begins_back(verifier: Verifier, travel: Travel) -> Iterator[Travel]:
+    """Where the way back begins: where the display stands, or where a straight rod has been given some to spare."""
+    yield travel
+    display, here = verifier.display, travel.stage.layout
+    if all(is_slack(verifier.rod(pose_of(display, here, segment))) for segment in here.segments):
+        return
+    for extra in EXTRA:
+        try:
+            yield travel_along(verifier, travel, (("extrude", overfed(verifier, here, here, extra)),))
+        except Refused:
+            continue
+
+
+def _ways_back(here: Layout) -> Iterator[tuple[Leg, ...]]:
     """Orders in which nodes become level and untilted."""
     zeros = (0.0,) * len(here.nodes)
     is_tilted = max(map(abs, angles_of(here))) > LEVEL_SLACK
@@ -171,7 +231,7 @@ def into_states(verifier: Verifier, travel: Travel, goal: Goal, funnel: Funnel) 
     fed = _fed_for_rounds(verifier, here, goal, funnel.length)
     for layout in fed:
         check_reach(verifier, layout)
-    for members, layout in zip(rounds_of(len(goal.wanted)), fed, strict=True):
+    for members, layout in zip(rounds_of(goal.wanted), fed, strict=True):
         here = travel.stage.layout
         travel = travel_along(verifier, travel, (("extrude", Layout(here.nodes, layout.feeds)),))
         angles = funnel.angles(goal.wanted, members, angles_of(here))
@@ -202,7 +262,7 @@ def _fed_for_rounds(verifier: Verifier, here: Layout, goal: Goal, length: float)
     final = lengths_of(display, goal.layout)
     lengths = [length] * len(final)
     fed = []
-    for members in rounds_of(len(final)):
+    for members in rounds_of(goal.wanted):
         fed.append(centred(display, here.nodes, lengths))
         for segment in members:
             parked = min((1.0 + PARKED) * display.span, display.limits.length.high)
@@ -212,9 +272,8 @@ def _fed_for_rounds(verifier: Verifier, here: Layout, goal: Goal, length: float)
 
 def _out_to(verifier: Verifier, inside: Travel, goal: Goal) -> Travel:
     """From the funnel to the goal: the recipe, or whatever else keeps the states."""
-    recipe = tuple((action, goal.layout) for action in RECIPE)
     first: Refused | None = None
-    for way in (recipe, *ways(verifier, inside.stage.layout, goal.layout)):
+    for way in _ways_out(verifier, inside.stage.layout, goal):
         try:
             return _arrived(travel_along(verifier, inside, way), goal)
         except Refused as refusal:

@@ -106,7 +106,7 @@ def start_at(scene: Scene) -> tuple[tuple[Counts, ...], tuple[str, ...]]:
 
 
 def _home(display: Display, scenes: tuple[Scene, ...]) -> Trip:
-    return Trip(scenes, display, (STRAIGHT,) * (display.node_count - 1))
+    return Trip(scenes, display, (STRAIGHT,) * (display.node_count - 1), ends_home=True)
 
 
 def _check_numbers(verifier: Verifier, scenes: Sequence[Scene], start: Start, shows: Sequence[str]) -> None:

@@ -21,27 +21,21 @@ from curveline.rod.branches.continuation import FOLLOW_EDGES, STIFFEST, coarse_s
 from curveline.rod.branches.control_path import between, straight_path
 from curveline.rod.branches.tracking import CLOSE, TrackedState, identify, on_edges, refined, tracked, why_not_shown
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.models.choice import SearchRequest, model_states
+from curveline.rod.models.choice import AUTO, SearchRequest, model_states
 from curveline.rod.models.showable import Showable, showable_states
 from curveline.rod.planar.approach import layer
 from curveline.rod.problem import Pose
 from curveline.rod.states.equilibrium import SPATIAL, Equilibrium
-from curveline.rod.states.slack import is_slack, missing, out_of_line
+from curveline.rod.states.slack import OUT_OF_LINE, is_slack, is_straight, missing, out_of_line
 from curveline.scene import PEAK, STRAIGHT, VALLEY, Display, Node
 from curveline.simulation.simulate import DEFAULT_TOLERANCE, clamped_rod
-from curveline.units import deg, mm
+from curveline.units import TAUT, mm
 
 LEAST_STABILITY = 0.05
 """A followed state must keep this fraction of `STIFFEST`, in the plane and out of it."""
 LEAST_PAST_FOLD = 0.15
 """The bias into a funnel must exceed the one at which the other state ceases to exist by this fraction."""
 
-TAUT = mm(0.05)
-"""A rod may be shorter than its chord by this: encoder counts and rounding."""
-OUT_OF_LINE = deg(5.0)
-"""Without rod to spare, a clamp that points further away from the chord [rad] asks for more than motors give: under a
-pull T, bending back to the chord takes up sqrt(EI/T)/4 times the angle squared of the rod; of two such clamps of the
-built-in displays, at the 8 N of their motors, all that a straight rod may have to spare."""
 EDGES = (FOLLOW_EDGES, 4 * FOLLOW_EDGES, 16 * FOLLOW_EDGES)
 """A state is followed on the fewest that are short enough for it, and on the next if it is lost on these."""
 PER_LAYER = 1.0
@@ -107,6 +101,7 @@ class Verifier:
         self.is_row = display.node_count > 2
         self._steps_left = math.inf
         self._showable: dict[Pose, Showable] = {}
+        self._straight: dict[Pose, Equilibrium | None] = {}
         self._elsewhere: dict[Pose, tuple[Equilibrium, ...]] = {}
         self._ways: dict[tuple[Pose, Pose, tuple[float, ...]], Followed] = {}
         self._weighed: dict[Pose, ClampLoads] = {}
@@ -149,6 +144,15 @@ class Verifier:
     def states(self, pose: Pose) -> tuple[Equilibrium, ...]:
         """The states that the display can show at a pose; none for a straight rod."""
         return self.showable(pose).states
+
+    def straight(self, pose: Pose) -> Equilibrium | None:
+        """The state of a rod that is straight at a pose; None where it is not, or may lie on either side."""
+        if pose not in self._straight:
+            rod = self.rod(pose)
+            request = SearchRequest(DEFAULT_TOLERANCE, (0,), AUTO)
+            found = model_states(rod, request).states if is_straight(rod) else ()
+            self._straight[pose] = next((state for state in found if state.name == STRAIGHT), None)
+        return self._straight[pose]
 
     def elsewhere(self, pose: Pose) -> tuple[Equilibrium, ...]:
         """The states out of the plane that the rod has at a pose."""

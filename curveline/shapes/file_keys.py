@@ -89,7 +89,9 @@ class SegmentTable(Table):
     """One item of `segments`."""
 
     length_mm: Length = Field(description="rod between the pivots of the two nodes")
-    state: Literal["peak", "valley"] = Field(description='the curve that is wanted, "peak" or "valley"')
+    state: Literal["peak", "valley", "straight"] = Field(
+        description='the curve that is wanted, "peak" or "valley", or "straight" without rod to spare'
+    )
 
 
 class LoadTable(Table):

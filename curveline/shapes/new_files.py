@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from curveline.errors import InvalidInput
-from curveline.scene import PEAK, VALLEY
+from curveline.scene import WANTABLE
 from curveline.shapes.file_keys import LONGEST_NAME
 from curveline.shapes.files import read_display
 from curveline.shapes.templates import check_new_shape, display_template, shape_template
@@ -19,12 +19,12 @@ SUFFIX = ".toml"
 def new_shape(path: AnyPath | None, display: AnyPath = "single", state: str = "peak", *, name: str = "") -> str:
     """Write a shape file to begin with, valid as it is and every key explained; the text that is in it.
 
-    `display` is a built-in name or the path of a display file, `state` what every segment is to show: "peak" or
-    "valley". `name` is what the shape calls itself, as its file if it is empty. None for `path` writes nothing. Raises
-    InvalidInput for a file that exists, or a display that leaves no room for such a shape.
+    `display` is a built-in name or the path of a display file, `state` what every segment is to show: "peak", "valley"
+    or "straight". `name` is what the shape calls itself, as its file if it is empty. None for `path` writes nothing.
+    Raises InvalidInput for a file that exists, or a display that leaves no room for such a shape.
     """
-    if state not in (PEAK, VALLEY):
-        raise InvalidInput(f"no new shape has a state {state!r}", f"choose {PEAK} or {VALLEY}")
+    if state not in WANTABLE:
+        raise InvalidInput(f"no new shape has a state {state!r}", f"choose one of {', '.join(WANTABLE)}")
     check_free(path)
     folder = "" if path is None else os.path.dirname(os.fspath(path))
     read = read_display(display)

@@ -10,13 +10,13 @@ from collections.abc import Iterator
 
 from curveline.drive_settings import MAX_EDGES_PER_S
 from curveline.phrases import counted
-from curveline.scene import Display, Range, Vector
+from curveline.scene import STRAIGHT, Display, Range, Vector
 from curveline.shapes.key_units import unit_of
 from curveline.shapes.profile_rules import check_profile
 from curveline.shapes.rod_rules import check_rod
 from curveline.shapes.toml_document import Document, shown
 from curveline.shapes.toml_location import KeyPath
-from curveline.units import between, beyond, deg, rounded_down, rounded_up, to_deg, to_mm, told_apart
+from curveline.units import TAUT, between, beyond, deg, rounded_down, rounded_up, to_deg, to_mm, told_apart
 
 _SLACK = 1e-9
 """Relative allowance for a limit that went to SI and back."""
@@ -167,7 +167,7 @@ def _check_limit(document: Document, path: KeyPath, limit: Range) -> None:
 
 
 def _check_reach(document: Document, segment: int, display: Display) -> None:
-    """The free rod must be longer than the straight line between the faces of its two clamps."""
+    """The free rod must be longer than the straight line between the faces of its clamps, or as long to be straight."""
     path: KeyPath = ("segments", segment, "length_mm")
     length = document.number(*path)
     start, end = _clamp_face(document, segment, display, 0.5), _clamp_face(document, segment + 1, display, -0.5)
@@ -175,13 +175,19 @@ def _check_reach(document: Document, segment: int, display: Display) -> None:
         return
     span, clamp = to_mm(display.span), to_mm(display.clamp)
     shortest = math.hypot(span + end[0] - start[0], end[1] - start[1], end[2] - start[2]) + clamp
-    if length > shortest:
+    is_straight = document.get("segments", segment, "state") == STRAIGHT
+    least = shortest - (to_mm(TAUT) if is_straight else 0.0)
+    if length > least:
         return
     # The hint is a length that passes, with one decimal: rounded up, and never onto the bound itself.
     enough = math.floor(shortest * 10.0 + 1.0) / 10.0
     given, straight = told_apart(length, shortest, 6)
     message = f"segment {segment + 1}: {given} mm of rod are too short: {straight} mm go straight from node to node"
     longer = f"make length_mm at least {enough:g} to reach, more to bend, or "
+    if is_straight:
+        longer = f"make length_mm {straight} to go straight, or "
+    elif length > shortest - to_mm(TAUT):
+        longer = f'{longer[:-3]}write state = "{STRAIGHT}", or '
     hint = f"{longer if enough <= to_mm(display.limits.length.high) else ''}bring heights and angles closer together"
     document.problem(path, "too-short", message, hint)
 

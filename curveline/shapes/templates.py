@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 
 from curveline.drive_settings import MAX_NODES
 from curveline.errors import InvalidInput
-from curveline.scene import Display, Range
+from curveline.scene import PEAK, STRAIGHT, VALLEY, Display, Range
 from curveline.shapes.file_keys import (
     DisplayTable,
     DriveTable,
@@ -61,8 +61,8 @@ SECTIONS: Mapping[str, type[Table]] = {
 WIDTH = 34
 """Columns before a comment."""
 ROD_PER_SEGMENT_MM, LEAST_ROD_MM = 1000.0, 2000.0
-TILT_DEG = 20.0
-"""Of the outermost nodes, away from the side on which the rod is to lie."""
+TILTS_DEG = {PEAK: 20.0, VALLEY: -20.0, STRAIGHT: 0.0}
+"""Of the first node, and the last one the other way, for a state: away from the side on which the rod is to lie."""
 SLACK = 1.2
 """Rod over the span, for a curve that is easy to see."""
 
@@ -106,9 +106,10 @@ def shape_template(name: str, display: Display, named: str, state: str) -> str:
         *(f"  {{ height_mm = {height}, angle_deg = {angle} }}," for height, angle in _poses(display, state)),
         "]",
         "",
-        f"# {fields['segments'].description}: rod between the pivots, and the curve that is wanted, peak or valley",
+        f"# {fields['segments'].description}: rod between the pivots, and the curve that is wanted: peak, valley,",
+        "# or straight where there is no rod to spare",
         "segments = [",
-        *[f'  {{ length_mm = {_length(display)}, state = "{state}" }},'] * (display.node_count - 1),
+        *[f'  {{ length_mm = {_length(display, state)}, state = "{state}" }},'] * (display.node_count - 1),
         "]",
         "",
         f"# {fields['loads'].description}, if any: at so much of the length of a segment, forces to the right and up",
@@ -145,18 +146,20 @@ def _written(value: Any) -> str:
 
 
 def _poses(display: Display, state: str) -> Iterable[tuple[str, str]]:
-    """Height and angle of every node, as numbers of a file: level, the outermost tilted for the wanted state."""
+    """Height and angle of every node, as numbers of a file: level, the outermost tilted for a curve."""
     height = _within(0.0, display.limits.height, to_mm(1.0))
     last = display.node_count - 1
     for node in range(display.node_count):
         side = (node == 0) - (node == last)
-        tilt = side * (TILT_DEG if state == "peak" else -TILT_DEG)
+        tilt = side * TILTS_DEG[state]
         yield _written(height), _written(_within(tilt, display.limits.angle, to_deg(1.0)))
 
 
-def _length(display: Display) -> str:
-    """Length of every segment, as a number of a file."""
+def _length(display: Display, state: str) -> str:
+    """Length of every segment, as a number of a file: from node to node for a straight one."""
     across = to_mm(display.span)
+    if state == STRAIGHT:
+        return _written(across)
     there = to_mm(display.rod.total_length) / (display.node_count - 1)
     low, high = to_mm(display.limits.length.low), min(to_mm(display.limits.length.high), there)
     wanted = max(rounded_up(low, 6), rounded_down(SLACK * across, 6))

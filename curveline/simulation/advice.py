@@ -14,7 +14,8 @@ from functools import cached_property
 from curveline.material.history import Dwell, duration_text, history_text, parse_duration
 from curveline.rod.models.choice import SearchRequest
 from curveline.rod.models.showable import showable_states
-from curveline.scene import Scene
+from curveline.rod.states.slack import is_straight
+from curveline.scene import STRAIGHT, Scene
 from curveline.simulation.changes import ANGLE, HEIGHT, LENGTH, Counted, Hunt, Quantity, part_of, single_rays
 from curveline.simulation.dwelling import HOME, at_home_first
 from curveline.simulation.simulate import SegmentStates, scene_rod, simulate
@@ -32,7 +33,9 @@ CLOSE = 1.05
 
 def advice_on(scene: Scene, found: tuple[SegmentStates, ...], ask: SearchRequest) -> tuple[str, ...]:
     """For every segment without its wanted state, a sentence on the smallest change with which it has, if any."""
-    missing = [index for index, segment in enumerate(found) if segment.wanted is None]
+    # Which lengths are straight is said already.
+    names = enumerate(segment.wanted_name if segment.wanted is None else STRAIGHT for segment in found)
+    missing = [index for index, name in names if name != STRAIGHT]
     sentences = ((index, _nearest(_AdviceSearch(scene, index, ask))) for index in missing)
     return tuple(f"segment {index + 1}: {sentence}" for index, sentence in sentences if sentence)
 
@@ -108,7 +111,10 @@ class _AdviceSearch:
         return self.index, *(each for each in beside if self._has_planar(self.scene, each))
 
     def _has_planar(self, scene: Scene, segment: int) -> bool:
-        found = showable_states(scene_rod(scene, segment), self.ask.tolerance)
+        rod = scene_rod(scene, segment)
+        if scene.segments[segment].state == STRAIGHT:
+            return is_straight(rod)
+        found = showable_states(rod, self.ask.tolerance)
         shown = found.planar if scene.beyond_the_plane else found.states
         return any(state.name == scene.segments[segment].state for state in shown)
 

@@ -23,6 +23,7 @@ from curveline.rod.states.equilibrium import PLANAR
 from curveline.rod.states.plain_curves import STATES_PER_ROD, plain_curves
 from curveline.rod.states.plain_states import COARSE_LATERAL, FINE_LATERAL, MOVED_BY_STRETCH, MOVED_BY_WEIGHT
 from curveline.rod.states.refined import ERROR, SPREAD
+from curveline.rod.states.slack import are_straight
 from curveline.simulation.pose_batch import names_of
 from curveline.simulation.results import Settings
 from curveline.simulation.simulate import scene_rod
@@ -126,7 +127,12 @@ class PlainSweep:
         in_mm: Any = to_mm(curves[: len(facts)])  # type: ignore[arg-type]
         at, segment = np.repeat(np.arange(numbers.size), counts), np.full(len(facts), index)
         states = PlainStates(numbers[at], segment, names, names == wanted, facts, in_mm, 0.0)
-        sound = self._are_plain(facts, is_weighed=not math.isnan(asked.weight)) & np.isfinite(in_mm).all(axis=(1, 2))
+        straight = are_straight(poses, rod.bearing)[at]
+        sound = (
+            ~straight
+            & self._are_plain(facts, is_weighed=not math.isnan(asked.weight))
+            & np.isfinite(in_mm).all(axis=(1, 2))
+        )
         if sound.all():
             return counts, states
         is_whole = np.ones(numbers.size, dtype=np.bool_)

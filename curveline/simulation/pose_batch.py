@@ -22,7 +22,7 @@ from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.choice import AUTO, ModelledStates, SearchRequest, beyond, model_states
 from curveline.rod.planar.richardson import EIGENVALUE
 from curveline.rod.problem import Pose
-from curveline.rod.states.equilibrium import Equilibrium
+from curveline.rod.states.equilibrium import EXTENSIBLE, Equilibrium
 from curveline.rod.states.identity import MIDDLE, PEAK, VALLEY
 from curveline.rod.states.plain_states import Asked, plain_batch
 from curveline.rod.states.planar_states import find_states
@@ -38,6 +38,7 @@ from curveline.rod.states.refined import (
     SHARPEST,
     WRAPS,
 )
+from curveline.rod.states.slack import are_straight, is_straight
 from curveline.scene import Display, Scene
 from curveline.simulation.simulate import DEFAULT_TOLERANCE, scene_rod
 from curveline.system.portable import cores
@@ -63,7 +64,8 @@ class _Rows(NamedTuple):
 class PoseStates:
     """Every stable state that a planar rod has at each of many poses: arrays with a value per state.
 
-    In SI and in the frame of the left pivot, as `Equilibrium` has them; of the states at a pose the highest is first.
+    Of a rod without any to spare those that it has as it stretches: one that is called straight, or two. In SI and in
+    the frame of the left pivot, as `Equilibrium` has them; of the states at a pose the highest is first.
     """
 
     rod: ClampedRod  # the rod at the pose of the shape
@@ -91,7 +93,7 @@ class PoseStates:
 
     def states(self, pose: int) -> list[Equilibrium]:
         """The states at one pose, with their curves."""
-        return find_states(self.rod_at(pose), self.tolerance)
+        return _states_of(self.rod_at(pose), self.tolerance)
 
     def modelled(self, pose: int, model: str = AUTO) -> ModelledStates:
         """The states at one pose by the smallest model that they allow, with bounds on what it leaves out."""
@@ -183,13 +185,23 @@ def _rows_of(rod: ClampedRod, tolerance: float, poses: Array) -> _Rows:
     counts, states = plain_batch(poses, rod.bearing, *rod.dead_loads(), asked)
     numbers = states[:, TAKEN]
     names = names_of(counts, states, poses)
+    straight = are_straight(poses, rod.bearing)
     pieces, all_names, done = [], [], 0
-    for place, end in zip(np.flatnonzero(counts == 0).tolist(), np.cumsum(counts)[counts == 0].tolist(), strict=True):
-        others = find_states(rod.moved_to(Pose(*poses[place].tolist())), tolerance)
-        pieces += [numbers[done:end], np.array([_numbers(each) for each in others]).reshape(-1, len(TAKEN))]
-        all_names += [*names[done:end], *(each.name for each in others)]
+    ends = np.cumsum(counts)
+    begins, looked_at = ends - counts, np.flatnonzero((counts == 0) | straight)
+    for place, begin, end in zip(looked_at.tolist(), begins[looked_at].tolist(), ends[looked_at].tolist(), strict=True):
+        others = _states_of(rod.moved_to(Pose(*poses[place].tolist())), tolerance)
+        pieces += [numbers[done:begin], np.array([_numbers(each) for each in others]).reshape(-1, len(TAKEN))]
+        all_names += [*names[done:begin], *(each.name for each in others)]
         counts[place], done = len(others), end
     return _Rows(counts, all_names + names[done:], np.concatenate([*pieces, numbers[done:]]))
+
+
+def _states_of(rod: ClampedRod, tolerance: float) -> list[Equilibrium]:
+    """The planar states of a rod, or those that it has as it stretches if it has none to spare."""
+    if is_straight(rod):
+        return list(model_states(rod, SearchRequest(tolerance, (0,), EXTENSIBLE)).states)
+    return find_states(rod, tolerance)
 
 
 def _numbers(state: Equilibrium) -> list[float]:

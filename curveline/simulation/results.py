@@ -22,7 +22,7 @@ from curveline.errors import InvalidInput
 from curveline.notebook import html_of, svg_of
 from curveline.rod.geometry.space_curve import SpaceCurve
 from curveline.rod.states.equilibrium import Equilibrium, Outcome
-from curveline.scene import Scene
+from curveline.scene import STRAIGHT, Scene
 from curveline.simulation.explanation import deepest, explain
 from curveline.simulation.npz import write_npz
 from curveline.simulation.simulate import AUTO, DEFAULT_TOLERANCE, STATE_HEAD, SegmentStates
@@ -113,7 +113,8 @@ class ShapeReport:
             if segment.wanted is None:
                 there = ", ".join(state.name for state in segment.states if state.stable) or "none at all"
                 advice = f": {segment.advice}" if segment.advice else ""
-                yield f"segment {number} has no {segment.wanted_name}; its stable states: {there}{advice}"
+                lack = f"has no {segment.wanted_name}" if segment.wanted_name != STRAIGHT else "is not straight"
+                yield f"segment {number} {lack}; its stable states: {there}{advice}"
             for state in segment.states:
                 # No display shows a loop or a crossing; it is listed whether or not it would stay in its plane.
                 is_loop = state.outcome is Outcome.BUCKLES and not state.is_untangled

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -15,13 +16,14 @@ from curveline.rod.models.choice import AUTO as AUTO
 from curveline.rod.models.choice import MODELS as MODELS
 from curveline.rod.models.choice import SearchRequest, model_states
 from curveline.rod.models.model_error import Bound
-from curveline.rod.models.no_state_reason import why_none
+from curveline.rod.models.no_state_reason import why_none, why_not
 from curveline.rod.natural_curvature import NaturalCurvature
 from curveline.rod.problem import Array, Bearing, Pose
 from curveline.rod.profile import NO_PROFILE
 from curveline.rod.section import Section
 from curveline.rod.states.equilibrium import PLANAR, Equilibrium
-from curveline.scene import Display, Node, Profile, Scene
+from curveline.rod.states.slack import is_straight
+from curveline.scene import STRAIGHT, Display, Node, Profile, Scene
 from curveline.simulation.set_left_out import set_bound
 from curveline.units import millimetres, to_mj, to_mm
 
@@ -36,7 +38,8 @@ class SegmentStates:
 
     `wanted_name` is the state the shape asks for; `terms` are in the model and `left_out` bounds the others, over all
     states. `origin` is the left pivot in the display's frame [m]. `model` is the one that was used; `reasons` say in
-    whole sentences what was modelled, what was left out, and why. `advice` says what to change where there is no state.
+    whole sentences what was modelled, what was left out, and why. `advice` says what to change where there is no state,
+    or not the wanted one.
     """
 
     length: float  # [m]
@@ -172,5 +175,14 @@ def _segment_states(scene: Scene, index: int, ask: SearchRequest) -> SegmentStat
         states=states,
         model=found.model,
         reasons=reasons,
-        advice="" if states else why_none(rod, ask.windings),
+        advice=_advice(rod, states, segment.state, ask),
     )
+
+
+def _advice(rod: ClampedRod, states: Sequence[Equilibrium], wanted: str, ask: SearchRequest) -> str:
+    """What to change about a rod that has not the `wanted` state among its `states`, or none; empty if it has."""
+    if any(state.wanted for state in states):
+        return ""
+    if wanted == STRAIGHT and ask.model == PLANAR and is_straight(rod):
+        return "the planar model has no rod that is straight, since it does not stretch: leave the model to the scene"
+    return why_not(rod, wanted) or ("" if states else why_none(rod, ask.windings))

@@ -107,18 +107,25 @@ def test_too_little_bias_is_no_funnel() -> None:
 
 def test_neighbours_never_go_through_a_funnel_together_and_everyone_does_once() -> None:
     for count in range(1, 9):
-        rounds = rounds_of(count)
+        rounds = rounds_of(("peak",) * count)
         assert sorted(segment for members in rounds for segment in members) == list(range(count))
         for members in rounds:
             assert all(abs(one - other) != 1 for one in members for other in members)
-    assert len(rounds_of(1)) == 1
+    assert len(rounds_of(("valley",))) == 1
+
+
+def test_what_is_to_be_straight_goes_through_no_funnel() -> None:
+    wanted = ("straight", "peak", "straight", "straight", "valley", "straight")
+    assert rounds_of(wanted) == ((4,), (1,))
+    assert rounds_of(("straight", "peak", "straight")) == ((1,),)
+    assert rounds_of(("straight",) * 5) == ()
 
 
 def test_a_gate_turns_the_nodes_of_its_segments_alone() -> None:
     funnel = Funnel((IN_A_ROW[0] * deg(30.0), IN_A_ROW[1] * deg(30.0)), 0.6, 0.3)
     before = (0.01, 0.02, 0.03, 0.04, 0.05)
-    first, second = rounds_of(4)
     wanted = ("peak", "valley", "valley", "peak")
+    first, second = rounds_of(wanted)
     assert funnel.angles(wanted, first, before) == pytest.approx((0.0, -deg(30.0), 0.0, deg(30.0), 0.05))
     assert funnel.angles(wanted, second, before) == pytest.approx((0.01, 0.0, deg(30.0), 0.0, -deg(30.0)))
     lone = Funnel((LONE[0] * deg(30.0), LONE[1] * deg(30.0)), 0.6, 0.3)

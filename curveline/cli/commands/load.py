@@ -24,6 +24,7 @@ class StateOption(StrEnum):
 
     PEAK = "peak"
     VALLEY = "valley"
+    STRAIGHT = "straight"
 
 
 class PushModelOption(StrEnum):

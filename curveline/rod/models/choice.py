@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from curveline.rod.clamped_rod import ClampedRod
@@ -18,14 +18,16 @@ from curveline.rod.models.model_error import (
     space_bound,
     spatial_left_out,
 )
+from curveline.rod.models.straight import straight_state
 from curveline.rod.planar.approach import soften
 from curveline.rod.spatial.lifting import relax_in_space
 from curveline.rod.spatial.relax import at_rest
 from curveline.rod.spatial.richardson import refine_shape
 from curveline.rod.spatial.search import Resting, search_in_space
 from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, Outcome, refine
-from curveline.rod.states.identity import GONE, are_twins, named, placed, same_curve
+from curveline.rod.states.identity import GONE, are_twins, as_straight, named, placed, same_curve
 from curveline.rod.states.planar_states import find_states
+from curveline.rod.states.slack import is_straight
 from curveline.units import millimetres
 
 AUTO = "auto"
@@ -59,12 +61,16 @@ class ModelledStates:
 def model_states(segment: ClampedRod, ask: SearchRequest) -> ModelledStates:
     """Every stable state of `segment` by the model asked for, or by the smallest one that the scene allows.
 
-    Searched for in the plane; the extensible states start from those, and the spatial ones from the extensible.
+    Searched for in the plane; the extensible states start from those, and the spatial ones from the extensible. That of
+    a rod without any to spare also starts from the straight line, and is called straight if it is the only one.
     """
     asked = asked_of(segment, ask.tolerance) if ask.model in (AUTO, PLANAR) else None
     found = find_states(segment, ask.tolerance, ask.windings, asked)
     model, why = ask.model, [f"the {ask.model} model was asked for"]
     judged: list[Judged] = []
+    straight = is_straight(segment)
+    if model == AUTO and straight and not segment.needs_space:
+        model, why = EXTENSIBLE, ["the rod has none to spare: how it lies is told by how it stretches"]
     if model == PLANAR or (model == AUTO and not segment.needs_space):
         judged = [judge(state) for state in found]
     if model == AUTO:
@@ -73,7 +79,7 @@ def model_states(segment: ClampedRod, ask: SearchRequest) -> ModelledStates:
         # What a planar model leaves out is no matter where all goes to space.
         judged = [
             Judged(state, lateral(state), {}) if model == SPATIAL else judge(state)
-            for state in _stretched(found, ask.tolerance, why)
+            for state in _stretched(segment, found, ask, why)
         ]
         if ask.model == AUTO and model == EXTENSIBLE and _leaving(judged):
             model = SPATIAL
@@ -85,7 +91,8 @@ def model_states(segment: ClampedRod, ask: SearchRequest) -> ModelledStates:
         judged = [_flagged(segment, each) for each in judged]
         # The states have been named among each other; what leaves the plane is renamed, and listed last.
         judged = _placed(judged) if any(each.state.leaves_plane for each in judged) else judged
-    return _modelled(segment, ask, model, judged, why)
+    modelled = _modelled(segment, ask, model, judged, why)
+    return replace(modelled, states=tuple(as_straight(modelled.states))) if straight else modelled
 
 
 def beyond(segment: ClampedRod) -> tuple[str, ...]:
@@ -131,9 +138,15 @@ def _shown(judged: Sequence[Judged]) -> list[Judged]:
     return [each for each in judged if each.state.is_untangled] or list(judged)
 
 
-def _stretched(found: Sequence[Equilibrium], tolerance: float, why: list[str]) -> list[Equilibrium]:
-    """The planar states of an extensible rod that the inextensible ones lead to; `why` takes what became of others."""
+def _stretched(
+    segment: ClampedRod, found: Sequence[Equilibrium], ask: SearchRequest, why: list[str]
+) -> list[Equilibrium]:
+    """The planar states of an extensible rod to which the inextensible ones lead, or the straight line.
+
+    `why` takes what became of the former.
+    """
     states: list[Equilibrium] = []
+    tolerance = ask.tolerance
     for state in found:
         rod = state.rod.extensible()
         start = probe(state)
@@ -146,6 +159,10 @@ def _stretched(found: Sequence[Equilibrium], tolerance: float, why: list[str]) -
             why.append(f"{state.name} is gone when the rod may stretch: it falls into a state that is listed already")
         else:
             states.append(stretched.but(iterations=state.iterations + stretched.iterations))
+    if 0 in ask.windings and is_straight(segment):
+        state = straight_state(segment, tolerance)
+        if state.outcome not in GONE and not any(same_curve(state, other) for other in states):
+            states.append(state)
     return named(states)
 
 

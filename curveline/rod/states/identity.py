@@ -26,7 +26,8 @@ VALLEY = "valley"
 MIDDLE = "middle"
 FRONT = "front"
 BACK = "back"
-"""Names of states that a display can show; all but the first two have a number."""
+STRAIGHT = "straight"
+"""Names of states that a display can show; all but the first two and the last have a number."""
 
 LOOP = "loop"
 CROSSING = "crossing"
@@ -63,6 +64,17 @@ def called(state: Equilibrium, others: Sequence[Equilibrium]) -> str:
     if gaps and min(gaps) < ALIKE * state.rod.length:
         return others[gaps.index(min(gaps))].name
     return named([state])[0].name
+
+
+def as_straight(states: Sequence[Equilibrium]) -> list[Equilibrium]:
+    """The states of a rod that `slack.is_straight`: the only one that is not tangled by that name, if it is stable.
+
+    Where there are several, it may lie either way, and none of them is.
+    """
+    untangled = [state for state in states if state.is_untangled]
+    if len(untangled) != 1 or not (untangled[0].stable and untangled[0].simple):
+        return list(states)
+    return [state.but(name=STRAIGHT) if state is untangled[0] else state for state in states]
 
 
 def _agree(one: Equilibrium, other: Equilibrium, side: float) -> bool:

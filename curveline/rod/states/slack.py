@@ -9,10 +9,15 @@ from numpy.typing import NDArray
 
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Array, Bearing, Pose
+from curveline.units import TAUT, deg
 
 STRAIGHT = 5e-4
 """Up to this excess of the free rod over its chord, as a fraction, it counts as straight: play and stretch decide which
 way it bends, a quarter of a millimetre on the built-in displays."""
+OUT_OF_LINE = deg(5.0)
+"""Without rod to spare, a clamp that points further away from the chord [rad] asks for more than motors give: under a
+pull T, bending back to the chord takes up sqrt(EI/T)/4 times the angle squared of the rod; of two such clamps of the
+built-in displays, at the 8 N of their motors, all that a straight rod may have to spare."""
 
 
 def has_spare(poses: Array, bearing: Bearing) -> NDArray[np.bool_]:
@@ -31,6 +36,11 @@ def is_slack(rod: ClampedRod) -> bool:
     return rod.free_length > math.hypot(*rod.free_chord) * (1.0 + STRAIGHT)
 
 
+def least_slack(rod: ClampedRod) -> float:
+    """The length from pivot to pivot [m] up to which `rod` has none to spare between its clamps."""
+    return rod.clamp + math.hypot(*rod.free_chord) * (1.0 + STRAIGHT)
+
+
 def missing(rod: ClampedRod) -> float:
     """How much rod is missing to lead from clamp to clamp [m], below 0 if none is."""
     return math.hypot(*rod.free_chord) - rod.free_length
@@ -41,3 +51,24 @@ def out_of_line(rod: ClampedRod) -> float:
     x, y = rod.free_chord
     line = math.atan2(y, x)
     return max(abs(rod.start - line), abs(rod.end - line))
+
+
+def is_straight(rod: ClampedRod) -> bool:
+    """True if `rod` has none to spare, lacks no more than it can stretch, and its clamps point along it.
+
+    None whose clamps point out of the plane is, since where it leads to is told by its angles in the plane.
+    """
+    if is_slack(rod) or any(rod.yaw):
+        return False
+    return missing(rod) <= min(TAUT, STRAIGHT * rod.free_length) and out_of_line(rod) <= OUT_OF_LINE
+
+
+def are_straight(poses: Array, bearing: Bearing) -> NDArray[np.bool_]:
+    """As `is_straight`, (m,), at `poses (m, 5 or 6)` in the plane."""
+    at = Pose(*poses.T)
+    half, free = 0.5 * bearing.clamp, at.length - bearing.clamp
+    x = at.x - half * (np.cos(at.start) + np.cos(at.end))
+    y = at.y - half * (np.sin(at.start) + np.sin(at.end))
+    line, short = np.arctan2(y, x), np.hypot(x, y) - free
+    straight: NDArray[np.bool_] = ~has_spare(poses, bearing) & (short <= np.minimum(TAUT, STRAIGHT * free))
+    return straight & (np.maximum(np.abs(at.start - line), np.abs(at.end - line)) <= OUT_OF_LINE)

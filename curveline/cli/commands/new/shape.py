@@ -16,6 +16,7 @@ class NewState(StrEnum):
 
     PEAK = "peak"
     VALLEY = "valley"
+    STRAIGHT = "straight"
 
 
 def shape(
