@@ -1,0 +1,1 @@
+"""From a drawn curve to the shape of a display that shows it."""

@@ -1,0 +1,88 @@
+"""Where the search for a row begins: as the drawing has it at the rails, and around that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from curveline.fitting.row import EDGES, Array, Held, Wanted, pose_of, within
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.problem import mesh
+from curveline.rod.states.equilibrium import Equilibrium
+from curveline.rod.states.planar_states import find_states
+from curveline.rod.states.slack import is_slack
+from curveline.scene import Display, Node
+from curveline.simulation.simulate import clamped_rod
+from curveline.units import deg, mm
+
+AT_RAIL = 0.1
+"""Part of a segment of a drawing whose mean direction is that at its rail."""
+SIZES = mm(30.0), deg(25.0), 0.08
+"""How far other starts lie around: heights [m], angles [rad], roots of the excess."""
+ROUGH = 1e-3
+"""To what states are found that are only begun with [m]."""
+NO_LOADS: Array = np.zeros(0)
+
+
+def level_rod(display: Display) -> ClampedRod:
+    """The rod between two nodes of a display, to be moved to any pose."""
+    return clamped_rod(display, (Node(0.0, 0.0), Node(0.0, 0.0)), display.span)
+
+
+def first_numbers(wanted: Wanted) -> Array:
+    """Heights and angles where the drawing crosses the rails, and lengths as it has them between: see `row.Row`."""
+    pieces, span = wanted.pieces, wanted.display.span
+    heights = [piece[0, 1] for piece in pieces] + [pieces[-1][-1, 1]]
+    sides = [_directions(piece) for piece in pieces]
+    angles = [sides[0][0]]
+    angles += [0.5 * (before[1] + after[0]) for before, after in zip(sides, sides[1:], strict=False)]
+    angles.append(sides[-1][1])
+    lengths = np.array([np.sum(np.hypot(*np.diff(piece, axis=0).T)) for piece in pieces])
+    excess = np.maximum((lengths - np.hypot(span, np.diff(heights))) / span, 0.0)
+    return within(wanted, np.concatenate([heights, angles, np.sqrt(excess)]))
+
+
+def _directions(piece: Array) -> tuple[float, float]:
+    """The mean directions of a piece of a drawing at both its ends [rad]."""
+    count = max(2, round(AT_RAIL * piece.shape[0]))
+    (x, y), (u, v) = piece[count] - piece[0], piece[-1] - piece[-1 - count]
+    return float(np.arctan2(y, x)), float(np.arctan2(v, u))
+
+
+def starts(wanted: Wanted, rod: ClampedRod, count: int, seed: int) -> Iterator[tuple[Array, tuple[Held, ...]]]:
+    """Numbers of rows, and states of their segments, from which to polish; `count` of them, or fewer.
+
+    Of each segment the state that is nearest to the drawing; of the first numbers of a lone segment all of them.
+    """
+    source, first = np.random.default_rng(seed), first_numbers(wanted)
+    nodes = len(wanted.pieces) + 1
+    sizes = np.repeat(SIZES, [nodes, nodes, nodes - 1])
+    for number in range(count):
+        numbers = first if number == 0 else within(wanted, first + sizes * source.standard_normal(sizes.size))
+        found = [_near(wanted, rod, numbers, segment) for segment in range(nodes - 1)]
+        if not all(found):
+            continue
+        yield numbers, tuple(each[0] for each in found)
+        if number == 0:
+            for place, others in enumerate(found):
+                for other in others[1:]:
+                    yield numbers, tuple(other if i == place else each[0] for i, each in enumerate(found))
+
+
+def _near(wanted: Wanted, rod: ClampedRod, numbers: Array, segment: int) -> list[Held]:
+    """The states of a segment, that nearest to the drawing first; none if its rod is straight."""
+    there = rod.moved_to(pose_of(wanted, numbers, segment))
+    if not is_slack(there):
+        return []
+    states = [state for state in find_states(there, ROUGH) if state.simple and state.stable]
+    height = float(numbers[segment])
+    states.sort(key=lambda state: _off(state, wanted.pieces[segment], height))
+    return [state.start_on(mesh(NO_LOADS, EDGES)) for state in states]
+
+
+def _off(state: Equilibrium, piece: Array, height: float) -> float:
+    """How far a state is from a piece of a drawing, point by point along both."""
+    gaps: npt.NDArray[np.float64] = state.curve(piece.shape[0]) + [0.0, height] - piece
+    return float(np.sum(gaps**2))
