@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,16 @@ SIZES = mm(30.0), deg(25.0), 0.08
 ROUGH = 1e-3
 """To what states are found that are only begun with [m]."""
 NO_LOADS: Array = np.zeros(0)
+MORE_ROD = 0.05
+"""By which the root of an excess grows until its rod is not straight, or has a stable state."""
+ATTEMPTS = 4
+
+
+class Start(NamedTuple):
+    """Numbers of a row, and states of its segments, from which to descend."""
+
+    numbers: Array
+    held: tuple[Held, ...]
 
 
 def level_rod(display: Display) -> ClampedRod:
@@ -51,27 +61,32 @@ def _directions(piece: Array) -> tuple[float, float]:
     return float(np.arctan2(y, x)), float(np.arctan2(v, u))
 
 
-def starts(wanted: Wanted, rod: ClampedRod, count: int, seed: int) -> Iterator[tuple[Array, tuple[Held, ...]]]:
-    """Numbers of rows, and states of their segments, from which to polish; `count` of them, or fewer.
-
-    Of each segment the state that is nearest to the drawing; of the first numbers of a lone segment all of them.
-    """
-    source, first = np.random.default_rng(seed), first_numbers(wanted)
-    nodes = len(wanted.pieces) + 1
+def around(wanted: Wanted, numbers: Array, source: np.random.Generator) -> Array:
+    """Other numbers that lie around some."""
+    nodes = wanted.nodes
     sizes = np.repeat(SIZES, [nodes, nodes, nodes - 1])
-    for number in range(count):
-        numbers = first if number == 0 else within(wanted, first + sizes * source.standard_normal(sizes.size))
-        found = [_near(wanted, rod, numbers, segment) for segment in range(nodes - 1)]
-        if not all(found):
-            continue
-        yield numbers, tuple(each[0] for each in found)
-        if number == 0:
-            for place, others in enumerate(found):
-                for other in others[1:]:
-                    yield numbers, tuple(other if i == place else each[0] for i, each in enumerate(found))
+    return within(wanted, numbers + sizes * source.standard_normal(sizes.size))
 
 
-def _near(wanted: Wanted, rod: ClampedRod, numbers: Array, segment: int) -> list[Held]:
+def starts_at(wanted: Wanted, rod: ClampedRod, numbers: Array) -> list[Start]:
+    """Starts at some numbers, or with a little more rod: in the states nearest to the drawing, then each other state."""
+    for _ in range(ATTEMPTS):
+        found = [_states(wanted, rod, numbers, segment) for segment in range(len(wanted.pieces))]
+        if all(found):
+            nearest = [each[0] for each in found]
+            starts = [Start(numbers, tuple(nearest))]
+            for place, states in enumerate(found):
+                for other in states[1:]:
+                    starts.append(Start(numbers, (*nearest[:place], other, *nearest[place + 1 :])))
+            return starts
+        short = [2 * wanted.nodes + place for place, each in enumerate(found) if not each]
+        numbers = numbers.copy()
+        numbers[short] += MORE_ROD
+        numbers = within(wanted, numbers)
+    return []
+
+
+def _states(wanted: Wanted, rod: ClampedRod, numbers: Array, segment: int) -> list[Held]:
     """The states of a segment, that nearest to the drawing first; none if its rod is straight."""
     there = rod.moved_to(pose_of(wanted, numbers, segment))
     if not is_slack(there):

@@ -6,6 +6,7 @@ import numpy as np
 
 from curveline.kernels.forms import Matrix, Stack, Vector
 from curveline.kernels.kernel import leaf, njit, shipped
+from curveline.rod.branches.continuation import node_loads
 from curveline.rod.branches.control_path import counts_along, problem_at, straight_path
 from curveline.rod.planar.clamps import link
 from curveline.rod.planar.modes import around, from_zero, lowest_eigenvalue
@@ -22,6 +23,9 @@ PRECISE = 1e-9
 """Of eigenvalues whose change is looked at."""
 NUMBERS = 4
 """Of a pose that nodes can change: the height of the right pivot, both angles, the length."""
+LOWEST, SHARPEST, LOADS, ASKED = 0, 1, 2, 8
+"""What a state asks: its lowest eigenvalue [EI/L^2], its largest curvature beyond the natural one [1/m], and six loads of
+the nodes, see `continuation.Branch`; and how many numbers that are."""
 
 
 @leaf
@@ -56,23 +60,35 @@ def points_of(pose, bearing, state):
     return out
 
 
-@shipped(Pose, Bearing, Vector, Vector, float)
-def laid(pose, bearing, phi, multipliers, watched):
+@njit
+def asks_of(pose, bearing, state, guess):
+    """What a state asks, (ASKED,), its lowest eigenvalue sought from a guess."""
+    free, phi, multipliers = state
+    asks = np.empty(ASKED)
+    asks[LOWEST] = lowest_eigenvalue(free, phi, multipliers, guess, PRECISE)
+    asks[SHARPEST], loads = node_loads(straight_path(pose, pose), 0.0, bearing, free, phi, multipliers)
+    for i in range(loads.size):
+        asks[LOADS + i] = loads[i]
+    return asks
+
+
+@shipped(Pose, Bearing, Vector, Vector)
+def laid(pose, bearing, phi, multipliers):
     """The stable state at a pose near one of angles `phi (n,)` and `multipliers (2,)`, both overwritten; False if none.
 
-    Also its points (n+3, 2) [m], see `points_of`, and their slopes (NUMBERS, n+3, 2) by the numbers of the pose; its
-    lowest eigenvalue [EI/L^2], and the slopes (NUMBERS,) of that where it is below what is `watched`, else 0.
+    Also its points (n+3, 2) [m], see `points_of`, and what it asks (ASKED,); and the slopes of both by the numbers of the
+    pose, (NUMBERS, n+3, 2) and (NUMBERS, ASKED).
     """
     n = phi.size
     counts = counts_along(straight_path(pose, pose), bearing, n)
     free = problem_at(straight_path(pose, pose), bearing, 0.0, counts)
     before = phi.copy()
     iterations, unstable = newton(free, phi, multipliers, NEAR)
-    slopes, rates = np.zeros((NUMBERS, n + 3, 2)), np.zeros(NUMBERS)
+    slopes, rates = np.zeros((NUMBERS, n + 3, 2)), np.zeros((NUMBERS, ASKED))
     if iterations < 0 or unstable != 0 or largest_change(phi, before) > MOST_TURN:
-        return False, np.zeros((n + 3, 2)), slopes, 0.0, rates
+        return False, np.zeros((n + 3, 2)), np.zeros(ASKED), slopes, rates
     points = points_of(pose, bearing, (free, phi, multipliers))
-    lowest = lowest_eigenvalue(free, phi, multipliers, from_zero(), PRECISE)
+    asks = asks_of(pose, bearing, (free, phi, multipliers), from_zero())
     angles, force = phi.copy(), multipliers.copy()
     for number in range(NUMBERS):
         other = changed(pose, number, LITTLE)
@@ -86,9 +102,10 @@ def laid(pose, bearing, phi, multipliers, watched):
         for i in range(n + 3):
             slopes[number, i, 0] = (moved[i, 0] - points[i, 0]) / LITTLE
             slopes[number, i, 1] = (moved[i, 1] - points[i, 1]) / LITTLE
-        if lowest < watched:
-            rates[number] = (lowest_eigenvalue(there, angles, force, around(lowest), PRECISE) - lowest) / LITTLE
-    return True, points, slopes, lowest, rates
+        asked = asks_of(other, bearing, (there, angles, force), around(asks[LOWEST]))
+        for i in range(ASKED):
+            rates[number, i] = (asked[i] - asks[i]) / LITTLE
+    return True, points, asks, slopes, rates
 
 
 @leaf

@@ -1,0 +1,96 @@
+"""From one row of nodes downhill to the nearest one: Gauss and Newton's steps, damped as Levenberg and Marquardt do.
+
+What a limit is missed by counts as a further distance, more and more until it is met; numbers at the display's limits
+stay there (Nocedal and Wright 2006, sections 10.3 and 17.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from curveline.fitting.row import Array, Held, Row, Wanted, row_at, within
+
+HOLDING_OFF = 0.05, 0.5, 5.0
+"""What a limit that is missed by 1 counts for [m]: first, and where that does not do."""
+MET = 0.004
+"""A limit that is missed by no more is met."""
+ITERATIONS = 60
+SMALL = 1e-7
+"""Largest change of a number, in m or rad, that ends a search."""
+LITTLE_GAIN = 1e-6
+"""As a part of the mean square, by which it ends, too."""
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e6
+CHANGES = 8
+"""Of which limits a step would miss, until it is taken as it is."""
+HARDER, EASIER = 6.0, 0.2
+"""What damping is multiplied by after a step that did not lead downhill, and one that did."""
+
+
+def descended(wanted: Wanted, numbers: Array, held: Sequence[Held]) -> Row | None:
+    """The row that steps downhill lead to from some numbers, and that meets the limits; None if none does."""
+    row = row_at(wanted, within(wanted, numbers), held)
+    for weight in HOLDING_OFF:
+        if row is None:
+            return None
+        row = _downhill(wanted, row, weight)
+        if float(row.asks.max()) <= MET:
+            return row
+    return None
+
+
+def _downhill(wanted: Wanted, row: Row, weight: float) -> Row:
+    """Where steps downhill lead to, missed limits counting by their weight [m]."""
+    damping, square = FIRST_DAMPING, _square(row, weight)
+    for _ in range(ITERATIONS):
+        there = within(wanted, row.numbers + _step(wanted, row, weight, damping))
+        if float(np.max(np.abs(there - row.numbers))) < SMALL:
+            break
+        trial = row_at(wanted, there, row.held)
+        if trial is None or not _square(trial, weight) < square:
+            damping *= HARDER
+            if damping > MOST_DAMPING:
+                break
+            continue
+        before, row = square, trial
+        square, damping = _square(row, weight), max(EASIER * damping, LEAST_DAMPING)
+        if before - square < LITTLE_GAIN * before:
+            break
+    return row
+
+
+def _square(row: Row, weight: float) -> float:
+    """The mean square distance, and what missed limits count for [m^2]."""
+    missed = weight * np.maximum(row.asks, 0.0)
+    return float(row.off @ row.off + missed @ missed)
+
+
+def _step(wanted: Wanted, row: Row, weight: float, damping: float) -> Array:
+    """A damped step within the limits of the numbers, which counts what limits it would miss, not what are missed now."""
+    matrix, gradient = row.slopes.T @ row.slopes, row.slopes.T @ row.off
+    matrix[np.diag_indices_from(matrix)] += damping * (np.diag(matrix) + 1e-9)
+    is_missed = row.asks > 0.0
+    for _ in range(CHANGES):
+        slopes, asks = weight * row.by_numbers[is_missed], weight * row.asks[is_missed]
+        step = _bounded(wanted, row.numbers, matrix + slopes.T @ slopes, gradient + slopes.T @ asks)
+        would_miss = row.asks + row.by_numbers @ step > 0.0
+        if np.array_equal(would_miss, is_missed):
+            break
+        is_missed = would_miss
+    return step
+
+
+def _bounded(wanted: Wanted, numbers: Array, matrix: Array, gradient: Array) -> Array:
+    """The step to where a gradient vanishes, within the limits of the numbers."""
+    step, free = np.zeros(numbers.size), np.ones(numbers.size, dtype=bool)
+    while np.any(free):
+        held = matrix[np.ix_(free, ~free)] @ step[~free]
+        step[free] = -np.linalg.solve(matrix[np.ix_(free, free)], gradient[free] + held)
+        reached = within(wanted, numbers + step) - numbers
+        beyond = free & (np.abs(reached - step) > 1e-12)
+        if not np.any(beyond):
+            break
+        step[beyond] = reached[beyond]
+        free &= ~beyond
+    return step

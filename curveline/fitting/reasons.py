@@ -1,0 +1,204 @@
+"""Why a shape does not come nearer to a drawing: the limits at which it stands, what each costs; what the drawing asks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from curveline.fitting.descent import descended
+from curveline.fitting.measured import Measured
+from curveline.fitting.row import MOTORS, PART, ROD, STABILITY, STRAIN, Array, Ask, Row, Wanted, asked, limits_of
+from curveline.scene import Range
+from curveline.units import deg, to_deg, to_mm, to_nmm
+
+ACTIVE = 0.02
+"""A limit that is left by less than this, as a part of it, is active."""
+AT_LIMIT = 1e-6
+"""A number [m or rad] that is this near to a limit stands at it."""
+FREE = 1e3
+"""By how much a limit is widened to see what it costs."""
+LEAST_PART = 0.02
+"""Of the distance, that a limit costs to be a reason for it."""
+TURNED = deg(8.0)
+"""By which a drawing turns the other way before that counts as another bend."""
+SMOOTHED = 7
+"""Points of a drawing's piece over which its direction is averaged."""
+CORNER = deg(25.0)
+"""By which a drawing turns from one of its points to the next, to have a corner there."""
+NEAR_CORNER = 0.06
+"""Part of the span."""
+MOST_BENDS = 2
+"""Inflections of a stable rod: 5,997 of 6,000 stable curves of a display had no more."""
+
+
+@dataclass(frozen=True)
+class ActiveLimit:
+    """A limit at which a shape stands, by its key in a display file or "margin", with its `value` in the unit of the key.
+
+    `nodes` and `segments`, from 1, are those that stand at it. `costs` is by how much the root mean square distance
+    would fall without it [m]; None if that is not known.
+    """
+
+    name: str
+    value: float
+    nodes: tuple[int, ...]
+    segments: tuple[int, ...]
+    costs: float | None
+
+
+def active_limits(wanted: Wanted, row: Row) -> tuple[ActiveLimit, ...]:
+    """The limits at which a row stands, those that cost most first."""
+    found = [*_of_numbers(wanted, row), *_of_asks(wanted, row)]
+    priced = [replace(each, costs=_cost(wanted, row, each.name)) for each in found]
+    return tuple(sorted(priced, key=lambda each: -(each.costs or 0.0)))
+
+
+def _of_numbers(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
+    """Limits of heights, angles and lengths."""
+    count, limits = wanted.nodes, wanted.display.limits
+    low, high = limits_of(wanted, row.numbers[:count])
+    kinds = (
+        ("limits.height_mm", limits.height, to_mm, slice(0, count)),
+        ("limits.angle_deg", limits.angle, to_deg, slice(count, 2 * count)),
+        ("limits.length_mm", limits.length, to_mm, slice(2 * count, None)),
+    )
+    for name, limit, unit, part in kinds:
+        for ends, value in ((low, limit.low), (high, limit.high)):
+            places = tuple((np.flatnonzero(np.abs(row.numbers[part] - ends[part]) < AT_LIMIT) + 1).tolist())
+            if places and (name != "limits.length_mm" or _is_of_display(wanted, row, places, value)):
+                of_nodes = name != "limits.length_mm"
+                yield ActiveLimit(name, unit(value), places if of_nodes else (), () if of_nodes else places, None)
+
+
+def _is_of_display(wanted: Wanted, row: Row, places: tuple[int, ...], value: float) -> bool:
+    """True if a length stands at what the display allows, not at the least that is no straight rod."""
+    heights = row.numbers[: wanted.nodes]
+    lengths = np.hypot(wanted.display.span, np.diff(heights)) + wanted.display.span * row.numbers[2 * wanted.nodes :] ** 2
+    return any(abs(float(lengths[place - 1]) - value) < AT_LIMIT for place in places)
+
+
+def _of_asks(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
+    """Limits of stability, strain, motors and rod."""
+    display = wanted.display
+    values = {
+        STABILITY: ("margin", wanted.margin),
+        STRAIN: ("rod.max_strain", display.rod.max_strain),
+        MOTORS[0]: ("drive.max_force_N", display.drive.max_force),
+        MOTORS[1]: ("drive.max_force_N", display.drive.max_force),
+        MOTORS[2]: ("drive.max_moment_Nmm", to_nmm(display.drive.max_moment)),
+        ROD: ("rod.total_length_mm", to_mm(display.rod.total_length)),
+    }
+    found: dict[str, list[Ask]] = {}
+    for ask, missed in zip(asked(wanted), row.asks.tolist(), strict=True):
+        if missed > -ACTIVE * (wanted.margin if ask.kind == STABILITY else PART):
+            found.setdefault(values[ask.kind][0], []).append(ask)
+    for name, asks in found.items():
+        value = values[asks[0].kind][1]
+        nodes = tuple(sorted({ask.node for ask in asks if ask.node}))
+        segments = tuple(sorted({ask.segment for ask in asks if ask.segment}))
+        yield ActiveLimit(name, value, nodes, segments, None)
+
+
+def _cost(wanted: Wanted, row: Row, name: str) -> float | None:
+    """By how much the distance falls without a limit [m]; None if no such row is met from where this one stands."""
+    there = descended(_without(wanted, name), row.numbers, row.held)
+    return None if there is None else max(row.rms - there.rms, 0.0)
+
+
+def _without(wanted: Wanted, name: str) -> Wanted:
+    """The same drawing for a display without a limit."""
+    display = wanted.display
+    limits, rod, drive = display.limits, display.rod, display.drive
+    if name == "margin":
+        return wanted._replace(margin=0.0)
+    if name == "limits.height_mm":
+        display = replace(display, limits=replace(limits, height=Range(limits.height.low - FREE, FREE)))
+    elif name == "limits.angle_deg":
+        display = replace(display, limits=replace(limits, angle=Range(-math.pi, math.pi)))
+    elif name == "limits.length_mm":
+        display = replace(display, limits=replace(limits, length=Range(0.0, FREE)))
+    elif name == "rod.max_strain":
+        display = replace(display, rod=replace(rod, max_strain=FREE))
+    elif name == "rod.total_length_mm":
+        display = replace(display, rod=replace(rod, total_length=FREE))
+    elif name == "drive.max_force_N":
+        display = replace(display, drive=replace(drive, max_force=FREE))
+    else:
+        display = replace(display, drive=replace(drive, max_moment=FREE))
+    return wanted._replace(display=display)
+
+
+@dataclass(frozen=True)
+class Miss:
+    """A place of the drawing [m] from which the rod is `off` [m], in the display's frame, and why."""
+
+    x: float
+    y: float
+    off: float
+    why: str
+
+
+def misses_of(wanted: Wanted, limits: tuple[ActiveLimit, ...], best: Measured) -> tuple[Miss, ...]:
+    """Where each segment's rod is farthest from the drawing, the farthest first."""
+    found = []
+    for segment, (fine, gaps) in enumerate(zip(wanted.fine, best.gaps, strict=True)):
+        farthest = int(np.argmax(gaps.back))
+        x, y = fine[farthest].tolist()
+        point = int(np.argmin(np.hypot(*(wanted.pieces[segment] - fine[farthest]).T)))
+        why = why_off(wanted, limits, best.rms, (segment, point))
+        found.append(Miss(x + segment * wanted.display.span, y, float(gaps.back[farthest]), why))
+    return tuple(sorted(found, key=lambda miss: -miss.off))
+
+
+def why_off(wanted: Wanted, limits: tuple[ActiveLimit, ...], rms: float, place: tuple[int, int]) -> str:
+    """Why the rod is off at a place: a segment, from 0, and the number of a point of its piece of the drawing."""
+    segment, point = place
+    piece, number = wanted.pieces[segment], segment + 1
+    bends = bends_of(piece)
+    if bends > MOST_BENDS:
+        return (
+            f"segment {number} of the drawing changes the side it bends to {bends} times; a stable rod does at most "
+            f"{MOST_BENDS} times"
+        )
+    corner = _corner_near(wanted, piece, point)
+    if corner:
+        return f"a corner of {to_deg(corner):.0f} deg: the rod stays smooth"
+    for limit in limits:
+        here = number in limit.segments or bool({number, number + 1} & set(limit.nodes)) or not (
+            limit.segments or limit.nodes
+        )
+        if here and (limit.costs or 0.0) > LEAST_PART * rms:
+            return "stability: nearer states would not keep the margin" if limit.name == "margin" else f"{limit.name}"
+    return "a segment has five numbers, and none of them leads nearer"
+
+
+def bends_of(piece: Array) -> int:
+    """How often a piece of a drawing changes the side to which it bends, small wiggles left out."""
+    way = np.diff(piece, axis=0)
+    angles = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+    kernel = np.ones(SMOOTHED) / SMOOTHED
+    angles = np.convolve(np.pad(angles, SMOOTHED // 2, mode="edge"), kernel, mode="valid")
+    changes, side, extreme = 0, 0.0, float(angles[0])
+    for angle in angles.tolist():
+        if side == 0.0:
+            if abs(angle - extreme) > TURNED:
+                side, extreme = math.copysign(1.0, angle - extreme), angle
+        elif side * (angle - extreme) > 0.0:
+            extreme = angle
+        elif side * (extreme - angle) > TURNED:
+            changes, side, extreme = changes + 1, -side, angle
+    return changes
+
+
+def _corner_near(wanted: Wanted, piece: Array, point: int) -> float:
+    """By how much the drawing turns at a corner near one of its points [rad]; 0 without one."""
+    way = np.diff(piece, axis=0)
+    angles = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+    # A corner lies between two of the equally spaced points, so that its turn is seen over two steps.
+    turns = np.abs(angles[2:] - angles[:-2])
+    near = np.hypot(*(piece[1:-2] - piece[point]).T) < NEAR_CORNER * wanted.display.span
+    largest = float(np.max(turns[near], initial=0.0))
+    return largest if largest > CORNER else 0.0
