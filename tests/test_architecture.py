@@ -16,7 +16,7 @@ ROOT = Path(curveline.__file__).parent
 MODULES = sorted(ROOT.rglob("*.py"))
 
 LEFT_TO_RIGHT = """
-_version errors units phrases listening notebook system sections material scene drive_settings plan_file shapes
+_version errors units phrases listening notebook system sections material scene drive_settings plan_file shapes drawings
 kernels rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
 simulation loading planning replay displays figures outputs driving notebook_listener bench/methods bench api
@@ -37,13 +37,27 @@ ONLY_IN = {
     "numba": {"kernels", "bench"},
     "llvmlite": {"kernels"},
     "scipy": {"rod"},
-    "numpy": {"kernels", "rod", "bench", "figures", "loading", "material", "planning", "replay", "simulation"},
+    "numpy": {
+        "kernels",
+        "rod",
+        "bench",
+        "drawings",
+        "figures",
+        "loading",
+        "material",
+        "planning",
+        "replay",
+        "simulation",
+    },
     "pydantic": {"shapes"},
     "typer": {"cli"},
     "matplotlib": set(),
     "rich": set(),
     "multiprocessing": {"system"},
     "cv2": set(),
+    "svgelements": set(),
+    "ezdxf": set(),
+    "PIL": set(),
     "pyrf24": set(),
     "serial": set(),
 }

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.errors import InvalidInput
-from curveline.fitting.drawing import Array, Drawing
+from curveline.drawings.drawing import Array, Drawing
 from curveline.scene import Display
 from curveline.units import to_mm
 

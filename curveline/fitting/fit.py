@@ -15,7 +15,7 @@ import numpy as np
 from curveline.errors import Infeasible, InvalidInput
 from curveline.fitting.bounds import Bounds, bounds_of
 from curveline.fitting.cutting import Cut, cut_at_rails, resampled
-from curveline.fitting.drawing import Drawing
+from curveline.drawings.drawing import Drawing
 from curveline.fitting.measured import Measured, measured
 from curveline.fitting.minimax import flattened, largest_off
 from curveline.fitting.reasons import ActiveLimit, Miss, active_limits, misses_of

@@ -1,4 +1,4 @@
-"""A drawn curve: points in m, x along the row of nodes from the first rail on, y upwards."""
+"""A drawn curve: points in m, x along the row of nodes, y upwards, with what was understood of where it comes from."""
 
 from __future__ import annotations
 
@@ -21,11 +21,13 @@ LARGEST = 1e3
 class Drawing:
     """A curve through `points (k, 2)` [m], in the order in which it is drawn, by the `name` of where it comes from.
 
-    InvalidInput for what is no curve: fewer than two points, numbers that are none, all in one place.
+    `understood` says how its file was read, and how it was placed: with which scale above all. InvalidInput for what
+    is no curve: fewer than two points, numbers that are none, all in one place.
     """
 
     points: Array
     name: str = "drawing"
+    understood: str = ""
 
     def __post_init__(self) -> None:
         try:

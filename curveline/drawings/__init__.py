@@ -1,0 +1,1 @@
+"""Where drawn curves come from: files of points, lines and pictures, and formulas; and where they are put."""

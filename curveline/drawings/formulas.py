@@ -1,0 +1,91 @@
+"""Drawings from formulas: the height at every place."""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from curveline.drawings.drawing import Drawing
+from curveline.drawings.lengths import in_mm
+from curveline.errors import InvalidInput
+from curveline.units import mm, to_mm
+
+POINTS = 4001
+"""Points of a formula."""
+MOST_LETTERS = 1000
+DEEPEST = 40
+FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+    **{name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "abs", "tanh", "sign", "floor")},
+    "min": np.minimum,
+    "max": np.maximum,
+    "where": np.where,
+}
+CONSTANTS = {"pi": math.pi, "e": math.e}
+_BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+    ast.Mod: operator.mod,
+}
+_UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
+_COMPARE = {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge}
+KNOWN = f"it may have x, numbers, + - * / ** %, comparisons, {', '.join((*FUNCTIONS, *CONSTANTS))}"
+
+
+def drawing_of_formula(text: str, width: float) -> Drawing:
+    """The height [mm] that a formula gives at every x [mm] from 0 to a width [m], such as that of a display.
+
+    InvalidInput for what is no formula of x, or has no value somewhere.
+    """
+    x = np.linspace(0.0, to_mm(width), POINTS)
+    if len(text) > MOST_LETTERS:
+        raise InvalidInput(f"a formula of {len(text)} letters is too long", f"write at most {MOST_LETTERS}")
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise InvalidInput(
+            f"{text!r} is no formula", f"write the height in mm at x in mm, such as 60*sin(pi*x/500); {KNOWN}"
+        ) from None
+    with np.errstate(all="ignore"):
+        try:
+            y = np.broadcast_to(np.asarray(_value(tree, x, 0), dtype=np.float64), x.shape)
+        except (TypeError, ValueError, OverflowError, ZeroDivisionError) as error:
+            raise InvalidInput(f"{text!r} has no value: {error}", KNOWN) from None
+    bad = np.flatnonzero(~np.isfinite(y))
+    if bad.size:
+        raise InvalidInput(f"{text!r} has no value at x = {x[bad[0]]:g} mm", "x runs over the display, in mm")
+    understood = f"formula in mm, x from 0 to {in_mm(width)} mm"
+    return Drawing(np.column_stack([x, y]) * mm(1.0), text.strip(), understood)
+
+
+def _value(node: ast.expr, x: Any, depth: int) -> Any:
+    """What a part of a formula comes to; InvalidInput for what has no place in one."""
+    if depth > DEEPEST:
+        raise InvalidInput("this formula is nested too deeply", "write it with fewer brackets")
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and type(node.value) is not bool:
+        return float(node.value)
+    if isinstance(node, ast.Name) and node.id == "x":
+        return x
+    if isinstance(node, ast.Name) and node.id in CONSTANTS:
+        return CONSTANTS[node.id]
+    if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
+        return _BINARY[type(node.op)](_value(node.left, x, depth + 1), _value(node.right, x, depth + 1))
+    if isinstance(node, ast.UnaryOp) and type(node.op) in _UNARY:
+        return _UNARY[type(node.op)](_value(node.operand, x, depth + 1))
+    if isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in _COMPARE:
+        return _COMPARE[type(node.ops[0])](_value(node.left, x, depth + 1), _value(node.comparators[0], x, depth + 1))
+    if (
+        isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id in FUNCTIONS
+        and not node.keywords
+    ):
+        return FUNCTIONS[node.func.id](*(_value(each, x, depth + 1) for each in node.args))
+    raise InvalidInput(f"a formula cannot have {ast.unparse(node)[:60]!r}", KNOWN)
