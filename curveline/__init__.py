@@ -37,7 +37,15 @@ if TYPE_CHECKING:
     from curveline.driving.site_keys import new_keys as new_keys
     from curveline.driving.site_keys import node_image as node_image
     from curveline.driving.site_keys import read_keys as read_keys
+    from curveline.drawings.drawing import Drawing as Drawing
+    from curveline.drawings.formulas import drawing_of_formula as drawing_of_formula
+    from curveline.drawings.placing import Placing as Placing
+    from curveline.drawings.reading import read_drawing as read_drawing
+    from curveline.drawings.sketch import HowToRead as HowToRead
     from curveline.errors import CurvelineError as CurvelineError
+    from curveline.fitting.fit import FitRequest as FitRequest
+    from curveline.fitting.targets import fit as fit
+    from curveline.fitting.targets import placed_on as placed_on
     from curveline.listening import Listener as Listener
     from curveline.loading.pushes import Push as Push
     from curveline.material.drum_readings import DrumReading as DrumReading
@@ -73,6 +81,13 @@ _HOMES = {
     "simulate_many": "simulation.shape_batch",
     "explain": "simulation.explanation",
     **dict.fromkeys(("sweep", "plan", "monte_carlo", "load", "load_map", "fall"), "api"),
+    **dict.fromkeys(("fit", "placed_on"), "fitting.targets"),
+    "FitRequest": "fitting.fit",
+    "read_drawing": "drawings.reading",
+    "HowToRead": "drawings.sketch",
+    "Placing": "drawings.placing",
+    "Drawing": "drawings.drawing",
+    "drawing_of_formula": "drawings.formulas",
     "check_display": "api",
     "calibrate_set": "api",
     **dict.fromkeys(("measure", "measure_link"), "bench.measuring"),

@@ -23,6 +23,7 @@ Encoder = Callable[..., bytes]
 PICTURES = (".svg", ".png", ".pdf")
 FILM = ".gif"
 PLAN_FILE = ".json"
+SHAPE_FILE = ".toml"
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,15 @@ LOADING = ResultKind(
     advice="a fall is filmed with --film; name a file that ends in",
 )
 """Of what pushing a shape showed."""
+
+FIT = ResultKind(
+    _with_pictures(
+        {SHAPE_FILE: "curveline.fitting.results:to_shape", ".json": "curveline.fitting.results:to_json"},
+        "curveline.figures.fits:draw",
+    ),
+    advice="a fitted shape is .toml, its figure .svg, .png or .pdf; name a file that ends in",
+)
+"""Of a fit; also the path of the file, and the command as typed."""
 
 FALL = ResultKind(
     _with_pictures({FILM: "curveline.figures.falls:animate"}, "curveline.figures.falls:draw"),

@@ -1,6 +1,6 @@
 """From a drawn curve to a shape of a display: the row of nodes whose stable curve is nearest, simulated and planned.
 
-found = fit(drawing, display, FitRequest())
+found = fit_drawing(drawing, display, FitRequest())
 found.scene, found.rms, found.plan
 """
 
@@ -109,17 +109,13 @@ class Fit:
         """The distance that was to be small [m]."""
         return self.rms if self.request.minimise == RMS else self.max
 
-    def is_within(self, within: float | None) -> bool:
-        """True if the distance that was to be small is at most `within` [m], where that is given."""
-        return within is None or self.off <= within
-
     def _repr_html_(self) -> str:
         head = ("node", "height mm", "angle deg")
         rows = [(place, to_mm(node.height), to_deg(node.angle)) for place, node in enumerate(self.scene.nodes, 1)]
         return html_of(f"{self.scene.name}: {to_mm(self.rms):.3g} mm RMS off {self.drawing.name}", [head, *rows])
 
 
-def fit(
+def fit_drawing(
     drawing: Drawing, display: Display, request: FitRequest | None = None, listener: Listener = SILENT
 ) -> Fit:
     """The shape of a display whose stable curve is nearest to a drawing, of all that so many starts lead to.
@@ -171,7 +167,9 @@ class _Fitting:
             return met
         dense = self.wanted._replace(pieces=tuple(resampled(each, DENSE) for each in self.wanted.fine))
         rows = [row_at(dense, row.numbers, row.held) for row in met.distinct()[:PLANNED]]
-        flat = sorted((flattened(dense, row) for row in rows if row is not None), key=lambda row: largest_off(dense, row))
+        flat = sorted(
+            (flattened(dense, row) for row in rows if row is not None), key=lambda row: largest_off(dense, row)
+        )
         return replace(met, rows=tuple(flat))
 
     def candidates(self, met: Search) -> list[Measured]:

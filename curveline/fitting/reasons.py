@@ -76,7 +76,9 @@ def _of_numbers(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
 def _is_of_display(wanted: Wanted, row: Row, places: tuple[int, ...], value: float) -> bool:
     """True if a length stands at what the display allows, not at the least that is no straight rod."""
     heights = row.numbers[: wanted.nodes]
-    lengths = np.hypot(wanted.display.span, np.diff(heights)) + wanted.display.span * row.numbers[2 * wanted.nodes :] ** 2
+    lengths = (
+        np.hypot(wanted.display.span, np.diff(heights)) + wanted.display.span * row.numbers[2 * wanted.nodes :] ** 2
+    )
     return any(abs(float(lengths[place - 1]) - value) < AT_LIMIT for place in places)
 
 
@@ -167,8 +169,10 @@ def why_off(wanted: Wanted, limits: tuple[ActiveLimit, ...], rms: float, place: 
     if corner:
         return f"a corner of {to_deg(corner):.0f} deg: the rod stays smooth"
     for limit in limits:
-        here = number in limit.segments or bool({number, number + 1} & set(limit.nodes)) or not (
-            limit.segments or limit.nodes
+        here = (
+            number in limit.segments
+            or bool({number, number + 1} & set(limit.nodes))
+            or not (limit.segments or limit.nodes)
         )
         if here and (limit.costs or 0.0) > LEAST_PART * rms:
             return "stability: nearer states would not keep the margin" if limit.name == "margin" else f"{limit.name}"

@@ -133,9 +133,7 @@ def row_at(wanted: Wanted, numbers: Array, held: Sequence[Held]) -> Row | None:
     offs, slopes, states, by_pose = [], [], [], []
     for segment, piece in enumerate(wanted.pieces):
         phi, multipliers = held[segment][0].copy(), held[segment][1].copy()
-        is_there, points, asks, moves, rates = laid(
-            pose_of(wanted, numbers, segment), wanted.bearing, phi, multipliers
-        )
+        is_there, points, asks, moves, rates = laid(pose_of(wanted, numbers, segment), wanted.bearing, phi, multipliers)
         if not is_there:
             return None
         places, chain = _chain(wanted, numbers, segment)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from curveline.errors import InvalidInput
-from curveline.scene import WANTABLE
+from curveline.scene import WANTABLE, Display
 from curveline.shapes.file_keys import LONGEST_NAME
 from curveline.shapes.files import read_display
 from curveline.shapes.templates import check_new_shape, display_template, shape_template
@@ -28,9 +28,7 @@ def new_shape(path: AnyPath | None, display: AnyPath = "single", state: str = "p
     check_free(path)
     folder = "" if path is None else os.path.dirname(os.fspath(path))
     read = read_display(display)
-    named = _as_named_in(folder, os.fspath(display)) if read.path else os.fspath(display)
-    if not named.isprintable():
-        raise InvalidInput(f"a shape file cannot name the display {shown(named)}", "give the display file a plain name")
+    named = display_named_in(folder, read, os.fspath(display))
     text = shape_template(_name_for(path, name, "my-shape"), read, named, state)
     check_new_shape(text, folder)
     return _kept(text, path)
@@ -68,6 +66,17 @@ def _name_for(path: AnyPath | None, name: str, default: str) -> str:
         hint = f"name it with at most {LONGEST_NAME} letters, digits, spaces and signs, on one line"
         raise InvalidInput(f"no new file calls itself {shown(chosen)}", hint)
     return chosen
+
+
+def display_named_in(folder: str, display: Display, path: str = "") -> str:
+    """What a shape file in a folder calls a display, which is in a file or built in; `path` as somebody named it.
+
+    InvalidInput for a file whose name cannot be written.
+    """
+    named = _as_named_in(folder, path or display.path) if display.path else display.name
+    if not named.isprintable():
+        raise InvalidInput(f"a shape file cannot name the display {shown(named)}", "give the display file a plain name")
+    return named
 
 
 def _as_named_in(folder: str, display: str) -> str:
