@@ -10,13 +10,15 @@ from typing import NoReturn
 
 import numpy as np
 
-from curveline.drawings.drawing import Array, Drawing
+from curveline.drawings.drawing import LARGEST, Array, Drawing
 from curveline.drawings.joining import Chain, Fork, chains, edge_of
 from curveline.drawings.lengths import in_mm, size_in_mm
 from curveline.drawings.sketch import ERROR, OF_WIDTH, HowToRead, Piece, Sketch, refuse_line
 from curveline.system.files import printable
 from curveline.units import mm, to_mm
 
+FLOAT = 1e-14
+"""Part of a coordinate that is noise."""
 SHOWN = 12
 """Names of curves that are told."""
 
@@ -27,8 +29,7 @@ def drawing_of(sketch: Sketch, how: HowToRead, name: str) -> Drawing:
     InvalidInput where there are several, none by that name, a gap, or a closed outline of which no edge was chosen.
     """
     pieces = _named(sketch.pieces, how.curve, name)
-    extent = np.ptp(np.vstack([piece.points for piece in pieces]), axis=0)
-    near = ERROR / sketch.unit if sketch.unit else OF_WIDTH * float(extent.max())
+    near = _near(sketch, pieces, name)
     line = _only_line(sketch, pieces, near, name)
     said = [sketch.said]
     if how.curve or (len({piece.names[:1] for piece in pieces}) == 1 and pieces[0].names):
@@ -45,6 +46,19 @@ def drawing_of(sketch: Sketch, how: HowToRead, name: str) -> Drawing:
     size = np.ptp(points, axis=0) * scale
     said.append(f"{size_in_mm(float(size[0]), float(size[1]))} in all")
     return Drawing(points * scale, name, ", ".join(each for each in said if each))
+
+
+def _near(sketch: Sketch, pieces: Sequence[Piece], name: str) -> float:
+    """How far ends may be apart that are joined, in units of the file; InvalidInput for places where nothing is."""
+    low = np.min([piece.points.min(axis=0) for piece in pieces], axis=0)
+    high = np.max([piece.points.max(axis=0) for piece in pieces], axis=0)
+    farthest = float(max(np.abs(low).max(), np.abs(high).max()))
+    if not farthest * (sketch.unit or 1.0) <= LARGEST / (1.0 if sketch.unit else OF_WIDTH):
+        unit = f"1 unit = {in_mm(sketch.unit)} mm" if sketch.unit else "its units"
+        message = f"it has places {farthest:.4g} units away from its origin, at {unit}: no display is there"
+        refuse_line(name, pieces[0].line, "far-away", message, "say what a unit is with --unit, or move it to x = 0")
+    near = ERROR / sketch.unit if sketch.unit else OF_WIDTH * float((high - low).max())
+    return max(near, FLOAT * farthest)
 
 
 def _scale(sketch: Sketch, how: HowToRead, points: Array, name: str) -> float:
@@ -79,10 +93,8 @@ def _only_line(sketch: Sketch, pieces: Sequence[Piece], near: float, name: str) 
         _refuse_several(pieces, near, name)
     found = chains(pieces, near)
     if isinstance(found, Fork):
-        if len(names) > 1:
-            _refuse_several(pieces, near, name)
         at = _place(sketch, found.x, found.y)
-        hint = "leave one line from left to right, without branches"
+        hint = f"leave one line from left to right, without branches{_or_one_of(pieces, near)}"
         refuse_line(name, pieces[0].line, "fork", f"{found.ends} ends of its lines meet at {at}", hint)
     if not found:
         hint = "draw one line from left to right"
@@ -90,7 +102,7 @@ def _only_line(sketch: Sketch, pieces: Sequence[Piece], near: float, name: str) 
     if len(found) > 1 and len(names) > 1 and _overlap(found):
         _refuse_several(pieces, near, name)
     if len(found) > 1:
-        _refuse_gap(sketch, found, pieces[0].line, name)
+        _refuse_gap(sketch, found, pieces, name)
     return found[0]
 
 
@@ -105,27 +117,37 @@ def _overlap(found: Sequence[Chain]) -> bool:
 
 def _refuse_several(pieces: Sequence[Piece], near: float, name: str) -> NoReturn:
     """Raise InvalidInput with names that lead to one line each."""
-    offered: dict[str, None] = {}
-    for piece in pieces[:1000]:
-        own = next((each for each in reversed(piece.names) if _is_one(pieces, each, near)), None)
-        if own:
-            offered[own] = None
-    hint = f"name one of them: --curve {_listed(list(offered))}" if offered else "leave one curve in the file"
+    offered = _offered(pieces, near)
+    hint = f"name one of them: --curve {_listed(offered)}" if offered else "leave one curve in the file"
     message = f"there are {len(offered) or 'several'} curves in it"
     refuse_line(name, pieces[0].line, "several-curves", message, hint)
 
 
-def _is_one(pieces: Sequence[Piece], curve: str, near: float) -> bool:
-    some = [piece for piece in pieces if curve in piece.names]
-    if len(some) == 1:
+def _offered(pieces: Sequence[Piece], near: float) -> list[str]:
+    """Names that lead to one line each, of groups where these do."""
+    groups: dict[str, list[Piece]] = {}
+    for piece in pieces:
+        for each in piece.names:
+            groups.setdefault(each, []).append(piece)
+    is_one = {each: len(some) < len(pieces) and _is_one(some, near) for each, some in groups.items()}
+    found = (next((each for each in reversed(piece.names) if is_one[each]), None) for piece in pieces)
+    return list(dict.fromkeys(each for each in found if each))
+
+
+def _or_one_of(pieces: Sequence[Piece], near: float) -> str:
+    """Advice to name a part of what is there; empty where nothing has a name."""
+    offered = _offered(pieces, near)
+    return f", or name one of its curves: --curve {_listed(offered)}" if offered else ""
+
+
+def _is_one(pieces: Sequence[Piece], near: float) -> bool:
+    if len(pieces) == 1:
         return True
-    if len(some) == len(pieces) or len(some) > 1000:
-        return False
-    found = chains(some, near)
+    found = chains(pieces, near)
     return not isinstance(found, Fork) and len(found) == 1
 
 
-def _refuse_gap(sketch: Sketch, found: Sequence[Chain], line: int, name: str) -> NoReturn:
+def _refuse_gap(sketch: Sketch, found: Sequence[Chain], pieces: Sequence[Piece], name: str) -> NoReturn:
     """Raise InvalidInput about the narrowest gap between two of several lines."""
     ends = [(number, chain.points[end]) for number, chain in enumerate(found[:300]) for end in (0, -1)]
     gaps = [
@@ -139,8 +161,8 @@ def _refuse_gap(sketch: Sketch, found: Sequence[Chain], line: int, name: str) ->
     message = f"its line has a gap of {breadth}, from {_place(sketch, *one)} to {_place(sketch, *other)}"
     if len(found) > 2:
         message += f", and falls into {len(found)} pieces in all"
-    hint = "join the ends in the program that drew it, or name one curve with --curve"
-    refuse_line(name, line, "gap", message, hint)
+    hint = f"join the ends in the program that drew it{_or_one_of(pieces, _near(sketch, pieces, name))}"
+    refuse_line(name, pieces[0].line, "gap", message, hint)
 
 
 def _place(sketch: Sketch, x: float, y: float) -> str:

@@ -31,6 +31,8 @@ UNITS: Mapping[int, tuple[str, float]] = {
     14: ("dm", mm(100.0)),
 }
 """What $INSUNITS means: the name and the size [m] of a unit."""
+LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
+SHOWN = 12
 SOLID = ("3DFACE", "3DSOLID", "BODY", "MESH", "PLANESURFACE", "REGION", "SURFACE", "HELIX")
 NOTES = ("TEXT", "MTEXT", "DIMENSION", "ARC_DIMENSION", "LEADER", "MULTILEADER", "HATCH", "POINT", "VIEWPORT", "IMAGE",
          "ATTDEF", "WIPEOUT", "TOLERANCE", "XLINE", "RAY", "SOLID", "TRACE", "OLE2FRAME")  # fmt: skip
@@ -66,6 +68,16 @@ def read(data: bytes, how: HowToRead, name: str) -> Sketch:
         message = "there is no line in this file" + (f", only {left}" if left else "")
         refuse_file(name, "no-curve", message, "draw one line in the model space, on a layer that is shown")
     return Sketch(tuple(pieces), unit, said + (f", {left} left out" if left else ""))
+
+
+def _others(entity: Any) -> str:
+    """Advice to name a layer that has nothing but lines; empty if there is none."""
+    kinds: dict[str, set[str]] = {}
+    for each in entity.doc.modelspace():
+        if each.dxftype() not in NOTES:
+            kinds.setdefault(str(each.dxf.get("layer", "0")), set()).add(each.dxftype())
+    layers = [f"'{printable(layer[:60])}'" for layer, found in kinds.items() if found <= set(LINES)]
+    return f", or name a layer of lines: --curve {', '.join(layers[:SHOWN])}" if layers else ""
 
 
 def _document(data: bytes, name: str) -> Any:
@@ -114,15 +126,14 @@ def _piece(entity: Any, layer: str, error: float, name: str) -> Piece:
     kind, handle = entity.dxftype(), str(entity.dxf.handle)
     what = f"{kind} {handle} on layer '{printable(layer[:40])}'"
     if kind == "INSERT":
-        hint = "explode blocks first, or name a layer without them: --curve LAYER"
-        refuse_file(name, "block", f"{what} is a block", hint)
+        refuse_file(name, "block", f"{what} is a block", f"explode blocks first{_others(entity)}")
     try:
         points = None if kind in SOLID else points_of(entity, error)
     except Exception as fault:  # entities without what they need meet errors of many kinds in ezdxf
         message = f"{what} is damaged: {printable(str(fault)[:80]) or type(fault).__name__}"
         refuse_file(name, "damaged", message, "draw it anew")
     if points is None:
-        hint = "draw a curve in the xy plane; or name a layer that has one: --curve LAYER"
+        hint = f"draw a curve in the xy plane{_others(entity)}"
         refuse_file(name, "no-line", f"{what} is no line that can be read", hint)
     if not np.isfinite(points).all() or np.abs(points).max(initial=0.0) > 1e12:
         refuse_file(name, "damaged", f"{what} has coordinates that are no numbers", "draw it anew")

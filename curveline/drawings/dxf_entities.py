@@ -101,14 +101,7 @@ def _ellipse(entity: Any, error: float) -> Array:
     center, major, minor = (_xyz(each) for each in (entity.dxf.center, entity.dxf.major_axis, entity.minor_axis))
     begin, end = float(entity.dxf.start_param), float(entity.dxf.end_param)
     end = begin + ((end - begin) % FULL_TURN or FULL_TURN)
-    planes = [
-        flat_conic(center[part], np.array([major[part], minor[part]]), (begin, end), error)
-        for part in (slice(0, 2), slice(1, 3))
-    ]
-    if len(planes[0]) != len(planes[1]):
-        # Not in the plane of the drawing: whoever asked refuses it, and needs no more than to see that.
-        return np.array([center - major, center + major, center - minor, center + minor])
-    return np.column_stack([planes[0], planes[1][:, 1]])
+    return flat_conic(center, np.array([major, minor]), (begin, end), error)
 
 
 def _spline(curve: Any, error: float) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from curveline.drawings.drawing import Array
 from curveline.drawings.sketch import OF_WIDTH
 
-MOST = 20_000
+MOST = 50_000
 """Points of one curve."""
 
 
@@ -30,10 +30,11 @@ def flat_bezier(control: Array, error: float) -> Array:
 
 
 def flat_conic(center: Array, axes: Array, turn: tuple[float, float], error: float) -> Array:
-    """Points (k, 2) of a part of an ellipse: center + cos(t) axes[0] + sin(t) axes[1], t from one angle to another."""
+    """Points (k, n) of a part of an ellipse: center + cos(t) axes[0] + sin(t) axes[1], t from one angle to another."""
     begin, end = turn
-    size = float(np.hypot(*axes.T).sum())
-    count = _count((end - begin) ** 2 * size / 8.0, error or OF_WIDTH * size)
+    size = float(np.linalg.norm(axes, axis=1).sum())
+    # Of a whole turn the leftmost and the rightmost place are among the points: an outline is parted there.
+    count = 4 * math.ceil(_count((end - begin) ** 2 * size / 8.0, error or OF_WIDTH * size) / 4)
     t = np.linspace(begin, end, count + 1)
     points: Array = center + np.outer(np.cos(t), axes[0]) + np.outer(np.sin(t), axes[1])
     return points

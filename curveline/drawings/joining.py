@@ -77,7 +77,7 @@ def _distinct(lines: list[Array], near: float) -> list[Array]:
         if float(np.max(np.ptp(line, axis=0))) <= near:
             continue
         step = near if near > 0.0 else 1.0
-        forth, back = (np.round(each / step).astype(np.int64).tobytes() for each in (line, line[::-1]))
+        forth, back = ((np.round(each / step) + 0.0).tobytes() for each in (line, line[::-1]))
         kept.setdefault(min(forth, back), line)
     return list(kept.values())
 

@@ -14,7 +14,7 @@ from curveline.drawings.sketch import UPPER, HowToRead, Piece, Sketch
 from curveline.phrases import counted
 from curveline.system.files import printable, refuse_file
 
-MOST_PIXELS = 50_000_000
+MOST_PIXELS = 30_000_000
 ANY_SCREEN = 72.0
 """Dots per inch that programs write who know no scale."""
 KINDS = {"PNG": b"\x89PNG", "JPEG": b"\xff\xd8\xff"}

@@ -10,6 +10,7 @@ import numpy as np
 from curveline.drawings.drawing import Array, Drawing
 from curveline.drawings.lengths import in_mm
 from curveline.errors import InvalidInput
+from curveline.system.files import refuse_file
 from curveline.units import mm, plain, to_mm
 
 FIT, AS_DRAWN = "fit", "as-drawn"
@@ -105,4 +106,4 @@ def _check(points: Array, width: float, drawing: Drawing, placing: Placing) -> N
         hint = f"draw it wider, or have it scaled: --place {FIT} --scale {TO_WIDTH}"
     else:
         hint = f"have it scaled with --scale {TO_WIDTH}, draw it wider, say another unit, or name a narrower display"
-    raise InvalidInput(f"{drawing.name}: {reach} mm", hint)
+    refuse_file(drawing.name, "too-narrow", f"{reach} mm", hint)

@@ -13,7 +13,14 @@ from curveline.drawings.sketch import HowToRead, Sketch
 from curveline.errors import MissingExtra
 from curveline.system.files import AnyPath, read_file, refuse_file
 
-MAX_BYTES = 64_000_000
+MAX_BYTES: Mapping[str, int] = {
+    "CSV": 64_000_000,
+    "SVG": 16_000_000,
+    "DXF": 32_000_000,
+    "PNG": 64_000_000,
+    "JPEG": 64_000_000,
+}
+"""What takes less than half a minute to read."""
 KINDS: Mapping[str, str] = {
     ".csv": "CSV",
     ".tsv": "CSV",
@@ -53,7 +60,7 @@ def read_drawing(path: AnyPath, how: HowToRead | None = None) -> Drawing:
     """
     name, how = fspath(path), how or HowToRead()
     kind = _kind(name)
-    data = read_file(path, MAX_BYTES)
+    data = read_file(path, MAX_BYTES[kind])
     if not data.strip():
         refuse_file(name, "empty", "this file is empty", "save the drawing again")
     found = kind_of_content(data)

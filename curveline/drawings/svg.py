@@ -13,6 +13,7 @@ import numpy as np
 from curveline.drawings.drawing import MOST_POINTS, Array
 from curveline.drawings.lengths import UNITS, in_mm, is_physical, metres_of, size_in_mm
 from curveline.drawings.sketch import ERROR, HowToRead, Piece, Sketch, refuse_line
+from curveline.drawings.svg_matrices import IDENTITY, after, shift, transform_of, viewport
 from curveline.drawings.svg_shapes import SHAPES, length_of, lines_of, metres_of_length, numbers_of
 from curveline.drawings.xml_tree import Element, parse_xml
 from curveline.phrases import counted
@@ -25,7 +26,9 @@ LEFT_OUT = ("text", "image", "foreignObject")
 """What is drawn, and is no line."""
 MOST_USES = 100_000
 """Elements that are met on the way, those that are used again counted again."""
-IDENTITY = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+LONGEST_STYLE = 100_000
+"""Letters of a style sheet that are looked at."""
+_CLASS = re.compile(r"(?:^|,)\s*\.([\w-]+)\s*(?=,|$)")
 _HIDDEN = re.compile(r"(?:^|;)\s*(?:display\s*:\s*none|visibility\s*:\s*(?:hidden|collapse))")
 
 
@@ -119,27 +122,6 @@ def _view_box(element: Element, name: str) -> tuple[float, float, float, float] 
     return x, y, wide, high
 
 
-def viewport(place: tuple[float, float, float, float], box: tuple[float, float, float, float], aspect: str) -> Array:
-    """The matrix (2, 3) that puts a viewBox into a place, both left, top, width and height: SVG 2, section 8.2."""
-    align, _, how = aspect.strip().partition(" ")
-    align = align or "xMidYMid"
-    scales = np.array([place[2] / box[2], place[3] / box[3]])
-    if align != "none":
-        scales[:] = scales.max() if how.strip() == "slice" else scales.min()
-    matrix = np.zeros((2, 3))
-    for axis, word in enumerate(("x", "Y")):
-        matrix[axis, axis] = scales[axis]
-        room = place[2 + axis] - box[2 + axis] * scales[axis]
-        part = 0.5 if f"{word}Mid" in align else 1.0 if f"{word}Max" in align else 0.0
-        matrix[axis, 2] = place[axis] - box[axis] * scales[axis] + part * room
-    return matrix
-
-
-def _after(outer: Array, inner: Array) -> Array:
-    """The matrix (2, 3) of doing the inner one first."""
-    return np.column_stack([outer[:, :2] @ inner[:, :2], outer[:, :2] @ inner[:, 2] + outer[:, 2]])
-
-
 @dataclass(frozen=True)
 class _Visit:
     """An element on the way through a file, with what holds where it stands."""
@@ -150,12 +132,21 @@ class _Visit:
     using: tuple[str, ...] = ()
 
 
+def _hidden_in(sheet: str) -> Iterator[str]:
+    """The classes that a style sheet hides."""
+    for rule in sheet[:LONGEST_STYLE].split("}"):
+        selectors, _, style = rule.partition("{")
+        if _HIDDEN.search(style):
+            yield from (found[1] for found in _CLASS.finditer(selectors))
+
+
 class _Walker:
     """Goes through the elements that are drawn, each with its matrix and names."""
 
     def __init__(self, root: Element, error: float, name: str) -> None:
         self.root, self.error, self.name = root, error, name
         self.by_id = {each.get("id"): each for each in root.walk() if each.get("id")}
+        self.hidden = {each for sheet in root.walk() if sheet.tag == "style" for each in _hidden_in(sheet.text)}
         self.left_out: Counter[str] = Counter()
         self._numbers: Counter[str] = Counter()
 
@@ -172,9 +163,9 @@ class _Walker:
                 refuse_line(self.name, element.line, "too-large", f"more than {MOST_USES} elements are drawn", hint)
             if element.tag in UNSEEN and not (visit.using and element.tag == "symbol"):
                 continue
-            if element.get("display") == "none" or _HIDDEN.search(element.get("style")):
+            if self._is_hidden(element):
                 continue
-            visit = replace(visit, matrix=_after(visit.matrix, self._transform(element)))
+            visit = replace(visit, matrix=after(visit.matrix, self._transform(element)))
             if element.tag in SHAPES:
                 yield element, visit.matrix, (*self._names(element), *visit.groups)
             elif element.tag in LEFT_OUT:
@@ -190,20 +181,16 @@ class _Walker:
         except Exception as error:  # svgelements meets damaged paths with errors of many kinds
             self._refuse(element, str(error) if type(error) is ValueError and str(error) else "its shape is damaged")
 
-    def _transform(self, element: Element) -> Array:
-        text = element.get("transform").strip()
-        if not text:
-            return IDENTITY
-        import svgelements
+    def _is_hidden(self, element: Element) -> bool:
+        if element.get("display") == "none" or element.get("visibility") in ("hidden", "collapse"):
+            return True
+        return bool(_HIDDEN.search(element.get("style")) or self.hidden & set(element.get("class").split()))
 
+    def _transform(self, element: Element) -> Array:
         try:
-            m = svgelements.Matrix(text)
-            matrix = np.array([[m.a, m.c, m.e], [m.b, m.d, m.f]], dtype=np.float64)
-        except Exception:  # as above
-            matrix = np.full((2, 3), np.nan)
-        if not (np.abs(matrix) < 1e9).all():
-            self._refuse(element, f"its transform is {text[:40]!r}")
-        return matrix
+            return transform_of(element.get("transform"))
+        except ValueError as error:
+            self._refuse(element, str(error))
 
     def _refuse(self, element: Element, what: str) -> NoReturn:
         hint = "save the drawing again, or draw this line anew"
@@ -222,7 +209,7 @@ class _Walker:
         element = visit.element
         groups = (*self._names(element), *visit.groups)
         if element.tag != "use":
-            matrix = _after(visit.matrix, self._viewport(element)) if element.tag in ("svg", "symbol") else visit.matrix
+            matrix = after(visit.matrix, self._viewport(element)) if element.tag in ("svg", "symbol") else visit.matrix
             yield from (_Visit(child, matrix, groups, visit.using) for child in element.children)
             return
         link = (element.get("href") or element.get("xlink:href")).strip()
@@ -231,8 +218,8 @@ class _Walker:
             self._refuse(element, f"there is no element {link[:40]!r} to be used")
         if link in visit.using:
             self._refuse(element, f"{link[:40]!r} uses itself")
-        shift = np.column_stack([np.eye(2), [self._number(element, "x"), self._number(element, "y")]])
-        yield _Visit(target, _after(visit.matrix, shift), groups, (*visit.using, link))
+        moved = after(visit.matrix, shift(self._number(element, "x"), self._number(element, "y")))
+        yield _Visit(target, moved, groups, (*visit.using, link))
 
     def _number(self, element: Element, name: str) -> float:
         found = length_of(element.get(name) or "0")
@@ -245,6 +232,6 @@ class _Walker:
         x, y = (self._number(element, side) for side in ("x", "y"))
         box = _view_box(element, self.name)
         if box is None or not (element.get("width") and element.get("height")):
-            return np.column_stack([np.eye(2), [x, y]])
+            return shift(x, y)
         place = (x, y, self._number(element, "width"), self._number(element, "height"))
         return viewport(place, box, element.get("preserveAspectRatio"))

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 SHAPES = ("path", "line", "polyline", "polygon", "rect", "circle", "ellipse")
 MOST_SEGMENTS = 300_000
+LONGEST = 100
+"""Letters of a length."""
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _LENGTH = re.compile(rf"\s*({NUMBER})\s*([a-zA-Z]*)\s*\Z")
 _NUMBERS = re.compile(rf"[\s,]*({NUMBER})")
@@ -26,8 +28,8 @@ _UNITS = {**UNITS, "pc": 12.0 * UNITS["pt"], "q": UNITS["mm"] / 4.0, "": UNITS["
 
 def length_of(text: str) -> tuple[float, str] | None:
     """The number and the unit of a length such as 210mm; None for what is none, or a percentage."""
-    found = _LENGTH.match(text)
-    if found is None or found[2].lower() not in _UNITS:
+    found = _LENGTH.match(text[:LONGEST])
+    if found is None or len(text) > LONGEST or found[2].lower() not in _UNITS:
         return None
     value = float(found[1])
     return (value, found[2].lower()) if math.isfinite(value) else None

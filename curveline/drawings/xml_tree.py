@@ -22,6 +22,7 @@ class Element:
     attributes: dict[str, str]
     line: int
     children: list[Element] = field(default_factory=list)
+    text: str = ""  # of a style sheet
 
     def get(self, name: str, default: str = "") -> str:
         """An attribute."""
@@ -45,6 +46,7 @@ class _Builder:
         self.parser.buffer_text = True
         self.parser.StartElementHandler = self.begin
         self.parser.EndElementHandler = self.end
+        self.parser.CharacterDataHandler = self.text
         self.parser.EntityDeclHandler = self.entity
         self.root: Element | None = None
         self.path: list[Element] = []
@@ -67,6 +69,10 @@ class _Builder:
 
     def end(self, tag: str) -> None:
         self.path.pop()
+
+    def text(self, text: str) -> None:
+        if self.path[-1].tag == "style":
+            self.path[-1].text += text
 
     def entity(self, entity: str, is_parameter: int, value: str | None, *where: str | None) -> None:
         line = self.parser.CurrentLineNumber
