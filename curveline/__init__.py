@@ -32,16 +32,16 @@ if TYPE_CHECKING:
     from curveline.bench.history import read_bench as read_bench
     from curveline.bench.measuring import measure as measure
     from curveline.bench.measuring import measure_link as measure_link
-    from curveline.driving.run_listener import RunListener as RunListener
-    from curveline.driving.session import connect as connect
-    from curveline.driving.site_keys import new_keys as new_keys
-    from curveline.driving.site_keys import node_image as node_image
-    from curveline.driving.site_keys import read_keys as read_keys
     from curveline.drawings.drawing import Drawing as Drawing
     from curveline.drawings.formulas import drawing_of_formula as drawing_of_formula
     from curveline.drawings.placing import Placing as Placing
     from curveline.drawings.reading import read_drawing as read_drawing
     from curveline.drawings.sketch import HowToRead as HowToRead
+    from curveline.driving.run_listener import RunListener as RunListener
+    from curveline.driving.session import connect as connect
+    from curveline.driving.site_keys import new_keys as new_keys
+    from curveline.driving.site_keys import node_image as node_image
+    from curveline.driving.site_keys import read_keys as read_keys
     from curveline.errors import CurvelineError as CurvelineError
     from curveline.fitting.fit import FitRequest as FitRequest
     from curveline.fitting.targets import fit as fit

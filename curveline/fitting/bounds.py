@@ -1,8 +1,8 @@
 """How near to a drawing a rod can come at the very best: bounds that hold whatever its nodes do.
 
 The rod of a segment is no longer than a limit L, so that each of its points is no farther than L from its two pivots
-together; pivots stand on their rails within limits. A place whose least such sum exceeds L by 2 d is at least d away from
-any point of the rod.
+together; pivots stand on their rails within limits. A place whose least such sum exceeds L by 2 d is at least d away
+from any point of the rod.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.fitting.measured import mean_square
+from curveline.fitting.measured import in_frame, mean_square
 from curveline.fitting.row import Array, Wanted
 
 STRETCH = 1e-3
@@ -28,15 +28,12 @@ class Bounds(NamedTuple):
 
 def bounds_of(wanted: Wanted) -> Bounds:
     """What is known of a drawing; zeros where nothing is."""
-    beyond = [_beyond(wanted, piece + np.array([place * wanted.display.span, 0.0])) for place, piece in _places(wanted)]
+    drawn = in_frame(wanted.fine, wanted.display.span)
+    beyond = [_beyond(wanted, piece) for piece in drawn]
     squares = [mean_square(piece, off) for piece, off in zip(wanted.fine, beyond, strict=True)]
     rms = math.sqrt(0.5 * float(np.mean(squares)))
     farthest = max(float(np.max(each)) for each in beyond)
     return Bounds(rms, max(rms, farthest, _off_rails(wanted)))
-
-
-def _places(wanted: Wanted) -> list[tuple[int, Array]]:
-    return list(enumerate(wanted.fine))
 
 
 def _beyond(wanted: Wanted, places: Array) -> Array:
@@ -44,7 +41,8 @@ def _beyond(wanted: Wanted, places: Array) -> Array:
     display, segments = wanted.display, len(wanted.pieces)
     longest = min(display.limits.length.high, display.rod.total_length) * (1.0 + STRETCH)
     away = np.array([_from_rail(wanted, node, places) for node in range(segments + 1)])
-    return np.maximum(0.5 * ((away[1:] + away[:-1]).min(axis=0) - longest), 0.0)
+    beyond: Array = np.maximum(0.5 * ((away[1:] + away[:-1]).min(axis=0) - longest), 0.0)
+    return beyond
 
 
 def _from_rail(wanted: Wanted, node: int, places: Array) -> Array:
@@ -56,9 +54,9 @@ def _from_rail(wanted: Wanted, node: int, places: Array) -> Array:
 
 
 def _off_rails(wanted: Wanted) -> float:
-    """The largest distance from any place where a pivot can stand to the nearest of the drawing; a pivot is on the rod."""
+    """The largest distance from where a pivot can stand to the nearest place of the drawing; a pivot is on the rod."""
     found, height = 0.0, wanted.display.limits.height
-    whole = np.vstack([piece + np.array([place * wanted.display.span, 0.0]) for place, piece in _places(wanted)])
+    whole = np.vstack(in_frame(wanted.fine, wanted.display.span))
     for node in range(wanted.nodes):
         x = node * wanted.display.span
         found = max(found, _between(np.array([x, height.low]), np.array([x, height.high]), whole))

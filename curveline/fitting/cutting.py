@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.errors import InvalidInput
 from curveline.drawings.drawing import Array, Drawing
+from curveline.errors import InvalidInput
 from curveline.scene import Display
 from curveline.units import to_mm
 

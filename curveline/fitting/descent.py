@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from curveline.fitting.row import Array, Held, Row, Wanted, row_at, within
+from curveline.fitting.row import Array, Held, Row, Wanted, limits_of, row_at, within
 
 HOLDING_OFF = 0.05, 0.5, 5.0
 """What a limit that is missed by 1 counts for [m]: first, and where that does not do."""
@@ -67,7 +67,7 @@ def _square(row: Row, weight: float) -> float:
 
 
 def _step(wanted: Wanted, row: Row, weight: float, damping: float) -> Array:
-    """A damped step within the limits of the numbers, which counts what limits it would miss, not what are missed now."""
+    """A damped step within the limits of the numbers, which counts the limits that it would miss."""
     matrix, gradient = row.slopes.T @ row.slopes, row.slopes.T @ row.off
     matrix[np.diag_indices_from(matrix)] += damping * (np.diag(matrix) + 1e-9)
     is_missed = row.asks > 0.0
@@ -82,8 +82,9 @@ def _step(wanted: Wanted, row: Row, weight: float, damping: float) -> Array:
 
 
 def _bounded(wanted: Wanted, numbers: Array, matrix: Array, gradient: Array) -> Array:
-    """The step to where a gradient vanishes, within the limits of the numbers."""
-    step, free = np.zeros(numbers.size), np.ones(numbers.size, dtype=bool)
+    """The step to where a gradient vanishes, within the limits of the numbers; what has no room stays."""
+    low, high = limits_of(wanted, numbers)
+    step, free = np.zeros(numbers.size), low < high
     while np.any(free):
         held = matrix[np.ix_(free, ~free)] @ step[~free]
         step[free] = -np.linalg.solve(matrix[np.ix_(free, free)], gradient[free] + held)

@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from curveline.drawings.drawing import Drawing
 from curveline.errors import Infeasible, InvalidInput
 from curveline.fitting.bounds import Bounds, bounds_of
-from curveline.fitting.cutting import Cut, cut_at_rails, resampled
-from curveline.drawings.drawing import Drawing
-from curveline.fitting.measured import Measured, measured
-from curveline.fitting.minimax import flattened, largest_off
+from curveline.fitting.cutting import cut_at_rails, resampled
+from curveline.fitting.measured import Measured, in_frame, measured
+from curveline.fitting.minimax import flattened
 from curveline.fitting.reasons import ActiveLimit, Miss, active_limits, misses_of
-from curveline.fitting.row import Array, Row, Wanted, parts_of, row_at
+from curveline.fitting.row import STABILITY, Array, Room, Row, Wanted, parts_of, row_at
 from curveline.fitting.search import SAME, Effort, Search, search
 from curveline.fitting.starts import level_rod
 from curveline.listening import SILENT, Listener
@@ -37,11 +37,13 @@ RMS, MAX = "rms", "max"
 MINIMISED = (RMS, MAX)
 MARGIN = 0.12
 """Part of `STIFFEST` that the lowest eigenvalue of every state keeps: with less, plans fail more often."""
-ROOMIER = 0.2
-"""The margin that is sought where no row with a smaller one has a plan."""
+PART = 0.92
+"""Of what rod and motors can give, that a shape asks for at most: the way there asks for more."""
+ROOMIER = Room(margin=0.2, part=0.75)
+"""What is left for the way where no row that leaves less has a plan."""
 LEAST_MARGIN = 0.05
 """What plans keep of it anyway."""
-PLANNED = 4
+PLANNED = 3
 """Rows that are planned, the nearest first, before none is said to have a plan."""
 DENSE = 240
 """Points of a drawing per segment where its largest distance is to be small, so that corners count."""
@@ -49,18 +51,14 @@ DENSE = 240
 
 @dataclass(frozen=True)
 class FitRequest:
-    """How to fit: the `margin` of stability, which distance is `minimise`d, the `effort`, whether to plan, the `seed` of
-    the further starts, the `name` of the shape, that of the drawing if it is empty.
+    """How to fit; InvalidInput for what makes no sense."""
 
-    InvalidInput for what makes no sense.
-    """
-
-    margin: float = MARGIN  # part of a straight clamped rod's lowest eigenvalue
-    minimise: str = RMS  # "rms" or "max"
+    margin: float = MARGIN  # of stability that every state keeps, a part of a straight rod's lowest eigenvalue
+    minimise: str = RMS  # the distance that is to be small, "rms" or "max"
     effort: str = QUICK  # "quick" or "thorough"
-    is_planned: bool = True
-    seed: int = 1
-    name: str = ""
+    is_planned: bool = True  # whether a plan is sought
+    seed: int = 1  # of the starts
+    name: str = ""  # of the shape; the drawing's if it is empty
 
     def __post_init__(self) -> None:
         if not LEAST_MARGIN <= self.margin <= 1.0:
@@ -128,7 +126,7 @@ def fit_drawing(
     cut = cut_at_rails(drawing, display)
     listener.computing()
     rod = level_rod(display).extensible()
-    wanted = Wanted(display, rod.bearing, cut.pieces, cut.fine, request.margin)
+    wanted = Wanted(display, rod.bearing, cut.pieces, cut.fine, Room(request.margin, PART))
     fitting = _Fitting(wanted, rod, request, drawing)
     met = fitting.searched(listener)
     candidates = fitting.candidates(met)
@@ -140,7 +138,7 @@ def fit_drawing(
     plan, refusal, best = None, "", candidates[0]
     if request.is_planned:
         plan, refusal, best = fitting.planned(candidates, listener)
-    found = _told(fitting, best, met, cut)
+    found = _told(fitting, best, met)
     return replace(found, plan=plan, refusal=refusal, seconds=time.monotonic() - begin)
 
 
@@ -160,24 +158,30 @@ class _Fitting:
     drawing: Drawing
 
     def searched(self, listener: Listener) -> Search:
-        """The rows that starts lead to; the largest distance of the nearest is made small if that is asked for."""
+        """The rows that starts lead to."""
         with listener.progress("fitting, starts", None) as heard:
-            met = search(self.wanted, self.rod, EFFORTS[self.request.effort], self.request.seed, heard)
-        if self.request.minimise == RMS or not met.rows:
-            return met
-        dense = self.wanted._replace(pieces=tuple(resampled(each, DENSE) for each in self.wanted.fine))
-        rows = [row_at(dense, row.numbers, row.held) for row in met.distinct()[:PLANNED]]
-        flat = sorted(
-            (flattened(dense, row) for row in rows if row is not None), key=lambda row: largest_off(dense, row)
-        )
-        return replace(met, rows=tuple(flat))
+            return search(self.wanted, self.rod, EFFORTS[self.request.effort], self.request.seed, heard)
 
     def candidates(self, met: Search) -> list[Measured]:
-        """The nearest distinct rows as shapes, measured; the nearest first."""
+        """The nearest distinct rows as shapes, measured; the nearest first.
+
+        Where the largest distance is to be small, it is made so of each of them.
+        """
+        rows = met.distinct()[:PLANNED]
+        if self.request.minimise == MAX:
+            rows = [self._flattened(row) for row in rows]
         name = self.request.name or self.drawing.name
-        found = [measured(self.wanted, name, row) for row in met.distinct()[:PLANNED]]
-        there = [each for each in found if each is not None]
-        return sorted(there, key=lambda each: each.rms if self.request.minimise == RMS else each.max)
+        found = [shown for row in rows if (shown := measured(self.wanted, name, row)) is not None]
+        return sorted(found, key=lambda each: each.rms if self.request.minimise == RMS else each.max)
+
+    def _flattened(self, row: Row) -> Row:
+        """The row near one whose largest distance is small; corners of the drawing count."""
+        dense = self.wanted._replace(pieces=tuple(resampled(each, DENSE) for each in self.wanted.fine))
+        there = row_at(dense, row.numbers, row.held)
+        if there is None:
+            return row
+        flat = flattened(dense, there)
+        return row_at(self.wanted, flat.numbers, flat.held) or row
 
     def planned(self, candidates: Sequence[Measured], listener: Listener) -> tuple[Plan | None, str, Measured]:
         """The nearest of some candidates that has a plan from home; without, why the nearest has none.
@@ -185,8 +189,9 @@ class _Fitting:
         Where none has, rows with more room for a plan are sought.
         """
         plan, refusal, found = _first_planned(candidates, listener)
-        if plan is None and self.request.margin < ROOMIER:
-            roomier = replace(self, wanted=self.wanted._replace(margin=ROOMIER))
+        if plan is None:
+            room = ROOMIER._replace(margin=max(ROOMIER.margin, self.request.margin))
+            roomier = replace(self, wanted=self.wanted._replace(room=room))
             others = roomier.candidates(roomier.searched(listener))
             plan, _, other = _first_planned(others, listener) if others else (None, "", found)
             found = other if plan is not None else found
@@ -205,29 +210,27 @@ def _first_planned(candidates: Sequence[Measured], listener: Listener) -> tuple[
     return None, refusal, candidates[0]
 
 
-def _told(fitting: _Fitting, best: Measured, met: Search, cut: Cut) -> Fit:
+def _told(fitting: _Fitting, best: Measured, met: Search) -> Fit:
     """All that is said of the best candidate."""
-    wanted, request = fitting.wanted, fitting.request
+    wanted = fitting.wanted
     limits = active_limits(wanted, best.row)
-    off = best.rms if request.minimise == RMS else best.max
     others = [row.rms for row in met.rows if row.rms > (1.0 + SAME) * met.rows[0].rms]
-    span = wanted.display.span
     return Fit(
         scene=best.scene,
         drawing=fitting.drawing,
-        request=request,
+        request=fitting.request,
         rms=best.rms,
         max=best.max,
         worst=misses_of(wanted, limits, best),
         least_possible=bounds_of(wanted),
         limits=limits,
         sensitivity=_sensitivity(wanted, best.row),
-        margin=wanted.margin - float(max(best.row.asks[: 2 * len(cut.pieces) : 2])),
+        margin=wanted.room.margin - max(best.row.asks_of(wanted, STABILITY)),
         starts=met.starts,
         hits=met.hits,
-        second_best=min(others, default=None) if off else None,
+        second_best=min(others, default=None),
         curves=best.curves,
-        drawn=tuple(piece + np.array([place * span, 0.0]) for place, piece in enumerate(cut.fine)),
+        drawn=in_frame(wanted.fine, wanted.display.span),
         plan=None,
         refusal="",
         seconds=0.0,
@@ -236,13 +239,8 @@ def _told(fitting: _Fitting, best: Measured, met: Search, cut: Cut) -> Fit:
 
 def _sensitivity(wanted: Wanted, row: Row) -> Sensitivity:
     """Of the distances of a row."""
-    count = wanted.nodes
-    most = np.abs(row.slopes / _parts(wanted, row)[:, None]).max(axis=0)
-    feed = most[2 * count :] / (2.0 * wanted.display.span * row.numbers[2 * count :])
+    count, roots = wanted.nodes, row.numbers[2 * wanted.nodes :]
+    most = np.abs(row.slopes / parts_of(wanted)[:, None]).max(axis=0)
+    by_length = np.where(roots == 0.0, 1.0, 2.0 * wanted.display.span * roots)
+    feed = most[2 * count :] / by_length
     return Sensitivity(float(feed.max()), float(most[count : 2 * count].max()), float(most[:count].max()))
-
-
-def _parts(wanted: Wanted, row: Row) -> Array:
-    """What the distances of a row are multiplied by."""
-    dense = row.off.size != parts_of(wanted).size
-    return parts_of(wanted._replace(pieces=tuple(resampled(each, DENSE) for each in wanted.fine)) if dense else wanted)

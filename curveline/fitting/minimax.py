@@ -67,7 +67,7 @@ def _programme(wanted: Wanted, row: Row, trust: float) -> tuple[Array, float]:
         ]
     )
     right = np.concatenate([-off, off, 0.5 * MET - row.asks])
-    low, high = limits_of(wanted, row.numbers[: wanted.nodes])
+    low, high = limits_of(wanted, row.numbers)
     low, high = np.maximum(low - row.numbers, -trust), np.minimum(high - row.numbers, trust)
     ends = [*zip(np.minimum(low, 0.0), np.maximum(high, 0.0), strict=True), (0.0, None), (0.0, None)]
     found = linprog(np.concatenate([np.zeros(count), [1.0, COUNTS]]), A_ub=matrix, b_ub=right, bounds=ends)

@@ -1,4 +1,4 @@
-"""Why a shape does not come nearer to a drawing: the limits at which it stands, what each costs; what the drawing asks."""
+"""Why a shape comes no nearer to a drawing: the limits at which it stands, what each costs; what the drawing asks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,19 @@ import numpy as np
 
 from curveline.fitting.descent import descended
 from curveline.fitting.measured import Measured
-from curveline.fitting.row import MOTORS, PART, ROD, STABILITY, STRAIN, Array, Ask, Row, Wanted, asked, limits_of
+from curveline.fitting.row import (
+    MOTORS,
+    ROD,
+    STABILITY,
+    STRAIN,
+    Array,
+    Ask,
+    Row,
+    Wanted,
+    asked,
+    lengths_of,
+    limits_of,
+)
 from curveline.scene import Range
 from curveline.units import deg, to_deg, to_mm, to_nmm
 
@@ -36,7 +48,7 @@ MOST_BENDS = 2
 
 @dataclass(frozen=True)
 class ActiveLimit:
-    """A limit at which a shape stands, by its key in a display file or "margin", with its `value` in the unit of the key.
+    """A limit at which a shape stands, by its key in a display file or "margin", its `value` in the unit of the key.
 
     `nodes` and `segments`, from 1, are those that stand at it. `costs` is by how much the root mean square distance
     would fall without it [m]; None if that is not known.
@@ -59,7 +71,7 @@ def active_limits(wanted: Wanted, row: Row) -> tuple[ActiveLimit, ...]:
 def _of_numbers(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
     """Limits of heights, angles and lengths."""
     count, limits = wanted.nodes, wanted.display.limits
-    low, high = limits_of(wanted, row.numbers[:count])
+    low, high = limits_of(wanted, row.numbers)
     kinds = (
         ("limits.height_mm", limits.height, to_mm, slice(0, count)),
         ("limits.angle_deg", limits.angle, to_deg, slice(count, 2 * count)),
@@ -75,10 +87,7 @@ def _of_numbers(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
 
 def _is_of_display(wanted: Wanted, row: Row, places: tuple[int, ...], value: float) -> bool:
     """True if a length stands at what the display allows, not at the least that is no straight rod."""
-    heights = row.numbers[: wanted.nodes]
-    lengths = (
-        np.hypot(wanted.display.span, np.diff(heights)) + wanted.display.span * row.numbers[2 * wanted.nodes :] ** 2
-    )
+    lengths = lengths_of(wanted, row.numbers)
     return any(abs(float(lengths[place - 1]) - value) < AT_LIMIT for place in places)
 
 
@@ -86,7 +95,7 @@ def _of_asks(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
     """Limits of stability, strain, motors and rod."""
     display = wanted.display
     values = {
-        STABILITY: ("margin", wanted.margin),
+        STABILITY: ("margin", wanted.room.margin),
         STRAIN: ("rod.max_strain", display.rod.max_strain),
         MOTORS[0]: ("drive.max_force_N", display.drive.max_force),
         MOTORS[1]: ("drive.max_force_N", display.drive.max_force),
@@ -95,7 +104,7 @@ def _of_asks(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
     }
     found: dict[str, list[Ask]] = {}
     for ask, missed in zip(asked(wanted), row.asks.tolist(), strict=True):
-        if missed > -ACTIVE * (wanted.margin if ask.kind == STABILITY else PART):
+        if missed > -ACTIVE * (wanted.room.margin if ask.kind == STABILITY else 1.0):
             found.setdefault(values[ask.kind][0], []).append(ask)
     for name, asks in found.items():
         value = values[asks[0].kind][1]
@@ -115,7 +124,7 @@ def _without(wanted: Wanted, name: str) -> Wanted:
     display = wanted.display
     limits, rod, drive = display.limits, display.rod, display.drive
     if name == "margin":
-        return wanted._replace(margin=0.0)
+        return wanted._replace(room=wanted.room._replace(margin=0.0))
     if name == "limits.height_mm":
         display = replace(display, limits=replace(limits, height=Range(limits.height.low - FREE, FREE)))
     elif name == "limits.angle_deg":

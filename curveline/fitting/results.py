@@ -130,11 +130,11 @@ def to_shape(found: Fit, path: AnyPath = "", argv: tuple[str, ...] = ()) -> byte
 
 def _said(found: Fit) -> Iterator[str]:
     """Lines of what a fitted shape is, each short enough for a comment."""
-    worst = found.worst[0]
+    worst, drawing = found.worst[0], found.drawing
     sentences = [
-        f"Fitted to {printable(found.drawing.name)} ({printable(found.drawing.understood) or 'points'}) by curveline fit.",
-        f"Its curve is {to_mm(found.rms):.3g} mm RMS off the drawing, {to_mm(found.max):.3g} mm at most. The drawing is "
-        f"{to_mm(worst.off):.3g} mm off it at x = {to_mm(worst.x):.4g} mm: {worst.why}.",
+        f"Fitted by curveline fit to {printable(drawing.name)}, {printable(drawing.understood) or 'points'}.",
+        f"Its curve is {to_mm(found.rms):.3g} mm RMS off the drawing, {to_mm(found.max):.3g} mm at most. The drawing "
+        f"is {to_mm(worst.off):.3g} mm off it at x = {to_mm(worst.x):.4g} mm: {worst.why}.",
         f"The best of {counted(found.starts, 'start')}, of which {found.hits} led to it; that is no proof of the best "
         "there is.",
     ]

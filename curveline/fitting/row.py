@@ -1,7 +1,8 @@
 """The row of nodes that is sought: its numbers, the limits of the display on them, and how far its rod is off.
 
 The numbers are the heights and angles of all nodes, and of each segment the root of its excess, in which a rod that is
-nearly straight answers evenly: length = chord + span q^2.
+nearly straight answers evenly: length = chord + span q^2. A root of 0 stands for a straight segment, whose length is
+what its clamps leave between them.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from curveline.rod.branches.continuation import STIFFEST
 from curveline.rod.branches.drawn import LOADS, LOWEST, NUMBERS, SHARPEST, laid, misfits
 from curveline.rod.problem import Bearing, Pose
 from curveline.scene import Display
+from curveline.units import deg, mm
 
 Array = npt.NDArray[np.float64]
 Held = tuple[Array, Array]
@@ -28,18 +30,28 @@ Held = tuple[Array, Array]
 EDGES = 48
 LEAST_EXCESS = 6e-4
 """Over the span: what is straighter is no curve that a plan can hold."""
-PART = 0.92
-"""Of what rod and motors can give, that a shape asks for at most: the way there asks for more."""
+TAKEN_UP = mm(0.01)
+"""By which a straight rod is short, so that it is drawn and not pressed: a fraction of what its motors pull."""
+IN_LINE = deg(4.0)
+"""By how much the clamps of a straight segment may point beside it: less than `slack.OUT_OF_LINE`."""
+
+
+class Room(NamedTuple):
+    """What a shape leaves for the way there: the `margin` of its states, of `STIFFEST`; the `part` of what rod and
+    motors can give that it asks for at most."""
+
+    margin: float
+    part: float
 
 
 class Wanted(NamedTuple):
-    """A drawing cut at the rails, and the margin that its states are to keep: of `STIFFEST`."""
+    """A drawing cut at the rails, and the room that its shape is to leave."""
 
     display: Display
     bearing: Bearing
     pieces: tuple[Array, ...]  # (k, 2) of each segment [m], seen from the foot of its left rail: see `cutting.Cut`
     fine: tuple[Array, ...]
-    margin: float
+    room: Room
 
     @property
     def nodes(self) -> int:
@@ -68,6 +80,10 @@ class Row:
         """The root of the mean square distance [m]."""
         return math.sqrt(float(self.off @ self.off))
 
+    def asks_of(self, wanted: Wanted, kind: str) -> list[float]:
+        """Those of a kind."""
+        return [missed for ask, missed in zip(asked(wanted), self.asks.tolist(), strict=True) if ask.kind == kind]
+
 
 class Ask(NamedTuple):
     """What a limit is about: stability or strain of a segment, a motor of a node, from 1; or all of the rod."""
@@ -88,11 +104,30 @@ def asked(wanted: Wanted) -> list[Ask]:
     return [*asks, Ask(ROD)]
 
 
+def is_straight(wanted: Wanted, numbers: Array) -> npt.NDArray[np.bool_]:
+    """Which segments (n - 1,) are straight."""
+    straight: npt.NDArray[np.bool_] = numbers[2 * wanted.nodes :] == 0.0
+    return straight
+
+
 def lengths_of(wanted: Wanted, numbers: Array) -> Array:
     """Rod between the pivots of every segment [m]."""
     heights, _, roots = np.split(numbers, [wanted.nodes, 2 * wanted.nodes])
-    lengths: Array = np.hypot(wanted.display.span, np.diff(heights)) + wanted.display.span * roots**2
+    curved = np.hypot(wanted.display.span, np.diff(heights)) + wanted.display.span * roots**2
+    x, y = _mouth_to_mouth(wanted, numbers)
+    least = wanted.display.limits.length.low
+    lengths: Array = np.where(roots == 0.0, np.maximum(np.hypot(x, y) + wanted.display.clamp - TAKEN_UP, least), curved)
     return lengths
+
+
+def _mouth_to_mouth(wanted: Wanted, numbers: Array) -> tuple[Array, Array]:
+    """From where the free rod of every segment begins to where it ends, across and up [m]."""
+    heights, angles, _ = np.split(numbers, [wanted.nodes, 2 * wanted.nodes])
+    half, cosines, sines = 0.5 * wanted.display.clamp, np.cos(angles), np.sin(angles)
+    return (
+        wanted.display.span - half * (cosines[1:] + cosines[:-1]),
+        np.diff(heights) - half * (sines[1:] + sines[:-1]),
+    )
 
 
 def pose_of(wanted: Wanted, numbers: Array, segment: int) -> Pose:
@@ -108,22 +143,34 @@ def pose_of(wanted: Wanted, numbers: Array, segment: int) -> Pose:
     return Pose(display.span, y, *angles, float(lengths[segment]), begin)
 
 
-def limits_of(wanted: Wanted, heights: Array) -> tuple[Array, Array]:
-    """The least and the most of every number, (3 n - 1,): of the roots as these heights of the nodes have them."""
+def limits_of(wanted: Wanted, numbers: Array) -> tuple[Array, Array]:
+    """The least and the most of every number, (3 n - 1,): of the others as the heights of the nodes have them."""
     limits, span, count = wanted.display.limits, wanted.display.span, wanted.nodes
-    chords = np.hypot(span, np.diff(heights))
+    rises, straight = np.diff(numbers[:count]), is_straight(wanted, numbers)
+    chords = np.hypot(span, rises)
     least = np.maximum((limits.length.low - chords) / span, LEAST_EXCESS)
     most = np.maximum((limits.length.high - chords) / span, least)
-    sides = [(limits.height.low, limits.height.high), (limits.angle.low, limits.angle.high)]
-    low, high = (np.repeat([sides[0][end], sides[1][end]], count) for end in range(2))
-    return np.concatenate([low, np.sqrt(least)]), np.concatenate([high, np.sqrt(most)])
+    low, high = np.empty(numbers.size), np.empty(numbers.size)
+    low[:count], high[:count] = limits.height.low, limits.height.high
+    low[count : 2 * count], high[count : 2 * count] = limits.angle.low, limits.angle.high
+    for segment in np.flatnonzero(straight):
+        line = math.atan2(float(rises[segment]), span)
+        both = slice(count + segment, count + segment + 2)
+        # Where two straight segments meet at an angle that no node has, it stands along the right one.
+        low[both] = np.maximum(np.minimum(low[both], line), line - IN_LINE)
+        high[both] = np.minimum(np.maximum(high[both], line), line + IN_LINE)
+    low[2 * count :], high[2 * count :] = (
+        np.where(straight, 0.0, np.sqrt(least)),
+        np.where(straight, 0.0, np.sqrt(most)),
+    )
+    return low, high
 
 
 def within(wanted: Wanted, numbers: Array) -> Array:
     """The numbers within the display's limits."""
-    limits = wanted.display.limits.height
-    heights = np.clip(numbers[: wanted.nodes], limits.low, limits.high)
-    clipped: Array = np.clip(numbers, *limits_of(wanted, heights))
+    limits, count = wanted.display.limits.height, wanted.nodes
+    heights = np.clip(numbers[:count], limits.low, limits.high)
+    clipped: Array = np.clip(numbers, *limits_of(wanted, np.concatenate([heights, numbers[count:]])))
     return clipped
 
 
@@ -158,7 +205,7 @@ def row_at(wanted: Wanted, numbers: Array, held: Sequence[Held]) -> Row | None:
 
 @lru_cache(64)
 def _parts(*counts: int) -> Array:
-    """Roots of what part of the mean square each of equally spaced points has, of two curves of so many: a half each."""
+    """Roots of the part of the mean square that each of equally spaced points has, of two curves of so many."""
     parts = []
     for count in counts:
         part = np.full(count, 0.5 / (count - 1))
@@ -177,8 +224,8 @@ def _asks(wanted: Wanted, numbers: Array, states: Array, rates: Array) -> tuple[
     """What states (s, ASKED), their slopes (s, ASKED, p), come to: `Row.asks` and their slopes."""
     display, segments = wanted.display, len(wanted.pieces)
     own = np.empty((segments, 2))
-    own[:, 0] = wanted.margin - states[:, LOWEST] / STIFFEST
-    own[:, 1] = states[:, SHARPEST] / display.rod.max_curvature - PART
+    own[:, 0] = wanted.room.margin - states[:, LOWEST] / STIFFEST
+    own[:, 1] = states[:, SHARPEST] / display.rod.max_curvature - wanted.room.part
     by_own = np.stack([-rates[:, LOWEST] / STIFFEST, rates[:, SHARPEST] / display.rod.max_curvature], axis=1)
     needs, by_needs = np.zeros((segments + 1, 3)), np.zeros((segments + 1, 3, numbers.size))
     loads, by_loads = states[:, LOADS:], rates[:, LOADS:]
@@ -186,7 +233,7 @@ def _asks(wanted: Wanted, numbers: Array, states: Array, rates: Array) -> tuple[
         needs[nodes] += loads[:, side]
         by_needs[nodes] += by_loads[:, side]
     gives = np.array([display.drive.max_force, display.drive.max_force, display.drive.max_moment])
-    motors, signs = np.abs(needs) / gives - PART, np.sign(needs) / gives
+    motors, signs = np.abs(needs) / gives - wanted.room.part, np.sign(needs) / gives
     spare = (float(lengths_of(wanted, numbers).sum()) + display.clamp - display.rod.total_length) / display.span
     by_spare = np.zeros((1, numbers.size))
     for segment in range(segments):
@@ -198,14 +245,25 @@ def _asks(wanted: Wanted, numbers: Array, states: Array, rates: Array) -> tuple[
 
 
 def _chain(wanted: Wanted, numbers: Array, segment: int) -> tuple[npt.NDArray[np.int64], Array]:
-    """Which numbers a segment has to do with, (5,), and the slopes (5, NUMBERS) of its pose by them."""
+    """Which numbers a segment has to do with, (5,), and the slopes (5, NUMBERS) of its pose by them.
+
+    The last of a straight segment, which is held, is not its root but its length.
+    """
     count, span = wanted.nodes, wanted.display.span
     places = np.array([segment, segment + 1, count + segment, count + segment + 1, 2 * count + segment])
-    y, root = numbers[segment + 1] - numbers[segment], numbers[places[4]]
-    slope = y / math.hypot(span, y)
     chain = np.zeros((5, NUMBERS))
-    chain[0, 0], chain[0, 3] = -1.0, -slope
-    chain[1, 0], chain[1, 3] = 1.0, slope
+    chain[0, 0], chain[1, 0] = -1.0, 1.0
     chain[2, 1] = chain[3, 2] = 1.0
-    chain[4, 3] = 2.0 * span * root
+    root = float(numbers[places[4]])
+    if root == 0.0:
+        x, y = (float(each[segment]) for each in _mouth_to_mouth(wanted, numbers))
+        half, free = 0.5 * wanted.display.clamp, math.hypot(x, y)
+        chain[0, 3], chain[1, 3], chain[4, 3] = -y / free, y / free, 1.0
+        for place in (2, 3):
+            angle = float(numbers[places[place]])
+            chain[place, 3] = half * (x * math.sin(angle) - y * math.cos(angle)) / free
+        return places, chain
+    y = float(numbers[segment + 1] - numbers[segment])
+    slope = y / math.hypot(span, y)
+    chain[0, 3], chain[1, 3], chain[4, 3] = -slope, slope, 2.0 * span * root
     return places, chain

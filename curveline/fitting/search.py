@@ -10,14 +10,14 @@ import numpy as np
 
 from curveline.fitting.descent import descended
 from curveline.fitting.row import Array, Row, Wanted
-from curveline.fitting.starts import Start, around, first_numbers, starts_at
+from curveline.fitting.starts import Start, around, first_numbers, starts_at, straightened
 from curveline.rod.clamped_rod import ClampedRod
 
 SAME = 0.01
 """Rows whose distances differ by a smaller part found the same."""
 NOISE = 0.3
-"""Part of a drawing's points at which it crosses the rod, from which on it goes along it but for noise: half of them where
-each point errs for itself."""
+"""Part of a drawing's points at which it crosses the rod, from which on it goes along it but for noise: half of them
+where each point errs for itself."""
 EXACT = 5e-5
 """A distance [m] that no other row needs to beat."""
 ODDS = 0.5
@@ -54,7 +54,7 @@ class Search:
 
 
 def search(
-    wanted: Wanted, rod: ClampedRod, effort: Effort, seed: int, heard: Callable[[int], None] = lambda count: None
+    wanted: Wanted, rod: ClampedRod, effort: Effort, seed: int, heard: Callable[[int], object] = lambda count: None
 ) -> Search:
     """The rows that starts lead to; `heard` is told their number."""
     source = np.random.default_rng(seed)
@@ -68,7 +68,7 @@ def search(
     return _descents(wanted, starts, effort._replace(agreeing=effort.row), heard)
 
 
-def _descents(wanted: Wanted, starts: Iterator[Start], effort: Effort, heard: Callable[[int], None]) -> Search:
+def _descents(wanted: Wanted, starts: Iterator[Start], effort: Effort, heard: Callable[[int], object]) -> Search:
     """Where starts lead to, until as many agree as are to, or none can be better."""
     rows: list[Row] = []
     count = 0
@@ -98,6 +98,8 @@ def _lone_starts(wanted: Wanted, rod: ClampedRod, count: int, source: np.random.
     """Starts of a lone segment: in all states where the drawing has its ends, and in the nearest ones around that."""
     first = first_numbers(wanted)
     yield from starts_at(wanted, rod, first)
+    if (straight := straightened(wanted, first)) is not None:
+        yield from starts_at(wanted, rod, straight)
     for _ in range(count - 1):
         yield from starts_at(wanted, rod, around(wanted, first, source))[:1]
 
@@ -105,9 +107,11 @@ def _lone_starts(wanted: Wanted, rod: ClampedRod, count: int, source: np.random.
 def _joint_starts(
     wanted: Wanted, rod: ClampedRod, alone: list[list[Row]], count: int, source: np.random.Generator
 ) -> Iterator[Start]:
-    """Starts of several segments: of the rows that each has alone, its nearest ones first, nodes between them averaged."""
+    """Starts of several segments: of the rows that each has alone, the nearest first, nodes between them averaged."""
     first = first_numbers(wanted)
     yield from starts_at(wanted, rod, first)[:1]
+    if (straight := straightened(wanted, first)) is not None:
+        yield from starts_at(wanted, rod, straight)[:1]
     for number in range(count - 1):
         chosen = []
         for rows in alone:
@@ -118,7 +122,7 @@ def _joint_starts(
 
 
 def _averaged(wanted: Wanted, first: Array, chosen: list[Row | None]) -> Array:
-    """The numbers of a row whose nodes stand between what the segments on both sides want; as `first` if they do not say."""
+    """The numbers of a row whose nodes stand between what both their segments want; as `first` if they do not say."""
     count, numbers = wanted.nodes, first.copy()
     sums, said = np.zeros(2 * count), np.zeros(2 * count)
     for place, row in enumerate(chosen):

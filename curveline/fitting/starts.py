@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from curveline.fitting.row import EDGES, Array, Held, Wanted, pose_of, within
+from curveline.fitting.row import EDGES, Array, Held, Wanted, is_straight, pose_of, within
 from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.models.straight import straight_state
 from curveline.rod.problem import mesh
 from curveline.rod.states.equilibrium import Equilibrium
+from curveline.rod.states.identity import GONE
 from curveline.rod.states.planar_states import find_states
 from curveline.rod.states.slack import is_slack
 from curveline.scene import Display, Node
@@ -24,6 +27,8 @@ SIZES = mm(30.0), deg(25.0), 0.08
 ROUGH = 1e-3
 """To what states are found that are only begun with [m]."""
 NO_LOADS: Array = np.zeros(0)
+NEARLY_STRAIGHT = mm(15.0)
+"""Drawings of segments that are nearer to the line between their ends are tried with a straight rod, too."""
 MORE_ROD = 0.05
 """By which the root of an excess grows until its rod is not straight, or has a stable state."""
 ATTEMPTS = 4
@@ -47,7 +52,7 @@ def first_numbers(wanted: Wanted) -> Array:
     heights = [piece[0, 1] for piece in pieces] + [pieces[-1][-1, 1]]
     sides = [_directions(piece) for piece in pieces]
     angles = [sides[0][0]]
-    angles += [0.5 * (before[1] + after[0]) for before, after in zip(sides, sides[1:], strict=False)]
+    angles += [0.5 * (before[1] + after[0]) for before, after in pairwise(sides)]
     angles.append(sides[-1][1])
     lengths = np.array([np.sum(np.hypot(*np.diff(piece, axis=0).T)) for piece in pieces])
     excess = np.maximum((lengths - np.hypot(span, np.diff(heights))) / span, 0.0)
@@ -68,8 +73,25 @@ def around(wanted: Wanted, numbers: Array, source: np.random.Generator) -> Array
     return within(wanted, numbers + sizes * source.standard_normal(sizes.size))
 
 
+def straightened(wanted: Wanted, numbers: Array) -> Array | None:
+    """The numbers with every segment straight whose drawing nearly is, its nodes along it; None if there is none."""
+    flat = [segment for segment, piece in enumerate(wanted.pieces) if _bow(piece) < NEARLY_STRAIGHT]
+    if not flat or wanted.display.limits.length.low > wanted.display.span:
+        return None
+    out, count = numbers.copy(), wanted.nodes
+    out[[2 * count + segment for segment in flat]] = 0.0
+    return within(wanted, out)
+
+
+def _bow(piece: Array) -> float:
+    """How far a piece of a drawing is from the straight line between its ends at most [m]."""
+    way = piece[-1] - piece[0]
+    off = (piece - piece[0]) @ np.array([-way[1], way[0]]) / np.hypot(*way)
+    return float(np.max(np.abs(off)))
+
+
 def starts_at(wanted: Wanted, rod: ClampedRod, numbers: Array) -> list[Start]:
-    """Starts at some numbers, or with a little more rod: in the states nearest to the drawing, then each other state."""
+    """Starts at some numbers, or with a little more rod: in the states nearest to the drawing, then in each other."""
     for _ in range(ATTEMPTS):
         found = [_states(wanted, rod, numbers, segment) for segment in range(len(wanted.pieces))]
         if all(found):
@@ -79,7 +101,8 @@ def starts_at(wanted: Wanted, rod: ClampedRod, numbers: Array) -> list[Start]:
                 for other in states[1:]:
                     starts.append(Start(numbers, (*nearest[:place], other, *nearest[place + 1 :])))
             return starts
-        short = [2 * wanted.nodes + place for place, each in enumerate(found) if not each]
+        straight = is_straight(wanted, numbers)
+        short = [2 * wanted.nodes + place for place, each in enumerate(found) if not each and not straight[place]]
         numbers = numbers.copy()
         numbers[short] += MORE_ROD
         numbers = within(wanted, numbers)
@@ -87,8 +110,11 @@ def starts_at(wanted: Wanted, rod: ClampedRod, numbers: Array) -> list[Start]:
 
 
 def _states(wanted: Wanted, rod: ClampedRod, numbers: Array, segment: int) -> list[Held]:
-    """The states of a segment, that nearest to the drawing first; none if its rod is straight."""
+    """The states of a segment, that nearest to the drawing first; none if it has none, or is straight by chance."""
     there = rod.moved_to(pose_of(wanted, numbers, segment))
+    if is_straight(wanted, numbers)[segment]:
+        state = straight_state(there, ROUGH)
+        return [] if state.outcome in GONE else [state.start_on(mesh(NO_LOADS, EDGES))]
     if not is_slack(there):
         return []
     states = [state for state in find_states(there, ROUGH) if state.simple and state.stable]
@@ -99,5 +125,5 @@ def _states(wanted: Wanted, rod: ClampedRod, numbers: Array, segment: int) -> li
 
 def _off(state: Equilibrium, piece: Array, height: float) -> float:
     """How far a state is from a piece of a drawing, point by point along both."""
-    gaps: npt.NDArray[np.float64] = state.curve(piece.shape[0]) + [0.0, height] - piece
+    gaps: npt.NDArray[np.float64] = state.curve(piece.shape[0]) + np.array([0.0, height]) - piece
     return float(np.sum(gaps**2))

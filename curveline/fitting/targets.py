@@ -27,8 +27,8 @@ def width_of(display: Display) -> float:
 def placed_on(display: Display, drawing: Drawing, placing: Placing | None = None) -> Drawing:
     """A drawing in the coordinates of a display: x from the first rail on, y from the home height.
 
-    By default its left end goes on the first rail, and it is moved up or down as far as the nodes can stand. InvalidInput
-    for one that does not reach from the first rail to the last.
+    By default its left end goes on the first rail, and it is moved up or down to where the nodes can stand.
+    InvalidInput for one that does not reach from the first rail to the last.
     """
     limits = display.limits.height
     return placed(drawing, placing or Placing(), width_of(display), (limits.low, limits.high))
@@ -44,9 +44,9 @@ def fit(
 
     `target` is a file, placed as `placed_on` does; or points (k, 2) [m] or a `Drawing`, taken as they are, x from the
     first rail on and y from the home height. `request` says how to fit. Of what comes back `scene` is the shape, `rms`
-    and `max` [m] are its distances from the drawing, `worst` says where and why, `plan` is None where there is none, and
-    `refusal` says why. Raises InvalidInput for a target that cannot be read, or shown by any display; Infeasible where
-    no stable curve was met; MissingExtra for files of a kind whose library is not installed.
+    and `max` [m] are its distances from the drawing, `worst` says where and why; where `plan` is None, `refusal` says
+    why. Raises InvalidInput for a target that cannot be read, or shown by any display; Infeasible where no stable curve
+    was met; MissingExtra for files of a kind whose library is not installed.
     """
     given = given_display(display) if isinstance(display, str | os.PathLike) else display
     expect(given, Display, "a display, by name, path or Display,")

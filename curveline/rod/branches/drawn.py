@@ -18,14 +18,14 @@ NEAR = Effort(turn=0.3, close=1e-7, iterations=20)
 MOST_TURN = 0.5
 """An edge that turns by more than this [rad] belongs to another state."""
 LITTLE = 1e-5
-"""By how much each number of a pose is changed, in m or rad, to see what moves: one step of Newton's is exact to that."""
+"""By how much each number of a pose is changed, in m or rad, to see what moves: a step of Newton's is exact to that."""
 PRECISE = 1e-9
 """Of eigenvalues whose change is looked at."""
 NUMBERS = 4
 """Of a pose that nodes can change: the height of the right pivot, both angles, the length."""
 LOWEST, SHARPEST, LOADS, ASKED = 0, 1, 2, 8
-"""What a state asks: its lowest eigenvalue [EI/L^2], its largest curvature beyond the natural one [1/m], and six loads of
-the nodes, see `continuation.Branch`; and how many numbers that are."""
+"""What a state asks: its lowest eigenvalue [EI/L^2], its largest curvature beyond the natural one [1/m], and six loads
+of the nodes, see `continuation.Branch`; and how many numbers that are."""
 
 
 @leaf
@@ -76,8 +76,8 @@ def asks_of(pose, bearing, state, guess):
 def laid(pose, bearing, phi, multipliers):
     """The stable state at a pose near one of angles `phi (n,)` and `multipliers (2,)`, both overwritten; False if none.
 
-    Also its points (n+3, 2) [m], see `points_of`, and what it asks (ASKED,); and the slopes of both by the numbers of the
-    pose, (NUMBERS, n+3, 2) and (NUMBERS, ASKED).
+    Also its points (n+3, 2) [m], see `points_of`, and what it asks (ASKED,); and the slopes of both by the numbers of
+    the pose, (NUMBERS, n+3, 2) and (NUMBERS, ASKED).
     """
     n = phi.size
     counts = counts_along(straight_path(pose, pose), bearing, n)
@@ -128,7 +128,7 @@ def nearest_piece(points, x, y):
 
 @leaf
 def away_from(points, x, y):
-    """How far a place is to the left of a polyline, the direction of that, the piece it is beside, and how far along."""
+    """How far a place is to the left of a polyline, the direction of that, which piece it is at, how far along."""
     which, t = nearest_piece(points, x, y)
     ax, ay = points[which, 0], points[which, 1]
     bx, by = points[which + 1, 0] - ax, points[which + 1, 1] - ay
