@@ -39,7 +39,7 @@ MARGIN = 0.12
 """Part of `STIFFEST` that the lowest eigenvalue of every state keeps: with less, plans fail more often."""
 PART = 0.92
 """Of what rod and motors can give, that a shape asks for at most: the way there asks for more."""
-ROOMIER = Room(margin=0.2, part=0.75)
+ROOMIER = Room(margin=0.2, part=0.75), Room(margin=0.4, part=0.55)
 """What is left for the way where no row that leaves less has a plan."""
 LEAST_MARGIN = 0.05
 """What plans keep of it anyway."""
@@ -189,13 +189,14 @@ class _Fitting:
         Where none has, rows with more room for a plan are sought.
         """
         plan, refusal, found = _first_planned(candidates, listener)
-        if plan is None:
-            room = ROOMIER._replace(margin=max(ROOMIER.margin, self.request.margin))
-            roomier = replace(self, wanted=self.wanted._replace(room=room))
-            others = roomier.candidates(roomier.searched(listener))
-            plan, _, other = _first_planned(others, listener) if others else (None, "", found)
-            found = other if plan is not None else found
-        return plan, "" if plan is not None else refusal, found
+        for room in ROOMIER:
+            if plan is not None:
+                return plan, "", found
+            left = room._replace(margin=max(room.margin, self.request.margin))
+            roomier = replace(self, wanted=self.wanted._replace(room=left))
+            if others := roomier.candidates(roomier.searched(listener)):
+                plan, _, found = _first_planned(others, listener)
+        return (plan, "", found) if plan is not None else (None, refusal, candidates[0])
 
 
 def _first_planned(candidates: Sequence[Measured], listener: Listener) -> tuple[Plan | None, str, Measured]:

@@ -29,7 +29,8 @@ Held = tuple[Array, Array]
 
 EDGES = 48
 LEAST_EXCESS = 6e-4
-"""Over the span: what is straighter is no curve that a plan can hold."""
+"""Of the free rod over the line between its clamps, as a part of the span: what is straighter is no curve that a plan
+can hold."""
 TAKEN_UP = mm(0.01)
 """By which a straight rod is short, so that it is drawn and not pressed: a fraction of what its motors pull."""
 IN_LINE = deg(4.0)
@@ -147,8 +148,9 @@ def limits_of(wanted: Wanted, numbers: Array) -> tuple[Array, Array]:
     """The least and the most of every number, (3 n - 1,): of the others as the heights of the nodes have them."""
     limits, span, count = wanted.display.limits, wanted.display.span, wanted.nodes
     rises, straight = np.diff(numbers[:count]), is_straight(wanted, numbers)
-    chords = np.hypot(span, rises)
-    least = np.maximum((limits.length.low - chords) / span, LEAST_EXCESS)
+    chords, mouths = np.hypot(span, rises), np.hypot(*_mouth_to_mouth(wanted, numbers))
+    slack = (mouths - chords + wanted.display.clamp) / span + LEAST_EXCESS
+    least = np.maximum((limits.length.low - chords) / span, slack)
     most = np.maximum((limits.length.high - chords) / span, least)
     low, high = np.empty(numbers.size), np.empty(numbers.size)
     low[:count], high[:count] = limits.height.low, limits.height.high
