@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
 
-from curveline.bench import commands, in_space, link, one_rod, plans, search, sweeps
+from curveline.bench import commands, fits, in_space, link, one_rod, plans, search, sweeps
 from curveline.bench.measurement import Measurement
 from curveline.shapes.files import read_shape
 
@@ -31,6 +31,7 @@ def quick(shapes: Sequence[str]) -> list[FigureGroup]:
         FigureGroup("all states", partial(search.all_states, scenes)),
         FigureGroup("random scenes", search.random_scenes),
         FigureGroup("plans", plans.rows),
+        FigureGroup("fits", fits.rows),
         FigureGroup("sweeps", sweeps.rows),
         FigureGroup("whole commands", partial(commands.rows, [scene.path for scene in scenes])),
     ]

@@ -68,7 +68,7 @@ def _square(row: Row, weight: float) -> float:
 
 def _step(wanted: Wanted, row: Row, weight: float, damping: float) -> Array:
     """A damped step within the limits of the numbers, which counts the limits that it would miss."""
-    matrix, gradient = row.slopes.T @ row.slopes, row.slopes.T @ row.off
+    matrix, gradient = row.curvature.copy(), row.gradient
     matrix[np.diag_indices_from(matrix)] += damping * (np.diag(matrix) + 1e-9)
     is_missed = row.asks > 0.0
     for _ in range(CHANGES):
@@ -82,13 +82,13 @@ def _step(wanted: Wanted, row: Row, weight: float, damping: float) -> Array:
 
 
 def _bounded(wanted: Wanted, numbers: Array, matrix: Array, gradient: Array) -> Array:
-    """The step to where a gradient vanishes, within the limits of the numbers; what has no room stays."""
+    """The step to where a gradient vanishes, within the limits of the numbers as they are; what has no room stays."""
     low, high = limits_of(wanted, numbers)
     step, free = np.zeros(numbers.size), low < high
     while np.any(free):
         held = matrix[np.ix_(free, ~free)] @ step[~free]
         step[free] = -np.linalg.solve(matrix[np.ix_(free, free)], gradient[free] + held)
-        reached = within(wanted, numbers + step) - numbers
+        reached = np.clip(numbers + step, low, high) - numbers
         beyond = free & (np.abs(reached - step) > 1e-12)
         if not np.any(beyond):
             break

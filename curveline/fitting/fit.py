@@ -32,7 +32,7 @@ from curveline.scene import PEAK, Display, Node, Scene, Segment
 from curveline.units import to_deg, to_mm
 
 QUICK, THOROUGH = "quick", "thorough"
-EFFORTS = {QUICK: Effort(lone=12, row=6, agreeing=5), THOROUGH: Effort(lone=60, row=20, agreeing=60)}
+EFFORTS = {QUICK: Effort(12, 6, 6, 5), THOROUGH: Effort(60, 20, 20, 60)}
 RMS, MAX = "rms", "max"
 MINIMISED = (RMS, MAX)
 MARGIN = 0.12
@@ -241,7 +241,7 @@ def _told(fitting: _Fitting, best: Measured, met: Search) -> Fit:
 def _sensitivity(wanted: Wanted, row: Row) -> Sensitivity:
     """Of the distances of a row."""
     count, roots = wanted.nodes, row.numbers[2 * wanted.nodes :]
-    most = np.abs(row.slopes / parts_of(wanted)[:, None]).max(axis=0)
+    most = np.abs(row.slopes() / parts_of(wanted)[:, None]).max(axis=0)
     by_length = np.where(roots == 0.0, 1.0, 2.0 * wanted.display.span * roots)
     feed = most[2 * count :] / by_length
     return Sensitivity(float(feed.max()), float(most[count : 2 * count].max()), float(most[:count].max()))

@@ -57,7 +57,7 @@ def _programme(wanted: Wanted, row: Row, trust: float) -> tuple[Array, float]:
     from scipy.optimize import linprog
 
     part = parts_of(wanted)
-    off, slopes, count = row.off / part, row.slopes / part[:, None], row.numbers.size
+    off, slopes, count = row.off / part, row.slopes() / part[:, None], row.numbers.size
     largest, missed = np.ones((off.size, 1)), np.ones((row.asks.size, 1))
     matrix = np.vstack(
         [

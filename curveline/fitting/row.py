@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -65,14 +65,15 @@ class Row:
     """Where nodes stand, by `numbers (3 n - 1,)`: heights [m], angles [rad], roots of the excess; and what comes of it.
 
     `off (m,)` are the distances, two-sided [m], each over the root of how many there are, so that the sum of their
-    squares is the mean square; `slopes (m, 3 n - 1)` by the numbers. `asks (c,)` are above 0 where a state, the rod or
-    a motor does not do, in the order of `asked`, with their slopes `by_numbers (c, 3 n - 1)`.
+    squares is the mean square; `blocks` are their slopes, those of each segment by the numbers that it has to do with,
+    see `places_of`. `asks (c,)` are above 0 where a state, the rod or a motor does not do, in the order of `asked`,
+    with their slopes `by_numbers (c, 3 n - 1)`.
     """
 
     numbers: Array
     held: tuple[Held, ...]
     off: Array
-    slopes: Array
+    blocks: tuple[Array, ...]
     asks: Array
     by_numbers: Array
 
@@ -80,6 +81,34 @@ class Row:
     def rms(self) -> float:
         """The root of the mean square distance [m]."""
         return math.sqrt(float(self.off @ self.off))
+
+    @cached_property
+    def curvature(self) -> Array:
+        """Slopes of the distances times themselves, (3 n - 1, 3 n - 1): half of how the mean square is bent."""
+        matrix = np.zeros((self.numbers.size, self.numbers.size))
+        for segment, block in enumerate(self.blocks):
+            places = places_of(len(self.blocks), segment)
+            matrix[np.ix_(places, places)] += block.T @ block
+        return matrix
+
+    @cached_property
+    def gradient(self) -> Array:
+        """Half of the slopes of the mean square, (3 n - 1,)."""
+        gradient, begin = np.zeros(self.numbers.size), 0
+        for segment, block in enumerate(self.blocks):
+            end = begin + block.shape[0]
+            gradient[places_of(len(self.blocks), segment)] += self.off[begin:end] @ block
+            begin = end
+        return gradient
+
+    def slopes(self) -> Array:
+        """Slopes of all distances by all numbers, (m, 3 n - 1)."""
+        slopes, begin = np.zeros((self.off.size, self.numbers.size)), 0
+        for segment, block in enumerate(self.blocks):
+            end = begin + block.shape[0]
+            slopes[begin:end, places_of(len(self.blocks), segment)] = block
+            begin = end
+        return slopes
 
     def asks_of(self, wanted: Wanted, kind: str) -> list[float]:
         """Those of a kind."""
@@ -113,7 +142,7 @@ def is_straight(wanted: Wanted, numbers: Array) -> npt.NDArray[np.bool_]:
 
 def lengths_of(wanted: Wanted, numbers: Array) -> Array:
     """Rod between the pivots of every segment [m]."""
-    heights, _, roots = np.split(numbers, [wanted.nodes, 2 * wanted.nodes])
+    heights, roots = numbers[: wanted.nodes], numbers[2 * wanted.nodes :]
     curved = np.hypot(wanted.display.span, np.diff(heights)) + wanted.display.span * roots**2
     x, y = _mouth_to_mouth(wanted, numbers)
     least = wanted.display.limits.length.low
@@ -123,18 +152,15 @@ def lengths_of(wanted: Wanted, numbers: Array) -> Array:
 
 def _mouth_to_mouth(wanted: Wanted, numbers: Array) -> tuple[Array, Array]:
     """From where the free rod of every segment begins to where it ends, across and up [m]."""
-    heights, angles, _ = np.split(numbers, [wanted.nodes, 2 * wanted.nodes])
+    heights, angles = numbers[: wanted.nodes], numbers[wanted.nodes : 2 * wanted.nodes]
     half, cosines, sines = 0.5 * wanted.display.clamp, np.cos(angles), np.sin(angles)
-    return (
-        wanted.display.span - half * (cosines[1:] + cosines[:-1]),
-        np.diff(heights) - half * (sines[1:] + sines[:-1]),
-    )
+    rises = heights[1:] - heights[:-1]
+    return wanted.display.span - half * (cosines[1:] + cosines[:-1]), rises - half * (sines[1:] + sines[:-1])
 
 
-def pose_of(wanted: Wanted, numbers: Array, segment: int) -> Pose:
-    """What the nodes of a segment impose."""
-    display, count = wanted.display, wanted.nodes
-    lengths, begin = lengths_of(wanted, numbers), 0.0
+def pose_of(wanted: Wanted, numbers: Array, lengths: Array, segment: int) -> Pose:
+    """What the nodes of a segment impose, with the `lengths_of` all."""
+    display, count, begin = wanted.display, wanted.nodes, 0.0
     if display.rod.profile is not None:
         # As in `simulation.begin_of`: with equal tails.
         feed = 0.5 * (lengths.sum() - display.span * lengths.size) - np.sum(lengths[:segment] - display.span)
@@ -176,33 +202,48 @@ def within(wanted: Wanted, numbers: Array) -> Array:
     return clipped
 
 
+@lru_cache(512)
+def places_of(segments: int, segment: int) -> npt.NDArray[np.int64]:
+    """Which numbers one of some segments has to do with, (5,): heights, angles, its root."""
+    count = segments + 1
+    return np.array([segment, segment + 1, count + segment, count + segment + 1, 2 * count + segment])
+
+
+class _Part(NamedTuple):
+    """What comes of a segment: its state; distances (m,), what it asks (ASKED,), and slopes of both by 5 numbers."""
+
+    held: Held
+    off: Array
+    block: Array
+    asks: Array
+    rates: Array
+
+
 def row_at(wanted: Wanted, numbers: Array, held: Sequence[Held]) -> Row | None:
     """The row of such numbers, in states near those held; None where one of its segments has none."""
-    size, found = numbers.size, []
-    offs, slopes, states, by_pose = [], [], [], []
-    for segment, piece in enumerate(wanted.pieces):
-        phi, multipliers = held[segment][0].copy(), held[segment][1].copy()
-        is_there, points, asks, moves, rates = laid(pose_of(wanted, numbers, segment), wanted.bearing, phi, multipliers)
+    lengths, parts = lengths_of(wanted, numbers), []
+    for segment in range(len(wanted.pieces)):
+        pose, state = pose_of(wanted, numbers, lengths, segment), (held[segment][0].copy(), held[segment][1].copy())
+        is_there, *laid_out = laid(pose, wanted.bearing, *state)
         if not is_there:
             return None
-        places, chain = _chain(wanted, numbers, segment)
-        moves = np.tensordot(chain, moves, axes=1)
-        moves[0, :, 1] += 1.0
-        points[:, 1] += numbers[segment]
-        moved = np.empty((points.shape[0] + piece.shape[0], places.size))
-        off = misfits(points, piece, moves, moved)
-        share = _parts(points.shape[0], piece.shape[0]) / math.sqrt(len(wanted.pieces))
-        block = np.zeros((off.size, size))
-        block[:, places] = share[:, None] * moved
-        offs.append(share * off)
-        slopes.append(block)
-        states.append(asks)
-        turned = np.zeros((asks.size, size))
-        turned[:, places] = (chain @ rates).T
-        by_pose.append(turned)
-        found.append((phi, multipliers))
-    asks, by_numbers = _asks(wanted, numbers, np.array(states), np.array(by_pose))
-    return Row(numbers, tuple(found), np.concatenate(offs), np.vstack(slopes), asks, by_numbers)
+        parts.append(_part_of(wanted, numbers, segment, state, laid_out))
+    asks, by_numbers = _asks(wanted, numbers, parts)
+    off, blocks = np.concatenate([part.off for part in parts]), tuple(part.block for part in parts)
+    return Row(numbers, tuple(part.held for part in parts), off, blocks, asks, by_numbers)
+
+
+def _part_of(wanted: Wanted, numbers: Array, segment: int, held: Held, laid_out: Sequence[Array]) -> _Part:
+    """What comes of a segment in a state, from what `laid` said of it."""
+    points, asks, moves, rates = laid_out
+    piece, chain = wanted.pieces[segment], _chain(wanted, numbers, segment)
+    moves = np.tensordot(chain, moves, axes=1)
+    moves[0, :, 1] += 1.0
+    points[:, 1] += numbers[segment]
+    moved = np.empty((points.shape[0] + piece.shape[0], chain.shape[0]))
+    off = misfits(points, piece, moves, moved)
+    share = _parts(points.shape[0], piece.shape[0]) / math.sqrt(len(wanted.pieces))
+    return _Part(held, share * off, share[:, None] * moved, asks, (chain @ rates).T)
 
 
 @lru_cache(64)
@@ -222,37 +263,37 @@ def parts_of(wanted: Wanted) -> Array:
     return np.concatenate([_parts(EDGES + 3, piece.shape[0]) for piece in pieces]) / math.sqrt(len(pieces))
 
 
-def _asks(wanted: Wanted, numbers: Array, states: Array, rates: Array) -> tuple[Array, Array]:
-    """What states (s, ASKED), their slopes (s, ASKED, p), come to: `Row.asks` and their slopes."""
-    display, segments = wanted.display, len(wanted.pieces)
-    own = np.empty((segments, 2))
-    own[:, 0] = wanted.room.margin - states[:, LOWEST] / STIFFEST
-    own[:, 1] = states[:, SHARPEST] / display.rod.max_curvature - wanted.room.part
-    by_own = np.stack([-rates[:, LOWEST] / STIFFEST, rates[:, SHARPEST] / display.rod.max_curvature], axis=1)
-    needs, by_needs = np.zeros((segments + 1, 3)), np.zeros((segments + 1, 3, numbers.size))
-    loads, by_loads = states[:, LOADS:], rates[:, LOADS:]
-    for side, nodes in ((LEFT, slice(0, -1)), (RIGHT, slice(1, None))):
-        needs[nodes] += loads[:, side]
-        by_needs[nodes] += by_loads[:, side]
+def _asks(wanted: Wanted, numbers: Array, parts: Sequence[_Part]) -> tuple[Array, Array]:
+    """What the states of segments ask together: `Row.asks` and their slopes."""
+    display, segments, size = wanted.display, len(parts), numbers.size
+    own, by_own = np.empty((segments, 2)), np.zeros((segments, 2, size))
+    needs, by_needs = np.zeros((segments + 1, 3)), np.zeros((segments + 1, 3, size))
+    by_spare = np.zeros((1, size))
+    for segment, part in enumerate(parts):
+        places, strained = places_of(segments, segment), 1.0 / display.rod.max_curvature
+        own[segment, 0] = wanted.room.margin - part.asks[LOWEST] / STIFFEST
+        own[segment, 1] = strained * part.asks[SHARPEST] - wanted.room.part
+        by_own[segment, 0, places] = -part.rates[LOWEST] / STIFFEST
+        by_own[segment, 1, places] = strained * part.rates[SHARPEST]
+        loads, by_loads = part.asks[LOADS:], part.rates[LOADS:]
+        for node, side in ((segment, LEFT), (segment + 1, RIGHT)):
+            needs[node] += loads[side]
+            by_needs[node][:, places] += by_loads[side]
+        by_spare[0, places] += _chain(wanted, numbers, segment)[:, NUMBERS - 1] / display.span
     gives = np.array([display.drive.max_force, display.drive.max_force, display.drive.max_moment])
     motors, signs = np.abs(needs) / gives - wanted.room.part, np.sign(needs) / gives
     spare = (float(lengths_of(wanted, numbers).sum()) + display.clamp - display.rod.total_length) / display.span
-    by_spare = np.zeros((1, numbers.size))
-    for segment in range(segments):
-        places, chain = _chain(wanted, numbers, segment)
-        by_spare[0, places] += chain[:, NUMBERS - 1] / display.span
     asks = np.concatenate([own.ravel(), motors.ravel(), [spare]])
     slopes = (by_own.reshape(2 * segments, -1), (signs[:, :, None] * by_needs).reshape(3 * segments + 3, -1), by_spare)
     return asks, np.vstack(slopes)
 
 
-def _chain(wanted: Wanted, numbers: Array, segment: int) -> tuple[npt.NDArray[np.int64], Array]:
-    """Which numbers a segment has to do with, (5,), and the slopes (5, NUMBERS) of its pose by them.
+def _chain(wanted: Wanted, numbers: Array, segment: int) -> Array:
+    """The slopes (5, NUMBERS) of a segment's pose by the numbers that it has to do with: see `places_of`.
 
     The last of a straight segment, which is held, is not its root but its length.
     """
-    count, span = wanted.nodes, wanted.display.span
-    places = np.array([segment, segment + 1, count + segment, count + segment + 1, 2 * count + segment])
+    span, places = wanted.display.span, places_of(len(wanted.pieces), segment)
     chain = np.zeros((5, NUMBERS))
     chain[0, 0], chain[1, 0] = -1.0, 1.0
     chain[2, 1] = chain[3, 2] = 1.0
@@ -264,8 +305,8 @@ def _chain(wanted: Wanted, numbers: Array, segment: int) -> tuple[npt.NDArray[np
         for place in (2, 3):
             angle = float(numbers[places[place]])
             chain[place, 3] = half * (x * math.sin(angle) - y * math.cos(angle)) / free
-        return places, chain
+        return chain
     y = float(numbers[segment + 1] - numbers[segment])
     slope = y / math.hypot(span, y)
     chain[0, 3], chain[1, 3], chain[4, 3] = -slope, slope, 2.0 * span * root
-    return places, chain
+    return chain

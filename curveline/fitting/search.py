@@ -25,9 +25,11 @@ ODDS = 0.5
 
 
 class Effort(NamedTuple):
-    """How long to search: starts of a lone segment, of a row of several, and how many must agree to end sooner."""
+    """How long to search: starts of a lone segment, of each segment of a row by itself, of the row; and how many of a
+    lone segment's must agree to end sooner, so many fewer of a segment of a row as it has fewer starts."""
 
     lone: int
+    alone: int
     row: int
     agreeing: int
 
@@ -60,10 +62,10 @@ def search(
     source = np.random.default_rng(seed)
     if len(wanted.pieces) == 1:
         return _descents(wanted, _lone_starts(wanted, rod, effort.lone, source), effort, heard)
-    alone = []
+    alone, shorter = [], effort._replace(lone=effort.alone, agreeing=-(-effort.agreeing * effort.alone // effort.lone))
     for place in range(len(wanted.pieces)):
         own = wanted._replace(pieces=(wanted.pieces[place],), fine=(wanted.fine[place],))
-        alone.append(_descents(own, _lone_starts(own, rod, effort.lone, source), effort, heard).distinct())
+        alone.append(_descents(own, _lone_starts(own, rod, shorter.lone, source), shorter, heard).distinct())
     starts = _joint_starts(wanted, rod, alone, effort.row, source)
     return _descents(wanted, starts, effort._replace(agreeing=effort.row), heard)
 

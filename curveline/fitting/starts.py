@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from curveline.fitting.row import EDGES, Array, Held, Wanted, is_straight, pose_of, within
+from curveline.fitting.row import EDGES, Array, Held, Wanted, is_straight, lengths_of, pose_of, within
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.straight import straight_state
 from curveline.rod.problem import mesh
@@ -93,7 +93,9 @@ def _bow(piece: Array) -> float:
 def starts_at(wanted: Wanted, rod: ClampedRod, numbers: Array) -> list[Start]:
     """Starts at some numbers, or with a little more rod: in the states nearest to the drawing, then in each other."""
     for _ in range(ATTEMPTS):
-        found = [_states(wanted, rod, numbers, segment) for segment in range(len(wanted.pieces))]
+        lengths = lengths_of(wanted, numbers)
+        poses = [pose_of(wanted, numbers, lengths, segment) for segment in range(len(wanted.pieces))]
+        found = [_states(wanted, rod.moved_to(pose), numbers, place) for place, pose in enumerate(poses)]
         if all(found):
             nearest = [each[0] for each in found]
             starts = [Start(numbers, tuple(nearest))]
@@ -109,9 +111,8 @@ def starts_at(wanted: Wanted, rod: ClampedRod, numbers: Array) -> list[Start]:
     return []
 
 
-def _states(wanted: Wanted, rod: ClampedRod, numbers: Array, segment: int) -> list[Held]:
+def _states(wanted: Wanted, there: ClampedRod, numbers: Array, segment: int) -> list[Held]:
     """The states of a segment, that nearest to the drawing first; none if it has none, or is straight by chance."""
-    there = rod.moved_to(pose_of(wanted, numbers, segment))
     if is_straight(wanted, numbers)[segment]:
         state = straight_state(there, ROUGH)
         return [] if state.outcome in GONE else [state.start_on(mesh(NO_LOADS, EDGES))]
