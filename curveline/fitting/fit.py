@@ -32,7 +32,7 @@ from curveline.scene import PEAK, Display, Node, Scene, Segment
 from curveline.units import to_deg, to_mm
 
 QUICK, THOROUGH = "quick", "thorough"
-EFFORTS = {QUICK: Effort(12, 6, 6, 5), THOROUGH: Effort(60, 20, 20, 60)}
+EFFORTS = {QUICK: Effort(12, 6, 9, 5), THOROUGH: Effort(60, 20, 20, 60)}
 RMS, MAX = "rms", "max"
 MINIMISED = (RMS, MAX)
 MARGIN = 0.12
@@ -43,7 +43,7 @@ ROOMIER = Room(margin=0.2, part=0.75), Room(margin=0.4, part=0.55)
 """What is left for the way where no row that leaves less has a plan."""
 LEAST_MARGIN = 0.05
 """What plans keep of it anyway."""
-PLANNED = 3
+PLANNED = 4
 """Rows that are planned, the nearest first, before none is said to have a plan."""
 DENSE = 240
 """Points of a drawing per segment where its largest distance is to be small, so that corners count."""

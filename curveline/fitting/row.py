@@ -301,7 +301,10 @@ def _chain(wanted: Wanted, numbers: Array, segment: int) -> Array:
     if root == 0.0:
         x, y = (float(each[segment]) for each in _mouth_to_mouth(wanted, numbers))
         half, free = 0.5 * wanted.display.clamp, math.hypot(x, y)
-        chain[0, 3], chain[1, 3], chain[4, 3] = -y / free, y / free, 1.0
+        chain[4, 3] = 1.0
+        if free + wanted.display.clamp - TAKEN_UP < wanted.display.limits.length.low:
+            return chain
+        chain[0, 3], chain[1, 3] = -y / free, y / free
         for place in (2, 3):
             angle = float(numbers[places[place]])
             chain[place, 3] = half * (x * math.sin(angle) - y * math.cos(angle)) / free

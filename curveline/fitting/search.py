@@ -15,6 +15,8 @@ from curveline.rod.clamped_rod import ClampedRod
 
 SAME = 0.01
 """Rows whose distances differ by a smaller part found the same."""
+APART = 0.02
+"""Rows of which a number differs by more, in m, rad or the root of an excess, are not the same."""
 NOISE = 0.3
 """Part of a drawing's points at which it crosses the rod, from which on it goes along it but for noise: half of them
 where each point errs for itself."""
@@ -47,10 +49,10 @@ class Search:
         return sum(row.rms <= (1.0 + SAME) * self.rows[0].rms for row in self.rows)
 
     def distinct(self) -> list[Row]:
-        """The rows, one of those that found the same."""
+        """The rows, the nearest of those whose nodes stand in the same places."""
         found: list[Row] = []
         for row in self.rows:
-            if not found or row.rms > (1.0 + SAME) * found[-1].rms:
+            if all(float(np.abs(row.numbers - other.numbers).max()) > APART for other in found):
                 found.append(row)
         return found
 

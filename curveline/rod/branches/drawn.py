@@ -88,7 +88,9 @@ def laid(pose, bearing, phi, multipliers):
     if iterations < 0 or unstable != 0 or largest_change(phi, before) > MOST_TURN:
         return False, np.zeros((n + 3, 2)), np.zeros(ASKED), slopes, rates
     points = points_of(pose, bearing, (free, phi, multipliers))
-    asks = asks_of(pose, bearing, (free, phi, multipliers), from_zero())
+    # Sought twice, so that it is as exact as those that it is subtracted from.
+    lowest = lowest_eigenvalue(free, phi, multipliers, from_zero(), PRECISE)
+    asks = asks_of(pose, bearing, (free, phi, multipliers), around(lowest))
     angles, force = phi.copy(), multipliers.copy()
     for number in range(NUMBERS):
         other = changed(pose, number, LITTLE)
