@@ -52,14 +52,12 @@ def _picture(data: bytes, name: str) -> Any:
             # The size is looked at below, before any pixel is unpacked.
             warnings.simplefilter("ignore")
             image = Image.open(io.BytesIO(data), formats=[kind])
-            wide, high = image.size
-            if wide * high > MOST_PIXELS:
-                message = f"a picture of {wide} x {high} pixels is too large"
-                refuse_file(name, "too-large", message, f"scale it down to at most {MOST_PIXELS // 10**6} million")
+            if image.width * image.height > MOST_PIXELS:
+                raise Image.DecompressionBombError
             image.load()
             turned = ImageOps.exif_transpose(image)
     except (Image.DecompressionBombError, MemoryError):
-        refuse_file(name, "too-large", "this picture is too large", "scale it down to a few million pixels")
+        refuse_file(name, "too-large", f"it has more than {MOST_PIXELS // 10**6} million pixels", "scale it down")
     except (OSError, SyntaxError, ValueError, TypeError, KeyError, IndexError, OverflowError, EOFError) as error:
         what = printable(str(error)[:80]) or type(error).__name__
         code = "cut-off" if "truncated" in what else "damaged"

@@ -20,6 +20,14 @@ CLEAR = 0.75
 """Part of the outermost row that is background, for it to be known as such."""
 RIVAL = 0.1
 """Part of the largest patch that another one may have before it is unclear which is meant."""
+FEW = 4
+"""Columns of a patch that is hardly one."""
+AS_FAR = 0.5
+"""Pixels within which rows reach as far to the left."""
+CORNER = 0.6
+"""Pixels by which a patch recedes within two rows beyond the end of a wall; where it recedes less it is round."""
+STEEP = 2.0
+"""Slope above which an edge is not drawn on beyond its last column."""
 MOST_RUNS = 2_000_000
 
 
@@ -78,7 +86,7 @@ def _level(greys: Greys) -> float:
     dark[cut + 1 :] = 0.0
     light[: cut + 1] = 0.0
     medians = [float(np.searchsorted(np.cumsum(part), 0.5 * part.sum())) for part in (dark, light)]
-    if medians[1] - medians[0] < CONTRAST or not light.sum():
+    if medians[1] - medians[0] < CONTRAST or not (light.sum() and dark.sum()):
         hint = "make it a dark silhouette on white, or a light one on black"
         raise Unclear("no-silhouette", "it is of one grey all over", hint)
     return 0.5 * (medians[0] + medians[1])
@@ -141,29 +149,37 @@ def _walk(inside: Greys, mask: Mask) -> Array:
     # At the picture's border there is no crossing: the silhouette goes on beyond it.
     y = np.where(tops > 0, y - lower / np.where(tops > 0, lower - upper, 1.0), 0.0)
     points = np.column_stack([columns + 0.5, y])
-    left = _end(inside, mask, points[:2])
-    right = _end(
-        inside[:, ::-1], mask[:, ::-1], np.column_stack([mask.shape[1] - points[-2:, 0], points[-2:, 1]])[::-1]
-    )
-    right[0] = mask.shape[1] - right[0]
-    return np.vstack([left, points, right])
+    if len(points) > FEW:
+        # The outermost columns are covered in part only, unless the picture ends there, and seem to cross lower.
+        points = points[int(columns[0] > 0) : len(points) - int(columns[-1] < mask.shape[1] - 1)]
+    backwards = [mask.shape[1], 0.0] + points[::-1] * [-1.0, 1.0]
+    right = [mask.shape[1], 0.0] + _end(inside[:, ::-1], mask[:, ::-1], backwards)[::-1] * [-1.0, 1.0]
+    return np.vstack([_end(inside, mask, points), points, right])
 
 
-def _end(inside: Greys, mask: Mask, first: Array) -> Array:
-    """The leftmost point of a patch, the uppermost of those that are as far left, to a part of a pixel.
+def _end(inside: Greys, mask: Mask, edge: Array) -> Array:
+    """The points (k, 2) of a patch from its leftmost place to where its `edge` begins.
 
-    `first` are the two leftmost points of its edge.
+    A wall ends at its corner, what is round where it is leftmost.
     """
-    column = int(first[0, 0])
-    rows = np.flatnonzero(mask[:, column])
-    x = np.zeros(len(rows))
-    if column > 0:
-        within = inside[rows, column].astype(np.float64)
-        x = column + 0.5 - within / (within - inside[rows, column - 1].astype(np.float64))
-    row = rows[np.flatnonzero(x <= x.min() + 0.5)[0]]
-    at = float(x.min())
-    if abs(row + 0.5 - first[0, 1]) > 1.0:
-        return np.array([at, row + 0.5])
-    # The edge runs into the end: go on as it came.
-    slope = (first[1, 1] - first[0, 1]) / (first[1, 0] - first[0, 0]) if len(first) > 1 else 0.0
-    return np.array([at, first[0, 1] + float(np.clip(slope, -1.0, 1.0)) * (at - first[0, 0])])
+    rows = np.flatnonzero(mask.any(axis=1))
+    columns = np.argmax(mask[rows], axis=1)
+    within = inside[rows, columns].astype(np.float64)
+    before = inside[rows, np.maximum(columns - 1, 0)].astype(np.float64)
+    x = np.where(columns > 0, columns + 0.5 - within / np.where(columns > 0, within - before, 1.0), 0.0)
+    least = int(np.argmin(x))
+    run = least - np.argmin(np.append(x[: least + 1][::-1] <= x[least] + AS_FAR, False)) + 1
+    bottom = least + int(np.argmin(np.append(x[least:] <= x[least] + AS_FAR, False)))
+    is_round = x[least] > 0.0 and run >= 2 and x[run - 2] <= x[run] + CORNER
+    if not is_round:
+        at = float(np.median(x[run:bottom]))
+        near = edge[: FEW + 1]
+        slope = (near[-1, 1] - near[0, 1]) / (near[-1, 0] - near[0, 0]) if len(near) > 1 else 0.0
+        if abs(slope) > STEEP:
+            return np.array([[at, rows[run] + 0.5]])
+        # The edge runs into the wall as it came.
+        return np.array([[at, edge[0, 1] + slope * (at - edge[0, 0])]])
+    middle = (run + bottom - 1) // 2
+    way = np.arange(middle, -1, -1)
+    way = way[(x[way] < edge[0, 0]) & (rows[way] + 0.5 > edge[0, 1])]
+    return np.column_stack([x[way], rows[way] + 0.5]) if len(way) else np.array([[x[middle], rows[middle] + 0.5]])
