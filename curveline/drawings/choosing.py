@@ -43,9 +43,14 @@ def drawing_of(sketch: Sketch, how: HowToRead, name: str) -> Drawing:
     scale = _scale(sketch, how, points, name)
     if not sketch.unit:
         said.append(f"1 unit = {in_mm(scale)} mm, for a width of {how.width_mm:g} mm")
-    size = np.ptp(points, axis=0) * scale
-    said.append(f"{size_in_mm(float(size[0]), float(size[1]))} in all")
-    return Drawing(points * scale, name, ", ".join(each for each in said if each))
+    with np.errstate(over="ignore"):
+        points = points * scale
+    if not (np.abs(points) <= LARGEST).all():
+        message = f"for a width of {how.width_mm} mm it reaches farther than {LARGEST:g} m, where no display is"
+        refuse_line(name, pieces[0].line, "far-away", message, "move it to x = 0, or choose another width")
+    wide, high = map(float, np.ptp(points, axis=0))
+    said.append(f"{size_in_mm(wide, high)} in all")
+    return Drawing(points, name, ", ".join(each for each in said if each))
 
 
 def _near(sketch: Sketch, pieces: Sequence[Piece], name: str) -> float:

@@ -51,16 +51,16 @@ def read(data: bytes, how: HowToRead, name: str) -> Sketch:
     left_out: Counter[str] = Counter()
     count = 0
     for entity in document.modelspace():
-        layer = str(entity.dxf.get("layer", "0"))
-        if layer.lower() in hidden or entity.dxf.get("invisible", 0):
+        layer, handle = _told(entity, "layer", "0"), _told(entity, "handle", "")
+        if layer.lower() in hidden or _told(entity, "invisible", "0") != "0":
             left_out["hidden line"] += 1
         elif entity.dxftype() in NOTES:
             left_out[entity.dxftype()] += 1
-        elif not how.curve or how.curve in (entity.dxf.handle, layer):
+        elif not how.curve or how.curve in (handle, layer):
             pieces.append(_piece(entity, layer, error, name))
             count += len(pieces[-1].points)
         else:
-            pieces.append(Piece(np.zeros((2, 2)), (str(entity.dxf.handle), layer)))
+            pieces.append(Piece(np.zeros((2, 2)), (handle, layer)))
         if count > MOST_POINTS or len(pieces) > MOST_PIECES:
             refuse_file(name, "too-large", "its lines have too many points", "keep only the curve, and save it again")
     left = ", ".join(counted(number, what) for what, number in sorted(left_out.items()))
@@ -75,7 +75,7 @@ def _others(entity: Any) -> str:
     kinds: dict[str, set[str]] = {}
     for each in entity.doc.modelspace():
         if each.dxftype() not in NOTES:
-            kinds.setdefault(str(each.dxf.get("layer", "0")), set()).add(each.dxftype())
+            kinds.setdefault(_told(each, "layer", "0"), set()).add(each.dxftype())
     layers = [f"'{printable(layer[:60])}'" for layer, found in kinds.items() if found <= set(LINES)]
     return f", or name a layer of lines: --curve {', '.join(layers[:SHOWN])}" if layers else ""
 
@@ -121,9 +121,19 @@ def _unit(document: Any, how: HowToRead, name: str) -> tuple[float, str]:
     return size, f"{told}, 1 unit = {in_mm(size)} mm"
 
 
+def _told(entity: Any, key: str, otherwise: str) -> str:
+    """What an entity says of itself; kinds that nobody knows have no such thing."""
+    from ezdxf.lldxf.const import DXFError
+
+    try:
+        return str(entity.dxf.get(key, otherwise))
+    except DXFError:
+        return otherwise
+
+
 def _piece(entity: Any, layer: str, error: float, name: str) -> Piece:
     """An entity as a line in the plane of the drawing; InvalidInput for what is none."""
-    kind, handle = entity.dxftype(), str(entity.dxf.handle)
+    kind, handle = entity.dxftype(), _told(entity, "handle", "")
     what = f"{kind} {handle} on layer '{printable(layer[:40])}'"
     if kind == "INSERT":
         refuse_file(name, "block", f"{what} is a block", f"explode blocks first{_others(entity)}")

@@ -107,38 +107,47 @@ def _ellipse(entity: Any, error: float) -> Array:
 def _spline(curve: Any, error: float) -> Array:
     """Points of a B-spline: between two knots so many that its second derivative cannot take it farther away.
 
-    That derivative is a spline itself, and within its control points (Piegl and Tiller, The NURBS Book, 3.3).
+    A spline and its derivatives lie within their control points (Piegl and Tiller, The NURBS Book, 3.3). One with
+    weights is A / w, both of them splines, and C'' = (A'' - 2 w' C' - w'' C) / w (there, 4.8). ValueError for one that
+    is damaged, or would take too many points.
     """
     control = np.array([_xyz(each) for each in curve.control_points])
-    knots = np.array(curve.knots(), dtype=np.float64)
-    if not (np.isfinite(control).all() and np.isfinite(knots).all()):
+    weights = np.array(curve.weights() or [1.0] * len(control), dtype=np.float64)
+    knots, degree = np.array(curve.knots(), dtype=np.float64), int(curve.degree)
+    if not (np.isfinite(control).all() and np.isfinite(knots).all() and (weights > 0.0).all() and degree > 0):
         raise ValueError("a number of it is none")
     allowed = error or OF_WIDTH * float(np.max(np.ptp(control, axis=0)))
     if not allowed > 0.0:
         return control
-    if curve.is_rational:
-        return np.array([_xyz(each) for each in curve.flattening(allowed / 4.0, 16)])
-    degree = int(curve.degree)
-    bends = _second_derivative(control, knots, degree)
+    weights = weights / weights.min()
+    lifted = np.column_stack([weights[:, None] * (control - control.mean(axis=0)), weights])
+    slopes = _derivative(lifted, knots, degree)
+    bends = _derivative(slopes, knots[1:-1], degree - 1)
+    far = float(np.linalg.norm(control - control.mean(axis=0), axis=1).max())
     at = [knots[degree : degree + 1]]
     for k in range(degree, len(control)):
         wide = float(knots[k + 1] - knots[k])
         if wide > 0.0:
-            bend = float(np.max(bends[max(k - degree, 0) : max(k - 1, 1)], initial=0.0))
-            count = min(MOST, max(1, math.ceil(wide * math.sqrt(bend / (8.0 * allowed)))))
-            at.append(np.linspace(knots[k], knots[k + 1], count + 1)[1:])
+            slope, turn = _most(slopes[k - degree : k]), _most(bends[k - degree : k - 1])
+            bend = turn[0] + turn[1] * far + 2.0 * slope[1] * (slope[0] + slope[1] * far)
+            count = max(1.0, wide * math.sqrt(bend / (8.0 * allowed)))
+            if not count < MOST:
+                raise ValueError("it bends more sharply than a rod could")
+            at.append(np.linspace(knots[k], knots[k + 1], math.ceil(count) + 1)[1:])
     return np.array([_xyz(each) for each in curve.points(np.concatenate(at))])
 
 
-def _second_derivative(control: Array, knots: Array, degree: int) -> Array:
-    """The sizes of the control points of a spline's second derivative."""
-    for order in (1, 2):
-        if len(control) < 2 or degree < order:
-            return np.zeros(1)
-        first = knots[order : order + len(control) - 1]
-        last = knots[degree + 1 : degree + len(control)]
-        spans = (last - first)[:, None]
-        steps = (degree + 1 - order) * np.diff(control, axis=0)
-        control = np.divide(steps, spans, out=np.zeros_like(steps), where=spans > 0.0)
-    sizes: Array = np.linalg.norm(control, axis=1)
-    return sizes
+def _derivative(control: Array, knots: Array, degree: int) -> Array:
+    """The control points of a spline's derivative, whose knots are the same without the outermost."""
+    if degree < 1:
+        return np.zeros((0, control.shape[1]))
+    spans = (knots[degree + 1 : degree + len(control)] - knots[1 : len(control)])[:, None]
+    steps = degree * np.diff(control, axis=0)
+    return np.divide(steps, spans, out=np.zeros_like(steps), where=spans > 0.0)
+
+
+def _most(control: Array) -> tuple[float, float]:
+    """How large a spline of these control points can be, and how large its weight."""
+    if not len(control):
+        return 0.0, 0.0
+    return float(np.linalg.norm(control[:, :-1], axis=1).max()), float(np.abs(control[:, -1]).max())

@@ -24,8 +24,8 @@ UNSEEN = ("defs", "symbol", "clipPath", "mask", "pattern", "marker", "metadata",
 """Elements that are not drawn where they stand."""
 LEFT_OUT = ("text", "image", "foreignObject")
 """What is drawn, and is no line."""
-MOST_USES = 100_000
-"""Elements that are met on the way, those that are used again counted again."""
+MOST_USED = 10_000
+"""Elements that are drawn because others use them, each time that they do."""
 LONGEST_STYLE = 100_000
 """Letters of a style sheet that are looked at."""
 _CLASS = re.compile(r"(?:^|,)\s*\.([\w-]+)\s*(?=,|$)")
@@ -153,19 +153,23 @@ class _Walker:
     def shapes(self, matrix: Array) -> Iterator[tuple[Element, Array, tuple[str, ...]]]:
         """Every shape that is drawn, its matrix to the page, and its names from its own to its outermost group's."""
         pending = [_Visit(each, matrix) for each in reversed(self.root.children)]
-        count = 0
+        used = 0
         while pending:
             visit = pending.pop()
-            count += 1
             element = visit.element
-            if count > MOST_USES:
-                hint = "keep only the curve, and save it again"
-                refuse_line(self.name, element.line, "too-large", f"more than {MOST_USES} elements are drawn", hint)
+            used += bool(visit.using)
+            if used > MOST_USED:
+                message, hint = (
+                    f"more than {MOST_USED} elements are used again",
+                    "keep only the curve, and save it again",
+                )
+                refuse_line(self.name, element.line, "too-large", message, hint)
             if element.tag in UNSEEN and not (visit.using and element.tag == "symbol"):
                 continue
             if self._is_hidden(element):
                 continue
-            visit = replace(visit, matrix=after(visit.matrix, self._transform(element)))
+            if element.get("transform"):
+                visit = replace(visit, matrix=after(visit.matrix, self._transform(element)))
             if element.tag in SHAPES:
                 yield element, visit.matrix, (*self._names(element), *visit.groups)
             elif element.tag in LEFT_OUT:

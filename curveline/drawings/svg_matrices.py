@@ -22,7 +22,9 @@ _COUNTS = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3
 
 def after(outer: Array, inner: Array) -> Array:
     """The matrix of doing the inner one first."""
-    return np.column_stack([outer[:, :2] @ inner[:, :2], outer[:, :2] @ inner[:, 2] + outer[:, 2]])
+    # A page in a page may be infinitely large: whoever puts a line on it refuses that.
+    with np.errstate(all="ignore"):
+        return np.column_stack([outer[:, :2] @ inner[:, :2], outer[:, :2] @ inner[:, 2] + outer[:, 2]])
 
 
 def shift(x: float, y: float) -> Array:
@@ -69,9 +71,14 @@ def viewport(place: tuple[float, float, float, float], box: tuple[float, float, 
     """The matrix that puts a viewBox into a place, both left, top, width and height (SVG 2, section 8.2)."""
     words = aspect.split()
     align = words[0] if words else "xMidYMid"
-    scales = np.array([place[2] / box[2], place[3] / box[3]])
+    with np.errstate(all="ignore"):
+        return _viewport(np.array(place), np.array(box), align, is_slice=words[1:] == ["slice"])
+
+
+def _viewport(place: Array, box: Array, align: str, *, is_slice: bool) -> Array:
+    scales = place[2:] / box[2:]
     if align != "none":
-        scales[:] = scales.max() if words[1:] == ["slice"] else scales.min()
+        scales[:] = scales.max() if is_slice else scales.min()
     matrix = np.zeros((2, 3))
     for axis, word in enumerate(("x", "Y")):
         matrix[axis, axis] = scales[axis]

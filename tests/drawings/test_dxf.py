@@ -104,7 +104,7 @@ def raised(space: Any) -> None:
 
 
 def in_space(space: Any) -> None:
-    space.add_polyline3d([(500 * t, 250 * np.sqrt(1 - (2 * t - 1) ** 2), 3.0) for t in np.linspace(0, 1, 20001)])
+    space.add_polyline3d([(250 - 250 * np.cos(t), 250 * np.sin(t), 3.0) for t in np.linspace(0, np.pi, 2001)])
 
 
 def rational(space: Any) -> None:
@@ -129,6 +129,24 @@ HALF = arc((250, 0), 250, 180, 0)
 )
 def test_one_entity(draw: Draw, truth: Any, saved: Callable[..., Path]) -> None:
     assert off(read_drawing(saved(draw)), truth) < EXACT
+
+
+def test_weights_of_a_spline_count(saved: Callable[..., Path]) -> None:
+    points = np.array([[0, 0, 0], [100, 200, 0], [200, -100, 0], [300, 150, 0], [500, 0, 0]], dtype=float)
+    weights = [1, 5, 0.5, 2, 1]
+    path = saved(lambda space: space.add_rational_spline(points, weights, degree=3))
+    curve = ezdxf.math.BSpline(points, order=4, weights=weights)
+    truth = np.array([(p.x, p.y) for p in curve.approximate(20_000)])
+    drawing = read_drawing(path)
+    assert off(drawing, truth) < EXACT
+    assert len(drawing.points) < 5000
+
+
+def test_a_spline_that_no_points_could_follow_is_refused(saved: Callable[..., Path]) -> None:
+    def draw(space: Any) -> None:
+        space.add_rational_spline([(0, 0), (250, 90), (500, 0)], [1, 1e9, 1], degree=2)
+
+    assert refusal(saved(draw))[0] == "damaged"
 
 
 @pytest.mark.parametrize("degree", [2, 3, 5])

@@ -87,6 +87,7 @@ def test_all_lines_that_are_no_points_are_told(write: Write) -> None:
         (b"x_mm,y_mm\n0,\xff\n", {}, "encoding"),
         (b"x_mm,y_mm\n0,\0\n", {}, "encoding"),
         ("x,y\n5,5\n5,9", {"width_mm": 500.0}, "no-width"),
+        ("x,y\n0,0\n1,1e300\n1e-10,0", {"width_mm": 500.0}, "far-away"),
     ],
 )
 def test_what_is_no_curve_is_refused(text: str | bytes, how: dict[str, object], code: str, write: Write) -> None:
