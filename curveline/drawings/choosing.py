@@ -19,6 +19,8 @@ from curveline.units import mm, to_mm
 
 FLOAT = 1e-14
 """Part of a coordinate that is noise."""
+MOST_LETTERS = 100
+"""Of a name that is told."""
 SHOWN = 12
 """Names of curves that are told."""
 
@@ -187,7 +189,7 @@ def _edge(line: Chain, how: HowToRead, first: Piece, name: str) -> Array:
 
 
 def _quoted(text: str) -> str:
-    return f"'{printable(text[:60])}'"
+    return f"'{printable(text[:MOST_LETTERS])}'"
 
 
 def _listed(names: Sequence[str]) -> str:

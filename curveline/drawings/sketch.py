@@ -48,8 +48,8 @@ class HowToRead:
     """What a file does not say, or says more than once.
 
     `unit` is what a unit of the file is; `curve` names one of several; `edge`, "upper" or "lower", is the side of an
-    outline or of a silhouette; `width_mm` is how wide the curve is, whatever the file says, and only where nobody can
-    know it otherwise. InvalidInput for what makes no sense.
+    outline or of a silhouette; `width_mm` is how wide the curve is, whatever the file says. InvalidInput for what makes
+    no sense.
     """
 
     unit: str = ""
