@@ -86,7 +86,7 @@ def _document(data: bytes, name: str) -> Any:
 
     if data.startswith(b"AutoCAD Binary DXF"):
         refuse_file(name, "binary", "this is a binary DXF file", "save it as DXF in text (ASCII)")
-    if data.split()[-2:] != [b"0", b"EOF"]:
+    if data[-100:].split()[-2:] != [b"0", b"EOF"]:
         hint = "it was not copied or saved to its end: save it again"
         refuse_file(name, "cut-off", "the file ends before its drawing does", hint)
     logger = logging.getLogger("ezdxf")

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from curveline.drawings.drawing import Array
+from curveline.drawings.drawing import MOST_POINTS, Array
 from curveline.drawings.flattening import MOST, flat_conic
 from curveline.drawings.sketch import OF_WIDTH
 
+STRAIGHT = 1e-9
+"""A bulge that makes an arc of no height: its middle would be so far away that places are lost."""
 FULL_TURN = 2.0 * math.pi
 SPLINE_FRAME = 16
 """Flag of a vertex that steers a polyline which was made a spline, and is not on it."""
@@ -56,11 +58,11 @@ def _bulged(rows: Array, error: float, *, is_closed: bool) -> Array:
     """Points (k, 2) of a polyline whose rows are x, y and the bulge of the arc to the next: tan(angle / 4)."""
     if is_closed and len(rows):
         rows = np.vstack([rows, rows[:1]])
-    parts = [rows[:1, :2]]
+    parts, count = [rows[:1, :2]], 0
     for here, there in pairwise(rows):
         bulge = float(here[2])
         chord = there[:2] - here[:2]
-        if bulge == 0.0 or not np.any(chord):
+        if abs(bulge) < STRAIGHT or not np.any(chord):
             parts.append(there[None, :2])
             continue
         left = np.array([-chord[1], chord[0]])
@@ -70,6 +72,9 @@ def _bulged(rows: Array, error: float, *, is_closed: bool) -> Array:
         arc = flat_conic(center, axes, (0.0, 4.0 * math.atan(bulge)), error)[1:]
         arc[-1] = there[:2]
         parts.append(arc)
+        count += len(arc)
+        if count > MOST_POINTS:
+            raise ValueError(f"it takes more than {MOST_POINTS} points")
     return np.vstack(parts)
 
 
@@ -124,7 +129,7 @@ def _spline(curve: Any, error: float) -> Array:
     slopes = _derivative(lifted, knots, degree)
     bends = _derivative(slopes, knots[1:-1], degree - 1)
     far = float(np.linalg.norm(control - control.mean(axis=0), axis=1).max())
-    at = [knots[degree : degree + 1]]
+    at, total = [knots[degree : degree + 1]], 0
     for k in range(degree, len(control)):
         wide = float(knots[k + 1] - knots[k])
         if wide > 0.0:
@@ -133,6 +138,9 @@ def _spline(curve: Any, error: float) -> Array:
             count = max(1.0, wide * math.sqrt(bend / (8.0 * allowed)))
             if not count < MOST:
                 raise ValueError("it bends more sharply than a rod could")
+            total += math.ceil(count)
+            if total > MOST_POINTS:
+                raise ValueError(f"it takes more than {MOST_POINTS} points")
             at.append(np.linspace(knots[k], knots[k + 1], math.ceil(count) + 1)[1:])
     return np.array([_xyz(each) for each in curve.points(np.concatenate(at))])
 

@@ -16,7 +16,7 @@ from curveline.system.files import AnyPath, read_file, refuse_file
 MAX_BYTES: Mapping[str, int] = {
     "CSV": 64_000_000,
     "SVG": 16_000_000,
-    "DXF": 32_000_000,
+    "DXF": 16_000_000,
     "PNG": 64_000_000,
     "JPEG": 64_000_000,
 }

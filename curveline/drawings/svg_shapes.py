@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from curveline.drawings.drawing import Array
+from curveline.drawings.drawing import MOST_POINTS, Array
 from curveline.drawings.flattening import flat_bezier, flat_conic
 from curveline.drawings.lengths import UNITS
 from curveline.drawings.xml_tree import Element
@@ -123,11 +123,15 @@ def _path(text: str, error: float) -> list[Array]:
     if len(path) > MOST_SEGMENTS:
         raise ValueError(f"its path has more than {MOST_SEGMENTS} segments")
     parts: list[list[Array]] = []
+    points = 0
     for segment in path:
         if isinstance(segment, svgelements.Move) or not parts:
             parts.append([_xy(segment.end)[None, :]])
         if not isinstance(segment, svgelements.Move):
             parts[-1].append(_segment(segment, error))
+        points += len(parts[-1][-1])
+        if points > MOST_POINTS:
+            raise ValueError(f"its path takes more than {MOST_POINTS} points")
         if isinstance(segment, svgelements.Close):
             parts.append([_xy(segment.end)[None, :]])
     lines = [np.vstack(part) for part in parts]

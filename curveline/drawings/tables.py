@@ -18,7 +18,8 @@ MAX_SHOWN = 20
 """Problems of a file that are listed."""
 CURVE = "curve"
 """The column that names the curve which a point is of."""
-SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
+SEPARATORS = ("\t", ";", ",")
+LONGEST_LINE = 10_000
 
 
 def read(data: bytes, how: HowToRead, name: str) -> Sketch:
@@ -30,6 +31,8 @@ def read(data: bytes, how: HowToRead, name: str) -> Sketch:
     lines = decode_text(data, name).splitlines()
     if len(lines) > MOST_POINTS + 1:
         refuse_file(name, "too-large", f"it has more than {MOST_POINTS} lines", "leave out points")
+    if max(map(len, lines), default=0) > LONGEST_LINE:
+        refuse_file(name, "too-large", f"it has lines of more than {LONGEST_LINE} letters", "give a point per line")
     header = lines[0] if lines else ""
     separator = next((each for each in SEPARATORS if each in header), ",")
     cells = [cell.strip() for cell in _cells(header, separator)]
