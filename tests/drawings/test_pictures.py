@@ -222,3 +222,16 @@ def test_what_is_left_of_a_picture_is_refused(kind: str, tmp_path: Path) -> None
     path = tmp_path / f"cut.{kind}"
     path.write_bytes(stream.getvalue()[: len(stream.getvalue()) // 2])
     assert refusal(path, width_mm=500.0)[0] in ("cut-off", "damaged")
+
+
+def test_a_photo_that_is_blurred_and_unevenly_lit(tmp_path: Path) -> None:
+    random = np.random.default_rng(7)
+    values = grey(hill)
+    for axis in (0, 1, 0, 1):
+        values = sum(np.roll(values, k, axis) for k in range(-2, 3)) / 5.0
+    values[:8], values[-8:] = grey(hill)[:8], grey(hill)[-8:]
+    values[:, :8], values[:, -8:] = grey(hill)[:, :8], grey(hill)[:, -8:]
+    values = values * np.linspace(0.85, 1.0, WIDE) + random.normal(0.0, 3.0, values.shape)
+    drawing = edge(saved(tmp_path / "photo.jpg", values, quality=85))
+    y = np.interp(HILL[:, 0], *drawing.points.T * 1e3)
+    assert np.sqrt(np.mean((y - HILL[:, 1]) ** 2)) < 0.6

@@ -254,3 +254,10 @@ def test_what_cannot_be_read_is_refused(text: str, code: str, write: Write) -> N
 
 def test_a_width_for_a_curve_without_width(write: Write) -> None:
     assert refusal(write("wall.svg", svg('<path d="M5 0v100"/>')), width_mm=500.0)[0] == "no-width"
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "iso-8859-1", "windows-1252"])
+def test_other_encodings(encoding: str, write: Write) -> None:
+    text = f'<?xml version="1.0" encoding="{encoding}"?>' + svg('<path id="Hügel" d="M0 100h500"/>')
+    drawing = read_drawing(write("a.svg", text.encode(encoding)), HowToRead(curve="Hügel"))
+    assert drawing.points[-1, 0] == pytest.approx(0.5)
