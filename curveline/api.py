@@ -350,6 +350,7 @@ def write(
     |---|---|
     | `ShapeReport`, a sequence of them, `ShapeBatch` | .json, .npz, .csv, .svg, .png, .pdf |
     | `Plan` | .json, to be sent or played; .svg, .png, .pdf, .gif |
+    | `Fit` | .toml, the shape; .json, .svg, .png, .pdf |
     | `Loading`, `LoadMap` | .json, .svg, .png, .pdf |
     | `SnapFall` | .gif, .svg, .png, .pdf |
     | `BenchReport` | .json, .svg, .png, .pdf |
@@ -376,10 +377,11 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
     """The kind of a result, and what its encoders take."""
     from curveline.bench.report import BenchReport
     from curveline.displays.of_plan import display_of
+    from curveline.fitting.fit import Fit
     from curveline.loading.falling import SnapFall
     from curveline.loading.load_map import LoadMap
     from curveline.loading.snap_through import Loading
-    from curveline.outputs import FALL, LOADING, PLAN, PLAN_FILE, SIMULATION, TRADE
+    from curveline.outputs import FALL, FIT, LOADING, PLAN, PLAN_FILE, SIMULATION, TRADE
     from curveline.plan_file import Plan
     from curveline.simulation.results import ShapeReport
     from curveline.simulation.shape_batch import ShapeBatch
@@ -387,6 +389,8 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
     if isinstance(result, Plan):
         is_plan = PLAN.suffix_of(path) == PLAN_FILE
         return PLAN, (result,) if is_plan else (result, display_of(result), lambda done: None)
+    if isinstance(result, Fit):
+        return FIT, (result, path)
     if isinstance(result, Loading | LoadMap):
         return LOADING, (result,)
     if isinstance(result, SnapFall | BenchReport):

@@ -28,6 +28,7 @@ TABLES = {
     "DisplayCheck",
     "DisplayStatus",
     "DryRun",
+    "Fit",
     "Halting",
     "PoseStates",
     "RodNow",
@@ -69,6 +70,7 @@ def made(runs: Path) -> Iterator[Any]:
     yield (loading := curveline.load(shape, curveline.Push(at=0.4, step=4.0)))
     yield curveline.fall(loading)
     yield curveline.load_map(shape, points=3)
+    yield curveline.fit([(0.0, 0.0), (0.25, 0.1), (0.5, 0.0)], "mine.toml", curveline.FitRequest(name=HOSTILE))
     yield curveline.check_display("mine.toml")
     curveline.new_keys()
     with curveline.connect("mock:keys", "mine.toml", runs=runs) as session:

@@ -13,8 +13,8 @@ from curveline.bench.measurement import Measurement
 from curveline.drawings.drawing import Drawing
 from curveline.fitting.cutting import cut_at_rails
 from curveline.fitting.fit import EFFORTS, MARGIN, PART, QUICK, FitRequest, fit_drawing
-from curveline.fitting.row import Room, Wanted
-from curveline.fitting.search import Effort, search
+from curveline.fitting.row import Reserve, Wanted
+from curveline.fitting.search import FitEffort, search
 from curveline.fitting.starts import level_rod
 from curveline.scene import Display
 from curveline.shapes.files import read_display
@@ -23,8 +23,8 @@ from curveline.units import mm, to_mm
 SEED = 20_000
 LONE, ROW, LONG = "single", "quad", 16
 """Displays that are fitted, and how many segments a long one has."""
-BRUTE_LONE = Effort(lone=60, alone=1, row=1, agreeing=10_000)
-BRUTE_ROW = Effort(lone=20, alone=20, row=20, agreeing=10_000)
+BRUTE_LONE = FitEffort(lone=60, alone=1, row=1, agreeing=10_000)
+BRUTE_ROW = FitEffort(lone=20, alone=20, row=20, agreeing=10_000)
 """What fits are held against."""
 OTHER_SEED = 2
 NEAR = mm(0.05)
@@ -34,7 +34,7 @@ NEAR_PART, NEAR_REST = 0.01, mm(0.02)
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldAgainst:
     """What came of fits to some drawings: times [s], and which were as near as the best of many starts."""
 
     seconds: tuple[float, ...]
@@ -50,19 +50,19 @@ class Held:
         return float(np.mean(self.found))
 
 
-def held(display: Display, drawn: Iterable[Drawing], brute: Effort, *slack: float) -> Held:
+def held(display: Display, drawn: Iterable[Drawing], brute: FitEffort, *slack: float) -> HeldAgainst:
     """Fits to some drawings, held against the best of many starts: what is off by a part and a rest more is found."""
     rod = level_rod(display).extensible()
     seconds, found = [], []
     for drawing in drawn:
-        wanted = Wanted(display, rod.bearing, *cut_at_rails(drawing, display), Room(MARGIN, PART))
+        wanted = Wanted(display, rod.bearing, *cut_at_rails(drawing, display), Reserve(MARGIN, PART))
         begin = time.process_time()
         quick = search(wanted, rod, EFFORTS[QUICK], 1)
         seconds.append(time.process_time() - begin)
         rows = (*search(wanted, rod, brute, OTHER_SEED).rows, *quick.rows)
         best = min((row.rms for row in rows), default=np.inf)
         found.append(bool(quick.rows) and quick.rows[0].rms <= best * (1.0 + slack[0]) + slack[1])
-    return Held(tuple(seconds), tuple(found))
+    return HeldAgainst(tuple(seconds), tuple(found))
 
 
 def rows(curves: int = 60, seed: int = SEED) -> Iterator[Measurement]:
@@ -93,7 +93,7 @@ def _long(row: Display, seed: int) -> Measurement:
     spent = []
     for drawing in drawings(display, "unreachable", 3, seed):
         begin = time.process_time()
-        wanted = Wanted(display, clamped.bearing, *cut_at_rails(drawing, display), Room(MARGIN, PART))
+        wanted = Wanted(display, clamped.bearing, *cut_at_rails(drawing, display), Reserve(MARGIN, PART))
         search(wanted, clamped, EFFORTS[QUICK], 1)
         spent.append(time.process_time() - begin)
     return Measurement(f"fit, {LONG} segments", float(np.median(spent)), "s", "< 2", "median of 3 drawings")

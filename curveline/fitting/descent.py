@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from curveline.fitting.row import Array, Held, Row, Wanted, limits_of, row_at, within
+from curveline.fitting.row import Array, FittedRow, HeldState, Wanted, limits_of, row_at, within
 
 HOLDING_OFF = 0.05, 0.5, 5.0
 """What a limit that is missed by 1 counts for [m]: first, and where that does not do."""
@@ -28,7 +28,7 @@ HARDER, EASIER = 6.0, 0.2
 """What damping is multiplied by after a step that did not lead downhill, and one that did."""
 
 
-def descended(wanted: Wanted, numbers: Array, held: Sequence[Held]) -> Row | None:
+def descended(wanted: Wanted, numbers: Array, held: Sequence[HeldState]) -> FittedRow | None:
     """The row that steps downhill lead to from some numbers, and that meets the limits; None if none does."""
     row = row_at(wanted, within(wanted, numbers), held)
     for weight in HOLDING_OFF:
@@ -40,7 +40,7 @@ def descended(wanted: Wanted, numbers: Array, held: Sequence[Held]) -> Row | Non
     return None
 
 
-def _downhill(wanted: Wanted, row: Row, weight: float) -> Row:
+def _downhill(wanted: Wanted, row: FittedRow, weight: float) -> FittedRow:
     """Where steps downhill lead to, missed limits counting by their weight [m]."""
     damping, square = FIRST_DAMPING, _square(row, weight)
     for _ in range(ITERATIONS):
@@ -60,13 +60,13 @@ def _downhill(wanted: Wanted, row: Row, weight: float) -> Row:
     return row
 
 
-def _square(row: Row, weight: float) -> float:
+def _square(row: FittedRow, weight: float) -> float:
     """The mean square distance, and what missed limits count for [m^2]."""
     missed = weight * np.maximum(row.asks, 0.0)
     return float(row.off @ row.off + missed @ missed)
 
 
-def _step(wanted: Wanted, row: Row, weight: float, damping: float) -> Array:
+def _step(wanted: Wanted, row: FittedRow, weight: float, damping: float) -> Array:
     """A damped step within the limits of the numbers, which counts the limits that it would miss."""
     matrix, gradient = row.curvature.copy(), row.gradient
     matrix[np.diag_indices_from(matrix)] += damping * (np.diag(matrix) + 1e-9)

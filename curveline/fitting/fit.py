@@ -16,11 +16,11 @@ from curveline.drawings.drawing import Drawing
 from curveline.errors import Infeasible, InvalidInput
 from curveline.fitting.bounds import Bounds, bounds_of
 from curveline.fitting.cutting import cut_at_rails, resampled
-from curveline.fitting.measured import Measured, in_frame, measured
+from curveline.fitting.measured import MeasuredShape, in_frame, measured
 from curveline.fitting.minimax import flattened
 from curveline.fitting.reasons import ActiveLimit, Miss, active_limits, misses_of
-from curveline.fitting.row import STABILITY, Array, Room, Row, Wanted, parts_of, row_at
-from curveline.fitting.search import SAME, Effort, Search, search
+from curveline.fitting.row import STABILITY, Array, FittedRow, Reserve, Wanted, parts_of, row_at
+from curveline.fitting.search import SAME, FitEffort, RowSearch, search
 from curveline.fitting.starts import level_rod
 from curveline.listening import SILENT, Listener
 from curveline.notebook import html_of
@@ -32,14 +32,14 @@ from curveline.scene import PEAK, Display, Node, Scene, Segment
 from curveline.units import to_deg, to_mm
 
 QUICK, THOROUGH = "quick", "thorough"
-EFFORTS = {QUICK: Effort(12, 6, 9, 5), THOROUGH: Effort(60, 20, 20, 60)}
+EFFORTS = {QUICK: FitEffort(12, 6, 9, 5), THOROUGH: FitEffort(60, 20, 20, 60)}
 RMS, MAX = "rms", "max"
 MINIMISED = (RMS, MAX)
 MARGIN = 0.12
 """Part of `STIFFEST` that the lowest eigenvalue of every state keeps: with less, plans fail more often."""
 PART = 0.92
 """Of what rod and motors can give, that a shape asks for at most: the way there asks for more."""
-ROOMIER = Room(margin=0.2, part=0.75), Room(margin=0.4, part=0.55)
+ROOMIER = Reserve(margin=0.2, part=0.75), Reserve(margin=0.4, part=0.55)
 """What is left for the way where no row that leaves less has a plan."""
 LEAST_MARGIN = 0.05
 """What plans keep of it anyway."""
@@ -126,7 +126,7 @@ def fit_drawing(
     cut = cut_at_rails(drawing, display)
     listener.computing()
     rod = level_rod(display).extensible()
-    wanted = Wanted(display, rod.bearing, cut.pieces, cut.fine, Room(request.margin, PART))
+    wanted = Wanted(display, rod.bearing, cut.pieces, cut.fine, Reserve(request.margin, PART))
     fitting = _Fitting(wanted, rod, request, drawing)
     met = fitting.searched(listener)
     candidates = fitting.candidates(met)
@@ -157,12 +157,12 @@ class _Fitting:
     request: FitRequest
     drawing: Drawing
 
-    def searched(self, listener: Listener) -> Search:
+    def searched(self, listener: Listener) -> RowSearch:
         """The rows that starts lead to."""
         with listener.progress("fitting, starts", None) as heard:
             return search(self.wanted, self.rod, EFFORTS[self.request.effort], self.request.seed, heard)
 
-    def candidates(self, met: Search) -> list[Measured]:
+    def candidates(self, met: RowSearch) -> list[MeasuredShape]:
         """The nearest distinct rows as shapes, measured; the nearest first.
 
         Where the largest distance is to be small, it is made so of each of them.
@@ -174,7 +174,7 @@ class _Fitting:
         found = [shown for row in rows if (shown := measured(self.wanted, name, row)) is not None]
         return sorted(found, key=lambda each: each.rms if self.request.minimise == RMS else each.max)
 
-    def _flattened(self, row: Row) -> Row:
+    def _flattened(self, row: FittedRow) -> FittedRow:
         """The row near one whose largest distance is small; corners of the drawing count."""
         dense = self.wanted._replace(pieces=tuple(resampled(each, DENSE) for each in self.wanted.fine))
         there = row_at(dense, row.numbers, row.held)
@@ -183,7 +183,9 @@ class _Fitting:
         flat = flattened(dense, there)
         return row_at(self.wanted, flat.numbers, flat.held) or row
 
-    def planned(self, candidates: Sequence[Measured], listener: Listener) -> tuple[Plan | None, str, Measured]:
+    def planned(
+        self, candidates: Sequence[MeasuredShape], listener: Listener
+    ) -> tuple[Plan | None, str, MeasuredShape]:
         """The nearest of some candidates that has a plan from home; without, why the nearest has none.
 
         Where none has, rows with more room for a plan are sought.
@@ -199,7 +201,7 @@ class _Fitting:
         return (plan, "", found) if plan is not None else (None, refusal, candidates[0])
 
 
-def _first_planned(candidates: Sequence[Measured], listener: Listener) -> tuple[Plan | None, str, Measured]:
+def _first_planned(candidates: Sequence[MeasuredShape], listener: Listener) -> tuple[Plan | None, str, MeasuredShape]:
     """The first of some candidates that has a plan from home; without, why the first has none."""
     refusal = ""
     for found in candidates:
@@ -211,7 +213,7 @@ def _first_planned(candidates: Sequence[Measured], listener: Listener) -> tuple[
     return None, refusal, candidates[0]
 
 
-def _told(fitting: _Fitting, best: Measured, met: Search) -> Fit:
+def _told(fitting: _Fitting, best: MeasuredShape, met: RowSearch) -> Fit:
     """All that is said of the best candidate."""
     wanted = fitting.wanted
     limits = active_limits(wanted, best.row)
@@ -238,7 +240,7 @@ def _told(fitting: _Fitting, best: Measured, met: Search) -> Fit:
     )
 
 
-def _sensitivity(wanted: Wanted, row: Row) -> Sensitivity:
+def _sensitivity(wanted: Wanted, row: FittedRow) -> Sensitivity:
     """Of the distances of a row."""
     count, roots = wanted.nodes, row.numbers[2 * wanted.nodes :]
     most = np.abs(row.slopes() / parts_of(wanted)[:, None]).max(axis=0)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.fitting.row import Array, Row, Wanted, lengths_of
+from curveline.fitting.row import Array, FittedRow, Wanted, lengths_of
 from curveline.rod.branches.drawn import misfits
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import PEAK, STRAIGHT, VALLEY, Node, Scene, Segment
@@ -52,10 +52,10 @@ def mean_square(points: Array, off: Array) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MeasuredShape:
     """A row as a shape, with the curves (POINTS, 2) [m] of its wanted states in the display's frame, by segments."""
 
-    row: Row
+    row: FittedRow
     scene: Scene
     states: tuple[Equilibrium, ...]
     curves: tuple[Array, ...]
@@ -72,7 +72,7 @@ class Measured:
         return max(float(max(gaps.there.max(), gaps.back.max())) for gaps in self.gaps)
 
 
-def measured(wanted: Wanted, name: str, row: Row) -> Measured | None:
+def measured(wanted: Wanted, name: str, row: FittedRow) -> MeasuredShape | None:
     """A row as a shape of a name, in the states whose simulated curves are nearest; None if one has none."""
     scene, span = _scene(wanted, name, row), wanted.display.span
     segments, states, curves, gaps = [], [], [], []
@@ -88,10 +88,10 @@ def measured(wanted: Wanted, name: str, row: Row) -> Measured | None:
         states.append(meant[nearest])
         curves.append(seen[nearest] + np.array([place * span, 0.0]))
         gaps.append(off[nearest])
-    return Measured(row, replace(scene, segments=tuple(segments)), tuple(states), tuple(curves), tuple(gaps))
+    return MeasuredShape(row, replace(scene, segments=tuple(segments)), tuple(states), tuple(curves), tuple(gaps))
 
 
-def _scene(wanted: Wanted, name: str, row: Row) -> Scene:
+def _scene(wanted: Wanted, name: str, row: FittedRow) -> Scene:
     """A row as a shape, its numbers as a file has them; the states have no names yet."""
     count = wanted.nodes
     heights, angles = row.numbers[:count], row.numbers[count : 2 * count]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from curveline.fitting.descent import MET
-from curveline.fitting.row import Array, Row, Wanted, limits_of, parts_of, row_at, within
+from curveline.fitting.row import Array, FittedRow, Wanted, limits_of, parts_of, row_at, within
 
 FIRST_TRUST, LEAST_TRUST, MOST_TRUST = 0.05, 2e-6, 0.3
 """By how much numbers may change in a step, in m, rad and roots of the excess."""
@@ -23,7 +23,7 @@ COUNTS = 5.0
 """What a limit that is missed by 1 counts for [m]."""
 
 
-def flattened(wanted: Wanted, row: Row) -> Row:
+def flattened(wanted: Wanted, row: FittedRow) -> FittedRow:
     """The row that steps lead to from one, with a smaller largest distance, or itself; limits are kept."""
     trust, worth = FIRST_TRUST, _worth(wanted, row)
     for _ in range(STEPS):
@@ -41,17 +41,17 @@ def flattened(wanted: Wanted, row: Row) -> Row:
     return row
 
 
-def largest_off(wanted: Wanted, row: Row) -> float:
+def largest_off(wanted: Wanted, row: FittedRow) -> float:
     """The largest distance of a row [m]."""
     return float(np.max(np.abs(row.off) / parts_of(wanted)))
 
 
-def _worth(wanted: Wanted, row: Row) -> float:
+def _worth(wanted: Wanted, row: FittedRow) -> float:
     """The largest distance, and what the most missed limit counts for [m]."""
     return largest_off(wanted, row) + COUNTS * max(float(row.asks.max()) - 0.5 * MET, 0.0)
 
 
-def _programme(wanted: Wanted, row: Row, trust: float) -> tuple[Array, float]:
+def _programme(wanted: Wanted, row: FittedRow, trust: float) -> tuple[Array, float]:
     """The step to where the largest distance is smallest, were all straight; and what it would come to there [m]."""
     # Not at the top: it takes a tenth of a second to import, which most fits do without.
     from scipy.optimize import linprog

@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curveline.fitting.descent import descended
-from curveline.fitting.measured import Measured
+from curveline.fitting.measured import MeasuredShape
 from curveline.fitting.row import (
     MOTORS,
     ROD,
     STABILITY,
     STRAIN,
     Array,
-    Ask,
-    Row,
+    FittedRow,
+    RowAsk,
     Wanted,
     asked,
     lengths_of,
@@ -61,14 +61,14 @@ class ActiveLimit:
     costs: float | None
 
 
-def active_limits(wanted: Wanted, row: Row) -> tuple[ActiveLimit, ...]:
+def active_limits(wanted: Wanted, row: FittedRow) -> tuple[ActiveLimit, ...]:
     """The limits at which a row stands, those that cost most first."""
     found = [*_of_numbers(wanted, row), *_of_asks(wanted, row)]
     priced = [replace(each, costs=_cost(wanted, row, each.name)) for each in found]
     return tuple(sorted(priced, key=lambda each: -(each.costs or 0.0)))
 
 
-def _of_numbers(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
+def _of_numbers(wanted: Wanted, row: FittedRow) -> Iterator[ActiveLimit]:
     """Limits of heights, angles and lengths."""
     count, limits = wanted.nodes, wanted.display.limits
     low, high = limits_of(wanted, row.numbers)
@@ -85,13 +85,13 @@ def _of_numbers(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
                 yield ActiveLimit(name, unit(value), places if of_nodes else (), () if of_nodes else places, None)
 
 
-def _is_of_display(wanted: Wanted, row: Row, places: tuple[int, ...], value: float) -> bool:
+def _is_of_display(wanted: Wanted, row: FittedRow, places: tuple[int, ...], value: float) -> bool:
     """True if a length stands at what the display allows, not at the least that is no straight rod."""
     lengths = lengths_of(wanted, row.numbers)
     return any(abs(float(lengths[place - 1]) - value) < AT_LIMIT for place in places)
 
 
-def _of_asks(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
+def _of_asks(wanted: Wanted, row: FittedRow) -> Iterator[ActiveLimit]:
     """Limits of stability, strain, motors and rod."""
     display = wanted.display
     values = {
@@ -102,7 +102,7 @@ def _of_asks(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
         MOTORS[2]: ("drive.max_moment_Nmm", to_nmm(display.drive.max_moment)),
         ROD: ("rod.total_length_mm", to_mm(display.rod.total_length)),
     }
-    found: dict[str, list[Ask]] = {}
+    found: dict[str, list[RowAsk]] = {}
     for ask, missed in zip(asked(wanted), row.asks.tolist(), strict=True):
         if missed > -ACTIVE * (wanted.room.margin if ask.kind == STABILITY else 1.0):
             found.setdefault(values[ask.kind][0], []).append(ask)
@@ -113,7 +113,7 @@ def _of_asks(wanted: Wanted, row: Row) -> Iterator[ActiveLimit]:
         yield ActiveLimit(name, value, nodes, segments, None)
 
 
-def _cost(wanted: Wanted, row: Row, name: str) -> float | None:
+def _cost(wanted: Wanted, row: FittedRow, name: str) -> float | None:
     """By how much the distance falls without a limit [m]; None if no such row is met from where this one stands."""
     there = descended(_without(wanted, name), row.numbers, row.held)
     return None if there is None else max(row.rms - there.rms, 0.0)
@@ -152,7 +152,7 @@ class Miss:
     why: str
 
 
-def misses_of(wanted: Wanted, limits: tuple[ActiveLimit, ...], best: Measured) -> tuple[Miss, ...]:
+def misses_of(wanted: Wanted, limits: tuple[ActiveLimit, ...], best: MeasuredShape) -> tuple[Miss, ...]:
     """Where each segment's rod is farthest from the drawing, the farthest first."""
     found = []
     for segment, (fine, gaps) in enumerate(zip(wanted.fine, best.gaps, strict=True)):

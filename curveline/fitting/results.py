@@ -7,7 +7,8 @@ import os
 from collections.abc import Iterator
 
 from curveline._version import __version__
-from curveline.fitting.fit import Fit
+from curveline.drawings.drawing import Drawing
+from curveline.fitting.fit import Fit, Sensitivity
 from curveline.fitting.reasons import ActiveLimit
 from curveline.phrases import counted, wrapped
 from curveline.rod.problem import Array
@@ -24,31 +25,16 @@ DIGITS = 4
 
 def document(found: Fit, argv: tuple[str, ...] = ()) -> Document:
     """What `curveline fit --json` prints; plain Python types only."""
-    scene, plan, request, sense = found.scene, found.plan, found.request, found.sensitivity
-    asked = {
-        "margin": request.margin,
-        "minimise": request.minimise,
-        "effort": request.effort,
-        "seed": request.seed,
-    }
+    scene, plan, request = found.scene, found.plan, found.request
+    asked = {name: getattr(request, name) for name in ("margin", "minimise", "effort", "seed")}
     return {
         "curveline": __version__,
         "shape": scene.name,
         "display": scene.display.name,
-        "target": {
-            "name": found.drawing.name,
-            "understood": found.drawing.understood,
-            "points": int(found.drawing.points.shape[0]),
-        },
+        "target": _target(found.drawing),
         "nodes": [_node(node) for node in scene.nodes],
         "segments": [{"length_mm": _length(each), "state": each.state} for each in scene.segments],
-        "distance": {
-            "rms_mm": to_mm(found.rms),
-            "max_mm": to_mm(found.max),
-            "worst": [
-                {"x_mm": to_mm(at.x), "y_mm": to_mm(at.y), "mm": to_mm(at.off), "why": at.why} for at in found.worst
-            ],
-        },
+        "distance": _distance(found),
         "least_possible_mm": to_mm(found.least_possible.rms),
         "least_possible_max_mm": to_mm(found.least_possible.max),
         "margin": found.margin,
@@ -58,19 +44,30 @@ def document(found: Fit, argv: tuple[str, ...] = ()) -> Document:
             "hits": found.hits,
             "second_best_mm": None if found.second_best is None else to_mm(found.second_best),
         },
-        "sensitivity": {
-            "mm_per_mm_of_feed": sense.feed,
-            "mm_per_deg": to_mm(sense.angle) * deg(1.0),
-            "mm_per_mm_of_height": sense.height,
-        },
-        "plan": None
-        if plan is None
-        else {"steps": len(plan.steps), "seconds": sum(each.seconds for each in plan.steps)},
+        "sensitivity": _sensitivity(found.sensitivity),
+        "plan": None if plan is None else {"steps": len(plan.steps), "seconds": plan.seconds},
         "refusal": found.refusal or None,
         "curve_mm": [_points(curve) for curve in found.curves],
         "target_mm": [_points(piece) for piece in found.drawn],
         "seconds": found.seconds,
         "provenance": provenance(scene, asked, argv),
+    }
+
+
+def _target(drawing: Drawing) -> Document:
+    return {"name": drawing.name, "understood": drawing.understood, "points": int(drawing.points.shape[0])}
+
+
+def _distance(found: Fit) -> Document:
+    worst = [{"x_mm": to_mm(at.x), "y_mm": to_mm(at.y), "mm": to_mm(at.off), "why": at.why} for at in found.worst]
+    return {"rms_mm": to_mm(found.rms), "max_mm": to_mm(found.max), "worst": worst}
+
+
+def _sensitivity(sense: Sensitivity) -> Document:
+    return {
+        "mm_per_mm_of_feed": sense.feed,
+        "mm_per_deg": to_mm(sense.angle) * deg(1.0),
+        "mm_per_mm_of_height": sense.height,
     }
 
 

@@ -24,7 +24,7 @@ from curveline.scene import Display
 from curveline.units import deg, mm
 
 Array = npt.NDArray[np.float64]
-Held = tuple[Array, Array]
+HeldState = tuple[Array, Array]
 """Angles (n,) [rad] and multipliers (2,) of a segment's state."""
 
 EDGES = 48
@@ -37,7 +37,7 @@ IN_LINE = deg(4.0)
 """By how much the clamps of a straight segment may point beside it: less than `slack.OUT_OF_LINE`."""
 
 
-class Room(NamedTuple):
+class Reserve(NamedTuple):
     """What a shape leaves for the way there: the `margin` of its states, of `STIFFEST`; the `part` of what rod and
     motors can give that it asks for at most."""
 
@@ -52,7 +52,7 @@ class Wanted(NamedTuple):
     bearing: Bearing
     pieces: tuple[Array, ...]  # (k, 2) of each segment [m], seen from the foot of its left rail: see `cutting.Cut`
     fine: tuple[Array, ...]
-    room: Room
+    room: Reserve
 
     @property
     def nodes(self) -> int:
@@ -61,7 +61,7 @@ class Wanted(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class FittedRow:
     """Where nodes stand, by `numbers (3 n - 1,)`: heights [m], angles [rad], roots of the excess; and what comes of it.
 
     `off (m,)` are the distances, two-sided [m], each over the root of how many there are, so that the sum of their
@@ -71,7 +71,7 @@ class Row:
     """
 
     numbers: Array
-    held: tuple[Held, ...]
+    held: tuple[HeldState, ...]
     off: Array
     blocks: tuple[Array, ...]
     asks: Array
@@ -115,7 +115,7 @@ class Row:
         return [missed for ask, missed in zip(asked(wanted), self.asks.tolist(), strict=True) if ask.kind == kind]
 
 
-class Ask(NamedTuple):
+class RowAsk(NamedTuple):
     """What a limit is about: stability or strain of a segment, a motor of a node, from 1; or all of the rod."""
 
     kind: str
@@ -127,11 +127,11 @@ STABILITY, STRAIN, ROD = "stability", "strain", "rod"
 MOTORS = "force of extruding", "force of lifting", "moment of biasing"
 
 
-def asked(wanted: Wanted) -> list[Ask]:
+def asked(wanted: Wanted) -> list[RowAsk]:
     """What the `asks` of a row are about, in their order."""
-    asks = [Ask(kind, segment=each) for each in range(1, wanted.nodes) for kind in (STABILITY, STRAIN)]
-    asks += [Ask(kind, node=each) for each in range(1, wanted.nodes + 1) for kind in MOTORS]
-    return [*asks, Ask(ROD)]
+    asks = [RowAsk(kind, segment=each) for each in range(1, wanted.nodes) for kind in (STABILITY, STRAIN)]
+    asks += [RowAsk(kind, node=each) for each in range(1, wanted.nodes + 1) for kind in MOTORS]
+    return [*asks, RowAsk(ROD)]
 
 
 def is_straight(wanted: Wanted, numbers: Array) -> npt.NDArray[np.bool_]:
@@ -212,14 +212,14 @@ def places_of(segments: int, segment: int) -> npt.NDArray[np.int64]:
 class _Part(NamedTuple):
     """What comes of a segment: its state; distances (m,), what it asks (ASKED,), and slopes of both by 5 numbers."""
 
-    held: Held
+    held: HeldState
     off: Array
     block: Array
     asks: Array
     rates: Array
 
 
-def row_at(wanted: Wanted, numbers: Array, held: Sequence[Held]) -> Row | None:
+def row_at(wanted: Wanted, numbers: Array, held: Sequence[HeldState]) -> FittedRow | None:
     """The row of such numbers, in states near those held; None where one of its segments has none."""
     lengths, parts = lengths_of(wanted, numbers), []
     for segment in range(len(wanted.pieces)):
@@ -230,10 +230,10 @@ def row_at(wanted: Wanted, numbers: Array, held: Sequence[Held]) -> Row | None:
         parts.append(_part_of(wanted, numbers, segment, state, laid_out))
     asks, by_numbers = _asks(wanted, numbers, parts)
     off, blocks = np.concatenate([part.off for part in parts]), tuple(part.block for part in parts)
-    return Row(numbers, tuple(part.held for part in parts), off, blocks, asks, by_numbers)
+    return FittedRow(numbers, tuple(part.held for part in parts), off, blocks, asks, by_numbers)
 
 
-def _part_of(wanted: Wanted, numbers: Array, segment: int, held: Held, laid_out: Sequence[Array]) -> _Part:
+def _part_of(wanted: Wanted, numbers: Array, segment: int, held: HeldState, laid_out: Sequence[Array]) -> _Part:
     """What comes of a segment in a state, from what `laid` said of it."""
     points, asks, moves, rates = laid_out
     piece, chain = wanted.pieces[segment], _chain(wanted, numbers, segment)
@@ -258,13 +258,13 @@ def _parts(*counts: int) -> Array:
 
 
 def parts_of(wanted: Wanted) -> Array:
-    """What the distances of a row are multiplied by to make `Row.off` (m,)."""
+    """What the distances of a row are multiplied by to make `FittedRow.off` (m,)."""
     pieces = wanted.pieces
     return np.concatenate([_parts(EDGES + 3, piece.shape[0]) for piece in pieces]) / math.sqrt(len(pieces))
 
 
 def _asks(wanted: Wanted, numbers: Array, parts: Sequence[_Part]) -> tuple[Array, Array]:
-    """What the states of segments ask together: `Row.asks` and their slopes."""
+    """What the states of segments ask together: `FittedRow.asks` and their slopes."""
     display, segments, size = wanted.display, len(parts), numbers.size
     own, by_own = np.empty((segments, 2)), np.zeros((segments, 2, size))
     needs, by_needs = np.zeros((segments + 1, 3)), np.zeros((segments + 1, 3, size))

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.fitting.descent import descended
-from curveline.fitting.row import Array, Row, Wanted
-from curveline.fitting.starts import Start, around, first_numbers, starts_at, straightened
+from curveline.fitting.row import Array, FittedRow, Wanted
+from curveline.fitting.starts import RowStart, around, first_numbers, starts_at, straightened
 from curveline.rod.clamped_rod import ClampedRod
 
 SAME = 0.01
@@ -26,7 +26,7 @@ ODDS = 0.5
 """Of a segment's rows, sorted by their distance, the next one is taken so often instead of the one before."""
 
 
-class Effort(NamedTuple):
+class FitEffort(NamedTuple):
     """How long to search: starts of a lone segment, of each segment of a row by itself, of the row; and how many of a
     lone segment's must agree to end sooner, so many fewer of a segment of a row as it has fewer starts."""
 
@@ -37,10 +37,10 @@ class Effort(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Search:
+class RowSearch:
     """What a search met: rows, the nearest first, from so many starts."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[FittedRow, ...]
     starts: int
 
     @property
@@ -48,9 +48,9 @@ class Search:
         """How many of the rows are as near as the first."""
         return sum(row.rms <= (1.0 + SAME) * self.rows[0].rms for row in self.rows)
 
-    def distinct(self) -> list[Row]:
+    def distinct(self) -> list[FittedRow]:
         """The rows, the nearest of those whose nodes stand in the same places."""
-        found: list[Row] = []
+        found: list[FittedRow] = []
         for row in self.rows:
             if all(float(np.abs(row.numbers - other.numbers).max()) > APART for other in found):
                 found.append(row)
@@ -58,8 +58,8 @@ class Search:
 
 
 def search(
-    wanted: Wanted, rod: ClampedRod, effort: Effort, seed: int, heard: Callable[[int], object] = lambda count: None
-) -> Search:
+    wanted: Wanted, rod: ClampedRod, effort: FitEffort, seed: int, heard: Callable[[int], object] = lambda count: None
+) -> RowSearch:
     """The rows that starts lead to; `heard` is told their number."""
     source = np.random.default_rng(seed)
     if len(wanted.pieces) == 1:
@@ -72,9 +72,11 @@ def search(
     return _descents(wanted, starts, effort._replace(agreeing=effort.row), heard)
 
 
-def _descents(wanted: Wanted, starts: Iterator[Start], effort: Effort, heard: Callable[[int], object]) -> Search:
+def _descents(
+    wanted: Wanted, starts: Iterator[RowStart], effort: FitEffort, heard: Callable[[int], object]
+) -> RowSearch:
     """Where starts lead to, until as many agree as are to, or none can be better."""
-    rows: list[Row] = []
+    rows: list[FittedRow] = []
     count = 0
     for start in starts:
         count += 1
@@ -86,10 +88,10 @@ def _descents(wanted: Wanted, starts: Iterator[Start], effort: Effort, heard: Ca
         agreeing = sum(each.rms <= (1.0 + SAME) * best for each in rows)
         if agreeing >= effort.agreeing or (effort.agreeing < effort.lone and _is_enough(wanted, row)):
             break
-    return Search(tuple(sorted(rows, key=lambda row: row.rms)), count)
+    return RowSearch(tuple(sorted(rows, key=lambda row: row.rms)), count)
 
 
-def _is_enough(wanted: Wanted, row: Row) -> bool:
+def _is_enough(wanted: Wanted, row: FittedRow) -> bool:
     """True if what is left of the distance is nothing, or noise."""
     if row.rms < EXACT:
         return True
@@ -98,7 +100,7 @@ def _is_enough(wanted: Wanted, row: Row) -> bool:
     return len(wanted.pieces) == 1 and float(np.mean(off[1:] * off[:-1] < 0.0)) > NOISE
 
 
-def _lone_starts(wanted: Wanted, rod: ClampedRod, count: int, source: np.random.Generator) -> Iterator[Start]:
+def _lone_starts(wanted: Wanted, rod: ClampedRod, count: int, source: np.random.Generator) -> Iterator[RowStart]:
     """Starts of a lone segment: in all states where the drawing has its ends, and in the nearest ones around that."""
     first = first_numbers(wanted)
     yield from starts_at(wanted, rod, first)
@@ -109,8 +111,8 @@ def _lone_starts(wanted: Wanted, rod: ClampedRod, count: int, source: np.random.
 
 
 def _joint_starts(
-    wanted: Wanted, rod: ClampedRod, alone: list[list[Row]], count: int, source: np.random.Generator
-) -> Iterator[Start]:
+    wanted: Wanted, rod: ClampedRod, alone: list[list[FittedRow]], count: int, source: np.random.Generator
+) -> Iterator[RowStart]:
     """Starts of several segments: of the rows that each has alone, the nearest first, nodes between them averaged."""
     first = first_numbers(wanted)
     yield from starts_at(wanted, rod, first)[:1]
@@ -125,7 +127,7 @@ def _joint_starts(
         yield from starts_at(wanted, rod, numbers if number < 2 else around(wanted, numbers, source))[:1]
 
 
-def _averaged(wanted: Wanted, first: Array, chosen: list[Row | None]) -> Array:
+def _averaged(wanted: Wanted, first: Array, chosen: list[FittedRow | None]) -> Array:
     """The numbers of a row whose nodes stand between what both their segments want; as `first` if they do not say."""
     count, numbers = wanted.nodes, first.copy()
     sums, said = np.zeros(2 * count), np.zeros(2 * count)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from curveline.fitting.row import EDGES, Array, Held, Wanted, is_straight, lengths_of, pose_of, within
+from curveline.fitting.row import EDGES, Array, HeldState, Wanted, is_straight, lengths_of, pose_of, within
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.straight import straight_state
 from curveline.rod.problem import mesh
@@ -34,11 +34,11 @@ MORE_ROD = 0.05
 ATTEMPTS = 4
 
 
-class Start(NamedTuple):
+class RowStart(NamedTuple):
     """Numbers of a row, and states of its segments, from which to descend."""
 
     numbers: Array
-    held: tuple[Held, ...]
+    held: tuple[HeldState, ...]
 
 
 def level_rod(display: Display) -> ClampedRod:
@@ -47,7 +47,7 @@ def level_rod(display: Display) -> ClampedRod:
 
 
 def first_numbers(wanted: Wanted) -> Array:
-    """Heights and angles where the drawing crosses the rails, and lengths as it has them between: see `row.Row`."""
+    """Heights and angles where the drawing crosses the rails, and its lengths between: see `row.FittedRow`."""
     pieces, span = wanted.pieces, wanted.display.span
     heights = [piece[0, 1] for piece in pieces] + [pieces[-1][-1, 1]]
     sides = [_directions(piece) for piece in pieces]
@@ -90,7 +90,7 @@ def _bow(piece: Array) -> float:
     return float(np.max(np.abs(off)))
 
 
-def starts_at(wanted: Wanted, rod: ClampedRod, numbers: Array) -> list[Start]:
+def starts_at(wanted: Wanted, rod: ClampedRod, numbers: Array) -> list[RowStart]:
     """Starts at some numbers, or with a little more rod: in the states nearest to the drawing, then in each other."""
     for _ in range(ATTEMPTS):
         lengths = lengths_of(wanted, numbers)
@@ -98,10 +98,10 @@ def starts_at(wanted: Wanted, rod: ClampedRod, numbers: Array) -> list[Start]:
         found = [_states(wanted, rod.moved_to(pose), numbers, place) for place, pose in enumerate(poses)]
         if all(found):
             nearest = [each[0] for each in found]
-            starts = [Start(numbers, tuple(nearest))]
+            starts = [RowStart(numbers, tuple(nearest))]
             for place, states in enumerate(found):
                 for other in states[1:]:
-                    starts.append(Start(numbers, (*nearest[:place], other, *nearest[place + 1 :])))
+                    starts.append(RowStart(numbers, (*nearest[:place], other, *nearest[place + 1 :])))
             return starts
         straight = is_straight(wanted, numbers)
         short = [2 * wanted.nodes + place for place, each in enumerate(found) if not each and not straight[place]]
@@ -111,7 +111,7 @@ def starts_at(wanted: Wanted, rod: ClampedRod, numbers: Array) -> list[Start]:
     return []
 
 
-def _states(wanted: Wanted, there: ClampedRod, numbers: Array, segment: int) -> list[Held]:
+def _states(wanted: Wanted, there: ClampedRod, numbers: Array, segment: int) -> list[HeldState]:
     """The states of a segment, that nearest to the drawing first; none if it has none, or is straight by chance."""
     if is_straight(wanted, numbers)[segment]:
         state = straight_state(there, ROUGH)

@@ -28,6 +28,7 @@ READINGS = str(SHAPES.parent / "tests" / "data" / "strip.csv")
 RADIO = ("--radio", "mock")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "simulate": ("simulate", PEAK),
+    "fit": ("fit", "--formula", "60*sin(pi*x/500)"),
     "plan": ("plan", PEAK),
     "load": ("load", PEAK),
     "send": ("send", PEAK, *RADIO, "--yes"),

@@ -9,13 +9,13 @@ import numpy as np
 from curveline.drawings.drawing import Drawing
 from curveline.drawings.formulas import drawing_of_formula
 from curveline.fitting.cutting import cut_at_rails
-from curveline.fitting.row import Array, Room, Row, Wanted, row_at
+from curveline.fitting.row import Array, FittedRow, Reserve, Wanted, row_at
 from curveline.fitting.starts import first_numbers, level_rod, starts_at
 from curveline.fitting.targets import width_of
 from curveline.scene import Display
 from curveline.shapes.files import read_display
 
-ROOM = Room(0.12, 0.92)
+ROOM = Reserve(0.12, 0.92)
 
 
 @cache
@@ -28,14 +28,14 @@ def drawn(formula: str, name: str = "single") -> Drawing:
     return drawing_of_formula(formula, width_of(display(name)))
 
 
-def wanted(drawing: Drawing | str, name: str = "single", room: Room = ROOM) -> Wanted:
+def wanted(drawing: Drawing | str, name: str = "single", room: Reserve = ROOM) -> Wanted:
     """A drawing, or a formula, cut for a display."""
     given = drawn(drawing, name) if isinstance(drawing, str) else drawing
     bearing = level_rod(display(name)).extensible().bearing
     return Wanted(display(name), bearing, *cut_at_rails(given, display(name)), room)
 
 
-def first_row(asked: Wanted, numbers: Array | None = None) -> Row:
+def first_row(asked: Wanted, numbers: Array | None = None) -> FittedRow:
     """The row with which a search begins."""
     start = starts_at(
         asked, level_rod(asked.display).extensible(), first_numbers(asked) if numbers is None else numbers
@@ -45,7 +45,7 @@ def first_row(asked: Wanted, numbers: Array | None = None) -> Row:
     return row
 
 
-def moved(asked: Wanted, row: Row, place: int, by: float) -> Row:
+def moved(asked: Wanted, row: FittedRow, place: int, by: float) -> FittedRow:
     """A row with one of its numbers changed."""
     numbers = row.numbers.copy()
     numbers[place] += by

@@ -16,6 +16,7 @@ from unittest import mock
 import numpy as np
 
 import curveline
+from curveline.fitting.fit import FitRequest
 from curveline.kernels.kernel import SHIPPED, Kernel
 from curveline.replay.trials import TrialsRequest
 from curveline.rod.clamped_rod import ClampedRod
@@ -103,6 +104,7 @@ def rehearse() -> None:
     for model in ("auto", "spatial"):
         curveline.simulate(replace(heavy, display=replace(heavy.display, rod=bent)), model=model)
     NaturalCurvature(np.array([0.0]), np.array([1.0]))(np.array([0.5]))
+    curveline.fit([(0.0, 0.0), (0.25, 0.1), (0.5, 0.0)], request=FitRequest(is_planned=False))
     plan = curveline.plan(SHAPES / "level-asymmetric-peak.toml")
     curveline.monte_carlo(plan, TrialsRequest(runs=3, jobs=1))
     snapped = curveline.load(SHAPES / "level-up-peak.toml")

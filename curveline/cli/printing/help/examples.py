@@ -28,6 +28,20 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
             "which states there are while an angle changes",
         ),
     ),
+    "curveline fit": (
+        (
+            "curveline fit shapes/drawings/hill.svg --curve hill -o hill.toml -o hill.svg",
+            "the shape of the display single that is nearest to a drawn hill, and a figure of both",
+        ),
+        (
+            'curveline fit --formula "80*sin(pi*x/2000)" --display quad -o bow.toml --plan-file bow.json',
+            "a formula in mm over four segments, with the plan that leads there",
+        ),
+        (
+            "curveline fit shapes/drawings/roof.dxf -d quad --minimise max --within-mm 5 --brief",
+            "the largest distance made small; exit code 1 if it is over 5 mm",
+        ),
+    ),
     "curveline plan": (
         (
             "curveline plan shapes/staggered-down-peak.toml -o plan.json",

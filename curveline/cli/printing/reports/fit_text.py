@@ -68,14 +68,11 @@ def _rows(found: Fit) -> Iterator[tuple[str, ...]]:
 
 
 def _misses(found: Fit) -> Iterator[str]:
-    """Where it is farthest off, and why."""
+    """Where it is farthest off, and why; places with one reason together."""
     worst = [miss for miss in found.worst if miss.off >= LEAST_SHARE * found.worst[0].off]
-    for miss in worst:
-        yield from wrapped(
-            f"at x {screen.decimal(to_mm(miss.x), 1)}, y {screen.decimal(to_mm(miss.y), 1)} mm: {_mm(miss.off)} mm; "
-            f"{miss.why}",
-            indent=2,
-        )
+    for why in dict.fromkeys(miss.why for miss in worst):
+        places = ", ".join(f"{_mm(miss.off)} mm at x {to_mm(miss.x):.0f}" for miss in worst if miss.why == why)
+        yield from wrapped(f"{places}: {why}", indent=2)
 
 
 def _limit(limit: ActiveLimit, rms: float) -> str:
