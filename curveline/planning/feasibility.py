@@ -58,8 +58,8 @@ def check_home(scene: Scene) -> None:
 
 @dataclass(frozen=True)
 class Burden:
-    """What the loads of a shape make of it: the lowest eigenvalue [EI/L^2] and the margin under them, and the most that
-    they ask of rod and motors."""
+    """What is known of a shape only as it stands: the lowest eigenvalue [EI/L^2] and the margin, under its loads and of
+    what is straight, and the most that either asks of rod and motors."""
 
     lowest: float
     margin: float
@@ -70,13 +70,18 @@ class Burden:
 def check_goal(verifier: Verifier, scene: Scene) -> Burden | None:
     """Raise Refused unless every wanted state exists, is stable with a margin and asks no more than there is.
 
-    With its loads and without them; returns what they come to, None if there are none.
+    With its loads and without them; returns what they come to, or what is straight does, None if there is neither.
     """
     check_spare(verifier, scene)
     states = [_wanted(verifier, scene, *each) for each in enumerate(_poses(scene), start=1)]
     segment_loads = tuple(map(clamp_loads_of_state, states))
     _check_loads(scene.display, segment_loads, "the shape itself")
-    return _burden(verifier, scene, states) if scene.loads else None
+    if scene.loads:
+        return _burden(verifier, scene, states)
+    straight = [state.lowest_eigenvalue for state in states if state.name == STRAIGHT]
+    if not straight:
+        return None
+    return Burden(min(straight), min(straight) / STIFFEST, STABILITY, actuator_load_of(segment_loads))
 
 
 def _check_loads(display: Display, segment_loads: tuple[ClampLoads, ...], what: str) -> None:
@@ -86,7 +91,7 @@ def _check_loads(display: Display, segment_loads: tuple[ClampLoads, ...], what: 
 
 
 def laden(travel: Travel, burden: Burden | None) -> Travel:
-    """The same moves, the last of which counts the loads that the shape bears once it stands."""
+    """The same moves, the last of which counts what the shape bears once it stands."""
     if burden is None:
         return travel
     last = travel.moves[-1]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from curveline.listening import Listener
-from curveline.scene import Scene
+from curveline.scene import STRAIGHT, Scene
 from curveline.units import to_deg
 
 QUARTER, TURN = 0.5 * math.pi + 0.01, 2.0 * math.pi + 0.01
@@ -21,6 +21,9 @@ def look_like_radians(values: Sequence[float], most: float = QUARTER) -> bool:
 
 def remark_on_radians(scene: Scene) -> str:
     """What is odd about the angles of a shape, as a sentence; empty if nothing is."""
+    if any(segment.state == STRAIGHT for segment in scene.segments):
+        # Nodes of straight segments hardly turn.
+        return ""
     nodes = scene.nodes
     angles = {
         "angle_deg": ([to_deg(node.angle) for node in nodes], QUARTER),

@@ -18,7 +18,7 @@ from curveline.rod.models.model_error import (
     space_bound,
     spatial_left_out,
 )
-from curveline.rod.models.straight import straight_state
+from curveline.rod.models.straight import is_too_short_to_buckle, straight_state
 from curveline.rod.planar.approach import soften
 from curveline.rod.spatial.lifting import relax_in_space
 from curveline.rod.spatial.relax import at_rest
@@ -64,11 +64,10 @@ def model_states(segment: ClampedRod, ask: SearchRequest) -> ModelledStates:
     Searched for in the plane; the extensible states start from those, and the spatial ones from the extensible. That of
     a rod without any to spare also starts from the straight line, and is called straight if it is the only one.
     """
-    asked = asked_of(segment, ask.tolerance) if ask.model in (AUTO, PLANAR) else None
-    found = find_states(segment, ask.tolerance, ask.windings, asked)
+    straight = is_straight(segment)
+    found = [] if straight and _is_alone(segment, ask) else _planar(segment, ask)
     model, why = ask.model, [f"the {ask.model} model was asked for"]
     judged: list[Judged] = []
-    straight = is_straight(segment)
     if model == AUTO and straight and not segment.needs_space:
         model, why = EXTENSIBLE, ["the rod has none to spare: how it lies is told by how it stretches"]
     if model == PLANAR or (model == AUTO and not segment.needs_space):
@@ -93,6 +92,16 @@ def model_states(segment: ClampedRod, ask: SearchRequest) -> ModelledStates:
         judged = _placed(judged) if any(each.state.leaves_plane for each in judged) else judged
     modelled = _modelled(segment, ask, model, judged, why)
     return replace(modelled, states=tuple(as_straight(modelled.states))) if straight else modelled
+
+
+def _is_alone(segment: ClampedRod, ask: SearchRequest) -> bool:
+    """True if a straight rod has one state by the model asked for, and no planar one leads to that."""
+    return ask.model != PLANAR and ask.windings == (0,) and is_too_short_to_buckle(segment)
+
+
+def _planar(segment: ClampedRod, ask: SearchRequest) -> list[Equilibrium]:
+    asked = asked_of(segment, ask.tolerance) if ask.model in (AUTO, PLANAR) else None
+    return find_states(segment, ask.tolerance, ask.windings, asked)
 
 
 def beyond(segment: ClampedRod) -> tuple[str, ...]:

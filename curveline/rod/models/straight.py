@@ -11,35 +11,34 @@ import math
 import numpy as np
 
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.planar.newton import Effort, descend
-from curveline.rod.problem import Array, make_problem, mesh
+from curveline.rod.problem import Array, mesh
 from curveline.rod.states.equilibrium import Equilibrium, refine
-from curveline.rod.states.identity import GONE
+from curveline.rod.states.slack import straight_edges
 
-FEWEST, MOST = 48, 3000
-PER_LAYER = 8.0
-"""Edges in the length sqrt(EI / T) in which a rod under a tension T bends back to the line; their fewest and most."""
-SETTLE = Effort(turn=0.5, close=1e-9, iterations=200)
+EDGES = 48
+"""With which a straight rod is solved first."""
+SURELY = 0.9
+"""Of Euler's load, which is that of small slopes."""
+
+
+def is_too_short_to_buckle(rod: ClampedRod) -> bool:
+    """True if a `rod` that `slack.is_straight` has one state only: what it has to spare it takes up by less force than
+    makes it buckle.
+
+    Between gentle clamps what a rod takes up, by strain P / EA and by bending, grows with the thrust P up to Euler's
+    load, and below that there is one curve for each; so a second one takes a strain above that of the load.
+    """
+    buckling = math.pi**2 if rod.has_giving_clamps else 4.0 * math.pi**2
+    spare = 1.0 - math.hypot(*rod.free_chord) / rod.free_length
+    return spare < SURELY * buckling * rod.stretching_compliance / rod.free_length**2
 
 
 def straight_state(rod: ClampedRod, tolerance: float) -> Equilibrium:
     """The state of a `rod` that `slack.is_straight`, by the extensible model, to `tolerance` [m]; its outcome tells
     whether it was found."""
     rod = rod.extensible()
-    edges = mesh(rod.scaled().at, _edges(rod))
-    state = refine(rod, edges, _bent_to_clamps(rod, edges), np.zeros(2), tolerance)
-    if state.outcome in GONE:
-        phi, multipliers = _bent_to_clamps(rod, edges), np.zeros(2)
-        descend(make_problem(rod.scaled(), edges), phi, multipliers, SETTLE)
-        state = refine(rod, edges, phi, multipliers, tolerance)
-    return state
-
-
-def _edges(rod: ClampedRod) -> int:
-    """How many edges follow the layers at the clamps of a rod that is pulled to the length of its chord."""
-    strain = max(math.hypot(*rod.free_chord) / rod.free_length - 1.0, 0.0)
-    tension = strain * rod.free_length**2 / rod.stretching_compliance
-    return round(min(max(FEWEST, PER_LAYER * math.sqrt(tension)), MOST))
+    edges = mesh(rod.scaled().at, straight_edges(rod, EDGES))
+    return refine(rod, edges, _bent_to_clamps(rod, edges), np.zeros(2), tolerance)
 
 
 def _bent_to_clamps(rod: ClampedRod, edges: Array) -> Array:

@@ -13,7 +13,7 @@ from curveline.kernels.kernel import shipped
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.geometry.rotations import exponential, multiply
 from curveline.rod.planar.approach import fitting_mesh
-from curveline.rod.problem import Array
+from curveline.rod.problem import Array, mesh
 from curveline.rod.profile import TURN, laid_free
 from curveline.rod.spatial.energy import Shape, SpatialRod, moved
 from curveline.rod.spatial.relax import (
@@ -29,6 +29,7 @@ from curveline.rod.spatial.relax import (
 from curveline.rod.spatial.rolling import roll_on
 from curveline.rod.spatial.twisting import spread_twist, spun
 from curveline.rod.states.equilibrium import Equilibrium
+from curveline.rod.states.slack import is_straight, straight_edges
 from curveline.units import deg
 
 LIFT_EDGES = 24
@@ -127,9 +128,17 @@ def frames_of(angles, yaws, rolls):
     return out
 
 
+def lifting_mesh(segment: ClampedRod, n: int) -> Array:
+    """About `n` edges (m,) for a segment in space: equal ones for a straight rod, which stretches before it bends
+    sharply at its clamps."""
+    if is_straight(segment):
+        return np.asarray(mesh(segment.scaled().at, straight_edges(segment, n)))
+    return fitting_mesh(segment.scaled(), n)
+
+
 def lift(segment: ClampedRod, state: Equilibrium, n: int = LIFT_EDGES) -> tuple[SpatialRod, Shape]:
     """The rod of `segment` on about `n` edges and in it the planar `state`, turned as linearly as the clamps' roll."""
-    edges = fitting_mesh(segment.scaled(), n)
+    edges = lifting_mesh(segment, n)
     middles = np.cumsum(edges) - 0.5 * edges
     places = np.concatenate([[0.0], np.cumsum(state.edges)]) / state.rod.free_length
     angles = np.interp(middles, places, state.angles)

@@ -17,10 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.problem import Array, halved
 from curveline.rod.spatial.energy import Shape, SpatialRod, energy, positions
-from curveline.rod.spatial.lifting import spatial_rod
+from curveline.rod.spatial.lifting import lifting_mesh, spatial_rod
 from curveline.rod.spatial.linking_number import turns
 from curveline.rod.spatial.relax import NEUTRAL, Relaxed, RelaxEnding, descend, settle
 from curveline.rod.spatial.richardson import SLIPPED, refined
@@ -150,7 +149,7 @@ Resting = tuple[SpatialRod, Shape]
 def search_in_space(segment: ClampedRod, seeds: Sequence[Resting]) -> list[Resting]:
     """Stable shapes of a segment that are none of the `seeds`."""
     is_flat = segment.is_nearly_flat
-    rod = spatial_rod(segment, fitting_mesh(segment.scaled(), FLAT_EDGES if is_flat else EDGES))
+    rod = spatial_rod(segment, lifting_mesh(segment, FLAT_EDGES if is_flat else EDGES))
     survey = _Survey(segment, rod, _places(segment.roll[1] - segment.roll[0]))
     for own, shape in seeds:
         relaxed = _settled(survey, own, shape)

@@ -14,6 +14,9 @@ from curveline.units import TAUT, deg
 STRAIGHT = 5e-4
 """Up to this excess of the free rod over its chord, as a fraction, it counts as straight: play and stretch decide which
 way it bends, a quarter of a millimetre on the built-in displays."""
+PER_LAYER = 8.0
+"""Edges in the length sqrt(EI / T) in which a rod under a tension T bends back to the line."""
+MOST_EDGES = 3000
 OUT_OF_LINE = deg(5.0)
 """Without rod to spare, a clamp that points further away from the chord [rad] asks for more than motors give: under a
 pull T, bending back to the chord takes up sqrt(EI/T)/4 times the angle squared of the rod; of two such clamps of the
@@ -34,6 +37,18 @@ def has_spare(poses: Array, bearing: Bearing) -> NDArray[np.bool_]:
 def is_slack(rod: ClampedRod) -> bool:
     """True if `rod` has any to spare; it is straight if not."""
     return rod.free_length > math.hypot(*rod.free_chord) * (1.0 + STRAIGHT)
+
+
+def straight_edges(rod: ClampedRod, fewest: int) -> int:
+    """How many equal edges, at least so many, follow the layers at the clamps of a rod that is straight.
+
+    It is pulled to the length of its chord, or hangs there like a chain: of that length and of the weight W, one that
+    stretches by EA has a pull of (EA W^2 / 24)^(1/3).
+    """
+    strain = max(math.hypot(*rod.free_chord) / rod.free_length - 1.0, 0.0)
+    stiffness, weight = rod.section.stretching_stiffness, rod.weight * rod.free_length
+    pull = strain * stiffness + (stiffness * weight**2 / 24.0) ** (1.0 / 3.0)
+    return round(min(max(fewest, PER_LAYER * math.sqrt(pull / rod.stiffness) * rod.free_length), MOST_EDGES))
 
 
 def least_slack(rod: ClampedRod) -> float:
