@@ -51,7 +51,9 @@ def _again(
     funnels = {segment: new for segment, (old, new) in pairs if _is_one(new) and new != old}
     # What the plan itself lets go of need not be kept.
     keeps = all(old == new for _, (old, new) in pairs if _is_one(old))
-    travel = replace(travel, stage=replace(travel.stage, keeps=keeps))
+    kept = zip(travel.stage.holds, before, strict=True)
+    holds = tuple(hold if _is_one(old) else None for hold, old in kept)
+    travel = replace(travel, stage=replace(travel.stage, keeps=keeps, holds=holds))
     leg = Leg(step.action, layout_at(verifier.drive, _counts(step.targets)), funnels, halvings=0)
     try:
         return advance(verifier, travel, leg), {}

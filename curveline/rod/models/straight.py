@@ -11,12 +11,17 @@ import math
 import numpy as np
 
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.problem import Array, mesh
+from curveline.rod.planar.newton import Effort, descend
+from curveline.rod.problem import Array, make_problem, mesh
 from curveline.rod.states.equilibrium import Equilibrium, refine
+from curveline.rod.states.identity import GONE
 from curveline.rod.states.slack import straight_edges
 
 EDGES = 48
 """With which a straight rod is solved first."""
+SOFTER = np.arange(5.0, -0.25, -0.5)
+"""By how many powers of ten a rod stretches more, from one step to the next, until it does as it should."""
+SETTLE = Effort(turn=0.5, close=1e-9, iterations=200)
 SURELY = 0.9
 """Of Euler's load, which is that of small slopes."""
 
@@ -38,7 +43,18 @@ def straight_state(rod: ClampedRod, tolerance: float) -> Equilibrium:
     whether it was found."""
     rod = rod.extensible()
     edges = mesh(rod.scaled().at, straight_edges(rod, EDGES))
-    return refine(rod, edges, _bent_to_clamps(rod, edges), np.zeros(2), tolerance)
+    state = refine(rod, edges, _bent_to_clamps(rod, edges), np.zeros(2), tolerance)
+    return _stiffened(rod, edges, tolerance) if state.outcome in GONE else state
+
+
+def _stiffened(rod: ClampedRod, edges: Array, tolerance: float) -> Equilibrium:
+    """The state to which that of a rod leads which stretches at next to no force, as it resists more and more."""
+    scaled = rod.scaled()
+    phi, multipliers = _bent_to_clamps(rod, edges), np.zeros(2)
+    for power in SOFTER:
+        softer = scaled._replace(compliance=scaled.compliance * 10.0 ** float(power))
+        descend(make_problem(softer, edges), phi, multipliers, SETTLE)
+    return refine(rod, edges, phi, multipliers, tolerance)
 
 
 def _bent_to_clamps(rod: ClampedRod, edges: Array) -> Array:
