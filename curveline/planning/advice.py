@@ -9,13 +9,14 @@ margins, within what rod and motors give; the fine one is the caller's and may c
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from curveline.errors import Infeasible
 from curveline.planning.feasibility import check_goal
 from curveline.planning.verification import Verifier
-from curveline.scene import Scene
+from curveline.scene import STRAIGHT, Scene
 from curveline.simulation.changes import (
     ANGLE,
     HEIGHT,
@@ -29,6 +30,8 @@ from curveline.simulation.changes import (
     part_of,
     single_rays,
 )
+from curveline.simulation.simulate import scene_rod
+from curveline.units import mm, to_mm
 
 Reason = Callable[[Scene], str]
 """Why a scene does not work; empty if it does."""
@@ -36,6 +39,8 @@ Reason = Callable[[Scene], str]
 BEYOND = 1.0 / 32.0
 """The first change that is tried where nothing is wrong with the shape itself, only with the way to it."""
 TRIES = 6
+DIGITS = 2
+"""Of a length in mm that is straight."""
 LOOKS = 500
 """Values that the coarse sieve sees of one quantity, and as many of two at once: together a second, mostly."""
 
@@ -66,6 +71,10 @@ def nearest(scene: Scene, culprits: range, works: Reason, tries: int = TRIES) ->
     """
     coarse, fine = _Sieve(scene, culprits), Counted(lambda tried: not works(tried), tries)
     reason = coarse.reason(scene)
+    if (straight := _straightened(scene, culprits)) is not None:
+        changed = straight.quantity.put(scene, straight.nearest)
+        if coarse.passes(changed) and fine(changed):
+            return Advice((straight,), reason)
     begin = 0.0 if reason else BEYOND
     for rays in (single_rays, double_rays):
         hunt = Hunt(rays(scene, _quantities(culprits)), Counted(coarse.passes, LOOKS), begin)
@@ -80,6 +89,19 @@ def _quantities(segments: range) -> tuple[Quantity, ...]:
     nodes = range(segments.start, segments.stop + 1)
     lengths = [Quantity(LENGTH, segment) for segment in segments]
     return (*lengths, *(Quantity(kind, node) for kind in (ANGLE, HEIGHT) for node in nodes))
+
+
+def _straightened(scene: Scene, culprits: range) -> Change | None:
+    """The length of the one segment at fault with which it leads straight from node to node, if it is to be straight.
+
+    What may be straight is less than half a millimetre, which a search would step over.
+    """
+    if len(culprits) != 1 or scene.segments[culprits.start].state != STRAIGHT:
+        return None
+    rod, length = scene_rod(scene, culprits.start), Quantity(LENGTH, culprits.start)
+    line = mm(round(to_mm(math.hypot(*rod.free_chord) + rod.clamp), DIGITS))
+    limits = length.limits(scene.display)
+    return Change(length, rod.length, min(max(line, limits.low), limits.high))
 
 
 def _first(hunt: Hunt, fine: Counted, refused: float | None) -> tuple[Ray, float] | None:

@@ -175,8 +175,8 @@ def _check_reach(document: Document, segment: int, display: Display) -> None:
         return
     span, clamp = to_mm(display.span), to_mm(display.clamp)
     shortest = math.hypot(span + end[0] - start[0], end[1] - start[1], end[2] - start[2]) + clamp
-    is_straight = document.get("segments", segment, "state") == STRAIGHT
-    least = shortest - (to_mm(TAUT) if is_straight else 0.0)
+    state = document.get("segments", segment, "state")
+    least = shortest - (0.0 if state not in (STRAIGHT, None) else to_mm(TAUT))
     if length > least:
         return
     # The hint is a length that passes, with one decimal: rounded up, and never onto the bound itself.
@@ -184,7 +184,7 @@ def _check_reach(document: Document, segment: int, display: Display) -> None:
     given, straight = told_apart(length, shortest, 6)
     message = f"segment {segment + 1}: {given} mm of rod are too short: {straight} mm go straight from node to node"
     longer = f"make length_mm at least {enough:g} to reach, more to bend, or "
-    if is_straight:
+    if state == STRAIGHT:
         longer = f"make length_mm {straight} to go straight, or "
     elif length > shortest - to_mm(TAUT):
         longer = f'{longer[:-3]}write state = "{STRAIGHT}", or '

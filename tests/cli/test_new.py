@@ -21,7 +21,7 @@ def _here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.parametrize("state", ["peak", "valley"])
+@pytest.mark.parametrize("state", ["peak", "valley", "straight"])
 @pytest.mark.parametrize("display", ["single", "quad"])
 def test_a_new_shape_has_the_wanted_states_and_can_be_planned(run: Run, display: str, state: str) -> None:
     code, out, err = run("new", "shape", "arch", "--display", display, "--state", state)

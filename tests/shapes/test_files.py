@@ -214,6 +214,27 @@ def test_the_minimum_length_of_the_hint_is_enough_and_not_generous(write: Callab
     assert again.code == "too-short"
 
 
+def test_a_straight_segment_may_be_as_long_as_the_way(write: Callable[[bytes], Path]) -> None:
+    level = replaced(replaced(SHAPE, "angle_deg = 30.0", "angle_deg = 0.0"), "angle_deg = -30.0", "angle_deg = 0.0")
+    flat = replaced(replaced(level, "660.0", "500.0"), '"peak"', '"straight"')
+    (segment,) = read_shape(write(flat)).segments
+    assert (segment.length, segment.state) == (0.5, "straight")
+    raised = replaced(flat, "{ height_mm = 0.0", "{ height_mm = 30.0")
+    for length, is_long_enough in (("500.9", True), ("500.88", False)):
+        text = replaced(raised, "500.0", length)
+        if is_long_enough:
+            read_shape(write(text))
+            continue
+        (found,) = problems(lambda text=text: read_shape(write(text)))  # type: ignore[misc]
+        assert found.code == "too-short"
+        assert found.hint == "make length_mm 500.937 to go straight, or bring heights and angles closer together"
+    (found,) = problems(lambda: read_shape(write(replaced(flat, "straight", "peak"))))
+    assert found.code == "too-short"
+    assert 'more to bend, write state = "straight", or bring' in found.hint
+    (found,) = problems(lambda: read_shape(write(replaced(flat, "straight", "strait"))))
+    assert "straight" in found.hint + found.message
+
+
 @pytest.mark.parametrize("path", BROKEN, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_broken_file(path: Path) -> None:
     """The first line of each file says where it is broken: `# expect: 5:12 unknown-key, ...`."""

@@ -51,6 +51,22 @@ def test_every_pose_has_the_states_that_it_has_alone(batch: PoseStates) -> None:
     assert batch.rod_at(3).bearing == rod.bearing
 
 
+def test_rods_without_any_to_spare_are_straight_as_they_are_alone() -> None:
+    flat = replace(PEAK, segments=(replace(PEAK.segments[0], state="straight"),))
+    lengths = [0.49996, 0.5, 0.50002, 0.5001, 0.5002, 0.5003, 0.51]
+    poses = np.array([(0.5, 0.0, 0.0, 0.0, length) for length in lengths])
+    found = curveline.simulate_poses(flat, poses)
+    names = [found.name[found.pose == number].tolist() for number in range(len(lengths))]
+    assert names == [["straight"]] * 4 + [["peak", "valley"]] * 3
+    for number in range(len(lengths)):
+        mine = found.mean_height[found.pose == number].tolist()
+        assert mine == [state.mean_height for state in found.states(number)]
+        assert found.modelled(number).states[0].name == names[number][0]
+    # Stretch is in the heights of those that have none to spare.
+    (state,) = found.states(1)
+    assert state.model == "extensible"
+
+
 def test_there_are_rods_of_every_kind(batch: PoseStates) -> None:
     counts = np.bincount(batch.pose, minlength=COUNT)
     assert len(batch) == COUNT

@@ -44,6 +44,11 @@ nodes = [ { height_mm = 0.0, angle_deg = 30.0 }, { height_mm = 20.0, angle_deg =
 segments = [ { length_mm = 660.0, state = "valley" } ]
 loads = [ { segment = 1, at = 0.4, force_N = [0.02, -0.05] } ]
 """
+FLAT = """name = "flat"
+display = "single"
+nodes = [ { height_mm = 0.0, angle_deg = 0.0 }, { height_mm = 0.0, angle_deg = 0.0 } ]
+segments = [ { length_mm = 500.0, state = "straight" } ]
+"""
 MAKERS = (digests, line_of, rows_of, rows_and_curves_of)
 PLAIN = ("level-up-peak", ["nodes.1.angle_deg=-30:30:7", "nodes.2.angle_deg=-30:30:5"])
 MIXED = ("level-up-peak", ["nodes.1.angle_deg=-60:60:9", "segments.1.length_mm=540:900:7"])
@@ -53,6 +58,13 @@ MIXED = ("level-up-peak", ["nodes.1.angle_deg=-60:60:9", "segments.1.length_mm=5
 def row(tmp_path: Path) -> str:
     path = tmp_path / "row.toml"
     path.write_text(ROW)
+    return str(path)
+
+
+@pytest.fixture
+def flat(tmp_path: Path) -> str:
+    path = tmp_path / "flat.toml"
+    path.write_text(FLAT)
     return str(path)
 
 
@@ -123,6 +135,8 @@ def many(stretches: list[Stretch]) -> int:
         (*MIXED, Settings(points=9, model="planar"), 20),
         ("row", ["nodes.1.angle_deg=-20:20:3", "nodes.3.angle_deg=-60:60:7"], Settings(points=4), 12),
         ("weightless", ["nodes.2.height_mm=-40:40:5", "nodes.1.angle_deg=-40:40:5"], Settings(points=5), 5),
+        # At so rough a tolerance a rod that is nearly straight would pass for a planar one.
+        ("flat", ["segments.1.length_mm=500:500.6:7", "nodes.2.angle_deg=-1:1:3"], Settings(0.05, 5), 6),
         ("staggered-up-peak", ["nodes.1.height_mm=-60:60:4", "nodes.2.angle_deg=-30:30:3"], Settings(1e-6, 5), 0),
     ],
 )
@@ -130,7 +144,7 @@ def test_points_together_are_points_one_by_one(
     request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, case: tuple[str, list[str], Settings, int]
 ) -> None:
     which, axes, settings, together = case
-    shape = request.getfixturevalue(which) if which in ("row", "weightless") else which
+    shape = request.getfixturevalue(which) if which in ("row", "weightless", "flat") else which
     monkeypatch.setattr(sweep_run, "MOSTLY", 0.0)
     sweep, order = Sweep(shape, axes), Order(settings, MAKERS)
     found = list(SweepRun(sweep, order, 1).stretches())
