@@ -17,7 +17,7 @@ from curveline.rod.planar.approach import fitting_mesh
 from curveline.rod.planar.richardson import interpolate
 from curveline.rod.problem import Array, Bearing
 from curveline.rod.states.equilibrium import EXTENSIBLE, PLANAR, SPATIAL, Equilibrium, refine
-from curveline.scene import Scene
+from curveline.scene import STRAIGHT, Scene
 from curveline.simulation.simulate import scene_rod
 from curveline.units import between, deg
 
@@ -240,7 +240,8 @@ def _state(scene: Scene, push: Push) -> Equilibrium:
     if bare.loads != described.loads and any(state.name == name for state in _shown(bare, push.model)):
         message = f"{where}: the {name} does not withstand the loads in the file; under them there is {names}"
         raise Infeasible(message, "make these loads smaller, or take them out, and push again")
-    raise Infeasible(f"{where} has no stable {name} to push; there is {names}", "choose another one with --state")
+    lack = f"has no stable {name} to push" if name != STRAIGHT else "is not straight"
+    raise Infeasible(f"{where} {lack}; there is {names}", "choose another one with --state")
 
 
 def _shown(segment: ClampedRod, model: str) -> list[Equilibrium]:

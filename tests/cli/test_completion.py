@@ -75,7 +75,7 @@ def test_bash_completes_commands_options_and_names(home: Path, run: Run, monkeyp
         "quad single",
         "single",
         "mock",
-        "peak valley",
+        "peak valley straight",
         "--no-drawing",
         "",
         "complete -o default -F _curveline curveline",

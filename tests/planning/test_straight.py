@@ -19,6 +19,7 @@ from curveline.replay.monte_carlo import Setup, run_trials
 from curveline.replay.playback import replay
 from curveline.scene import Load, Node, Scene, Segment
 from curveline.shapes.files import read_display
+from curveline.simulation.simulate import simulate
 from curveline.units import deg, mm
 from playing import counts_of, motion
 
@@ -107,6 +108,32 @@ def test_a_straight_shape_alone_does_not_end_home() -> None:
 def test_a_level_line_at_home_is_one_step_and_a_raised_one_takes_a_detour() -> None:
     assert [step.action for step in make_plan(SHAPES["home"]).steps] == ["move"]
     assert [step.action for step in make_plan(SHAPES["raised"]).steps] == ["extrude", "translate", "extrude"]
+
+
+@pytest.mark.parametrize(
+    ("height", "angle", "spare", "state"),
+    [
+        (0, 0.6, -0.03, "s"),
+        (2, 1.45, 0.06, "s"),
+        (4, 1.7, 0.11, "s"),
+        (6, 2.39, 0.2, "s"),
+        (7, 2.69, 0.25, "s"),
+        (8, 2.87, 0.35, "p"),
+        (10, 3.58, 0.5, "p"),
+        (-2, -0.73, -0.03, "s"),
+        (-5, -1.76, 0.11, "s"),
+        (-7, -2.45, 0.24, "s"),
+        (-10, -3.6, 0.5, "v"),
+    ],
+)
+def test_low_waves_are_shown_to_half_a_millimetre(height: float, angle: float, spare: float, state: str) -> None:
+    """What is drawn is half a sine over the span, which hardly has more rod than the line below it."""
+    scene = shape([0, 0], [angle, -angle], [SPAN + spare], state)
+    make_plan(scene)
+    (segment,) = simulate(scene)
+    assert segment.wanted is not None
+    x, y = segment.wanted.curve(201).T
+    assert np.max(np.abs(y - mm(height) * np.sin(math.pi * x / mm(SPAN)))) < mm(0.5)
 
 
 def funnels(plan: Plan) -> int:
