@@ -21,15 +21,15 @@ def look_like_radians(values: Sequence[float], most: float = QUARTER) -> bool:
 
 def remark_on_radians(scene: Scene) -> str:
     """What is odd about the angles of a shape, as a sentence; empty if nothing is."""
-    if any(segment.state == STRAIGHT for segment in scene.segments):
-        # Nodes of straight segments hardly turn.
-        return ""
     nodes = scene.nodes
     angles = {
         "angle_deg": ([to_deg(node.angle) for node in nodes], QUARTER),
         "yaw_deg": ([to_deg(node.yaw) for node in nodes], QUARTER),
         "roll_deg": ([to_deg(node.roll) for node in nodes], TURN),
     }
+    if any(segment.state == STRAIGHT for segment in scene.segments):
+        # Nodes of straight segments hardly turn.
+        del angles["angle_deg"]
     # What went to SI and back is a number of few digits again.
     shown = {key: [float(f"{value:.12g}") for value in values] for key, (values, _) in angles.items()}
     odd = [key for key, (_, most) in angles.items() if look_like_radians(shown[key], most)]

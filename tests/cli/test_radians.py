@@ -43,6 +43,14 @@ def test_what_looks_like_radians(left: str, right: str, more: str, said: str, tm
     assert bool(said) is bool(remark)
 
 
+def test_small_angles_are_meant_where_segments_are_straight(tmp_path: Path) -> None:
+    low = tilted("0.9", "-0.9").replace("660.0", "500.02").replace('"peak"', '"straight"')
+    (tmp_path / "x.toml").write_text(low)
+    assert remark_on_radians(read_shape(tmp_path / "x.toml")) == ""
+    (tmp_path / "x.toml").write_text(low.replace("-0.9 }", "-0.9, roll_deg = 3.1416 }"))
+    assert remark_on_radians(read_shape(tmp_path / "x.toml")).startswith("is roll_deg in radians?")
+
+
 @pytest.mark.parametrize("path", builtin_shapes().values(), ids=builtin_shapes())
 def test_no_shape_of_ours_looks_like_that(path: Path) -> None:
     assert remark_on_radians(read_shape(path)) == ""
