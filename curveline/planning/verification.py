@@ -14,7 +14,7 @@ from functools import reduce
 
 from curveline.drive_settings import drive_settings
 from curveline.errors import Infeasible
-from curveline.planning.actuator_loads import ClampLoads, clamp_loads_of, clamp_loads_of_state
+from curveline.planning.actuator_loads import ClampLoads, actuator_load_of, clamp_loads_of, clamp_loads_of_state
 from curveline.planning.glances import Glance, Glances, past
 from curveline.planning.layout import Box, describe
 from curveline.rod.branches.continuation import FOLLOW_EDGES, STIFFEST, coarse_start, follow, stiffness_of, travel
@@ -23,6 +23,7 @@ from curveline.rod.branches.tracking import CLOSE, TrackedState, identify, on_ed
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.choice import AUTO, SearchRequest, model_states
 from curveline.rod.models.showable import Showable, showable_states
+from curveline.rod.models.straight import straight_state
 from curveline.rod.planar.approach import layer
 from curveline.rod.problem import Pose
 from curveline.rod.states.equilibrium import SPATIAL, Equilibrium
@@ -331,9 +332,24 @@ class Verifier:
             is_pulled = not is_slack(rod) and out_of_line(rod) > OUT_OF_LINE
             if is_pulled or missing(rod) > TAUT:
                 raise Refused(f"in uneven progress the rod would be pulled taut at {describe(pose)}")
+            self._check_pull(pose)
             segment_loads = map(clamp_loads_of_state, self.showable(pose).planar)
             self._weighed[pose] = reduce(ClampLoads.joined, segment_loads, ClampLoads())
         return self._weighed[pose]
+
+    def _check_pull(self, pose: Pose) -> None:
+        """Refused if a rod without any to spare, between nodes that point beside it, pulls harder than one motor can.
+
+        What it asks below that is not counted: play and what gives take it up.
+        """
+        rod = self.rod(pose)
+        if pose.start == pose.end == 0.0 or not is_straight(rod):
+            return
+        state, gives = straight_state(rod, COARSE_CURVE), self.display.drive.max_force
+        pull = actuator_load_of((clamp_loads_of_state(state),)).force
+        if state.stable and pull > gives:
+            text = f"in uneven progress the rod would pull with {pull:.1f} N, the motor gives {gives:.1f} N"
+            raise Refused(f"{text}, at {describe(pose)}")
 
 
 def _level_rod(display: Display) -> ClampedRod:

@@ -169,6 +169,18 @@ def test_the_step_that_ends_there_counts_what_the_straight_rod_asks() -> None:
     assert (level.margin_of, level.margin) == ("stability; any state will do", 1.0)
 
 
+def test_no_mixture_of_uneven_progress_pulls_harder_than_the_motors() -> None:
+    # At home the rod has nothing for nodes that are turned this far, while they are not fed yet.
+    scene = waves(2, 6.0)
+    most = scene.display.drive.max_force
+    early = replace(scene, segments=(replace(scene.segments[0], length=scene.display.span),))
+    (state,) = simulate(early)[0].states
+    assert np.hypot(*state.clamp_force[1]) > most
+    plan = make_plan(scene)
+    assert len(plan.steps) > 1
+    assert max(step.max_force_N for step in plan.steps) <= most
+
+
 def test_runs_with_errors_end_straight() -> None:
     scene = SHAPES["roof"]
     runs = list(run_trials(Setup(scene.display, make_plan(scene)), range(1, 41)))
