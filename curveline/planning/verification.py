@@ -338,12 +338,12 @@ class Verifier:
         return self._weighed[pose]
 
     def _check_pull(self, pose: Pose) -> None:
-        """Refused if a rod without any to spare, between nodes that point beside it, pulls harder than one motor can.
+        """Refused if a rod without any to spare, between nodes that are not at home, pulls harder than a motor can.
 
         What it asks below that is not counted: play and what gives take it up.
         """
         rod = self.rod(pose)
-        if pose.start == pose.end == 0.0 or not is_straight(rod):
+        if pose.y == pose.start == pose.end == 0.0 or not is_straight(rod):
             return
         state, gives = straight_state(rod, COARSE_CURVE), self.display.drive.max_force
         pull = actuator_load_of((clamp_loads_of_state(state),)).force
