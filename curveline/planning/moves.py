@@ -24,12 +24,18 @@ SLACK = 1e-9
 class DisplayState:
     """Where a display stands and the state of every segment, None where it can be in any.
 
-    A stage that `keeps` its states must not lose them; where it does not, a state that would be lost may become any.
+    A stage that `keeps` its states must not lose them, but for those of the `free` segments, from 0; where it does not,
+    a state that would be lost may become any.
     """
 
     layout: Layout
     holds: tuple[TrackedState | None, ...]
     keeps: bool = True
+    free: frozenset[int] = frozenset()
+
+    def must_keep(self, segment: int) -> bool:
+        """True if the state of a segment, from 0, must not be lost."""
+        return self.keeps and segment not in self.free
 
 
 @dataclass(frozen=True)
@@ -113,7 +119,7 @@ def _step(verifier: Verifier, travel: Travel, leg: Leg) -> Travel:
     )
     verifier.tell()
     keeps = stage.keeps or bool(leg.funnels)
-    return Travel((*travel.moves, move), DisplayState(goal, tuple(each.hold for each in passed), keeps))
+    return Travel((*travel.moves, move), DisplayState(goal, tuple(each.hold for each in passed), keeps, stage.free))
 
 
 def _pass(verifier: Verifier, stage: DisplayState, goal: Layout, which: tuple[int, str]) -> Passed:
@@ -127,7 +133,7 @@ def _pass(verifier: Verifier, stage: DisplayState, goal: Layout, which: tuple[in
     try:
         if wanted:
             return verifier.funnel(before, after, box, wanted)
-        if hold is not None and (stage.keeps or verifier.can_keep(before, after, box, hold)):
+        if hold is not None and (stage.must_keep(segment) or verifier.can_keep(before, after, box, hold)):
             return verifier.keep(before, after, box, hold)
         return verifier.allow(before, after, box)
     except Refused as refusal:

@@ -98,11 +98,9 @@ def travel_home(verifier: Verifier, travel: Travel) -> Travel:
 
 
 def _released(travel: Travel, goal: Goal) -> Travel:
-    """The same display, of whose segments that are to be straight nobody keeps the state."""
-    holds = tuple(
-        None if wanted == STRAIGHT else hold for hold, wanted in zip(travel.stage.holds, goal.wanted, strict=True)
-    )
-    return replace(travel, stage=replace(travel.stage, holds=holds))
+    """The same display, whose segments that are to be straight need not keep their states."""
+    free = frozenset(segment for segment, wanted in enumerate(goal.wanted) if wanted == STRAIGHT)
+    return replace(travel, stage=replace(travel.stage, free=free))
 
 
 def _direct_ways(verifier: Verifier, here: Layout, goal: Goal) -> Iterator[Way]:

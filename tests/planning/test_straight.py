@@ -159,6 +159,16 @@ def test_from_shape_to_shape() -> None:
     assert again.wanted == ("straight",) * 4
 
 
+def test_from_a_known_curve_the_rod_is_taken_in_as_it_lies() -> None:
+    plan = make_plan(SHAPES["raised"], *start_at(shape([0, 0], [20, -20], [600], "p")))
+    assert [step.states for step in plan.steps] == [("peak",)] * (len(plan.steps) - 1) + [("straight",)]
+    assert plan.granted == ("peak",)
+    prove_again(plan, SHAPES["raised"].display)
+    # In any state the rod of this row asks more of a node between two segments than its motor gives.
+    row = shape([0] * 5, [20, 0, 0, 0, -20], [600] * 4, "pppp")
+    assert make_plan(SHAPES["row raised"], *start_at(row)).wanted == ("straight",) * 4
+
+
 def test_the_step_that_ends_there_counts_what_the_straight_rod_asks() -> None:
     last = make_plan(waves(2, 2.0)).steps[-1]
     assert last.max_force_N > 0.5
