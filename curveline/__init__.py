@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from curveline.api import status as status
     from curveline.api import stop as stop
     from curveline.api import sweep as sweep
-    from curveline.api import write as write
     from curveline.bench.comparison import compare_bench as compare_bench
     from curveline.bench.history import keep_bench as keep_bench
     from curveline.bench.history import read_bench as read_bench
@@ -73,6 +72,7 @@ if TYPE_CHECKING:
     from curveline.simulation.explanation import explain as explain
     from curveline.simulation.results import Settings as Settings
     from curveline.simulation.shape_batch import simulate_many as simulate_many
+    from curveline.writing import write as write
 
 _HOMES = {
     "simulate": "api",
@@ -94,7 +94,8 @@ _HOMES = {
     **dict.fromkeys(("keep_bench", "read_bench"), "bench.history"),
     "compare_bench": "bench.comparison",
     "connect": "driving.session",
-    **dict.fromkeys(("status", "stop", "rod_now", "runs", "log", "write"), "api"),
+    **dict.fromkeys(("status", "stop", "rod_now", "runs", "log"), "api"),
+    "write": "writing",
     **dict.fromkeys(("new_keys", "read_keys", "node_image"), "driving.site_keys"),
     "read_shape": "shapes.files",
     "read_display": "shapes.files",

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from curveline.material.drum_fit import SetFit
     from curveline.material.drum_readings import DrumReading
     from curveline.material.history import Dwell
-    from curveline.outputs import ResultKind
     from curveline.plan_file import Plan
     from curveline.replay.trials import Trials, TrialsRequest
     from curveline.scene import Display, Scene
@@ -334,71 +333,3 @@ def log(run: Run | Path | str, folder: Path | str | None = None) -> RunLog:
     if isinstance(run, Run):
         return read_log(run.folder)
     return read_log(run_named(os.fspath(run), runs_folder() if folder is None else Path(folder)))
-
-
-def write(
-    result: object,
-    path: str | os.PathLike[str],
-    *,
-    force: bool = False,
-    points: int | None = None,
-    plot: str = "",
-) -> None:
-    """Keep a result in a file whose suffix says how: data, a figure or a film.
-
-    | result | suffixes |
-    |---|---|
-    | `ShapeReport`, a sequence of them, `ShapeBatch` | .json, .npz, .csv, .svg, .png, .pdf |
-    | `Plan` | .json, to be sent or played; .svg, .png, .pdf, .gif |
-    | `Fit` | .toml, the shape; .json, .svg, .png, .pdf |
-    | `Loading`, `LoadMap` | .json, .svg, .png, .pdf |
-    | `SnapFall` | .gif, .svg, .png, .pdf |
-    | `BenchReport` | .json, .svg, .png, .pdf |
-    | `SweepReport` | .json, .npz, .csv; .svg, .png and .pdf over one key or two |
-
-    Curves of shapes and sweeps have `points` points, as many as their settings say (201) if it is None. `plot` is what
-    the figure of a sweep over one key shows: a number of the rows such as "energy_mJ", "mean_height_mm" if it is empty.
-    Raises InvalidInput for a suffix that does not suit the result, or a file that exists, unless `force` is given;
-    MissingExtra for a figure without matplotlib.
-    """
-    from curveline.outputs import write_output, write_sweep
-    from curveline.simulation.sweep_report import SweepReport
-
-    if isinstance(result, SweepReport):
-        write_sweep(path, result, points=points, plot=plot, force=force)
-        return
-    if plot:
-        raise InvalidInput(f"{plot}: what is plotted is chosen for the figure of a sweep only", "leave plot out")
-    kind, content = _kept(result, path, points)
-    write_output(kind, path, content, force=force)
-
-
-def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> tuple[ResultKind, Sequence[object]]:
-    """The kind of a result, and what its encoders take."""
-    from curveline.bench.report import BenchReport
-    from curveline.displays.of_plan import display_of
-    from curveline.fitting.fit import Fit
-    from curveline.loading.falling import SnapFall
-    from curveline.loading.load_map import LoadMap
-    from curveline.loading.snap_through import Loading
-    from curveline.outputs import FALL, FIT, LOADING, PLAN, PLAN_FILE, SIMULATION, TRADE
-    from curveline.plan_file import Plan
-    from curveline.simulation.results import ShapeReport
-    from curveline.simulation.shape_batch import ShapeBatch
-
-    if isinstance(result, Plan):
-        is_plan = PLAN.suffix_of(path) == PLAN_FILE
-        return PLAN, (result,) if is_plan else (result, display_of(result), lambda done: None)
-    if isinstance(result, Fit):
-        return FIT, (result, path)
-    if isinstance(result, Loading | LoadMap):
-        return LOADING, (result,)
-    if isinstance(result, SnapFall | BenchReport):
-        return FALL if isinstance(result, SnapFall) else TRADE, (result,)
-    if isinstance(result, ShapeBatch):
-        result = result.reports
-    reports = [result] if isinstance(result, ShapeReport) else result
-    if isinstance(reports, Sequence) and reports and all(isinstance(each, ShapeReport) for each in reports):
-        return SIMULATION, ([each.with_points(points) for each in reports],)
-    hint = "write its `document()` as JSON yourself" if hasattr(result, "document") else "pass what a function returned"
-    raise InvalidInput(f"a {type(result).__name__} is kept in no file", hint)
