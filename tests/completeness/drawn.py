@@ -38,9 +38,8 @@ def planned(display: Display, count: int, seed: int) -> None:
         beyond += found.least_possible.rms > found.rms or found.least_possible.max > found.max
         worst[drawing.name].append(1e3 * found.rms)
     spent = (time.process_time() - begin) / count
-    print(
-        f"{display.name}: {plans} of {count} have a plan, {nothing} no curve, {beyond} bounds too high, {spent:.2f} s each"
-    )
+    print(f"{display.name}: {plans} of {count} have a plan, {nothing} no curve; {spent:.2f} s each")
+    print(f"  bounds that a fit fell below: {beyond}")
     for kind, off in worst.items():
         print(f"  {kind}: {np.median(off) if off else math.nan:.2f} mm RMS, the median")
 
