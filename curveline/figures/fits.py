@@ -30,6 +30,7 @@ from curveline.figures.common import (
 )
 from curveline.fitting.fit import Fit
 from curveline.fitting.measured import Gaps
+from curveline.phrases import wrapped
 from curveline.system.files import AnyPath
 from curveline.units import to_mm
 
@@ -42,6 +43,8 @@ LEAST_SHOWN = 1e-3  # [mm] at the top of the panel of the distances
 GAPS_HEIGHT = 1.2  # [inch] of the panel of the distances
 MARKED = 3
 """Places that are marked, with the reasons why."""
+LETTERS_OF_REASON = 70
+"""In a line of the legend."""
 LEAST_SHARE = 0.5
 """Of the largest distance, that a place has to be marked."""
 ROOM = 0.08
@@ -84,10 +87,10 @@ def _marked(found: Fit) -> list[int]:
 
 
 def _reason(number: int, found: Fit) -> Any:
+    """An entry of the legend that says how far a marked place is off, and why."""
     miss = found.worst[number - 1]
-    return legend_entry(
-        within(f"{number}: {to_mm(miss.off):.3g} mm, {miss.why}", WIDTH), color=FORCE, marker="o", linestyle="none"
-    )
+    label = "\n".join(wrapped(f"{number}: {to_mm(miss.off):.3g} mm, {miss.why}", width=LETTERS_OF_REASON, hang=0))
+    return legend_entry(label, color=FORCE, marker="o", linestyle="none")
 
 
 def _draw_curves(panel: Axes, found: Fit, width: float) -> None:

@@ -24,7 +24,7 @@ from curveline.fitting.row import (
     limits_of,
 )
 from curveline.scene import Range
-from curveline.units import deg, to_deg, to_mm, to_nmm
+from curveline.units import deg, mm, to_deg, to_mm, to_nmm
 
 ACTIVE = 0.02
 """A limit that is left by less than this, as a part of it, is active."""
@@ -38,10 +38,14 @@ TURNED = deg(8.0)
 """By which a drawing turns the other way before that counts as another bend."""
 SMOOTHED = 7
 """Points of a drawing's piece over which its direction is averaged."""
-CORNER = deg(25.0)
-"""By which a drawing turns from one of its points to the next, to have a corner there."""
-NEAR_CORNER = 0.06
-"""Part of the span."""
+CORNER = deg(8.0)
+"""By which a drawing turns from one of its points to the next, and stays so, to have a corner there."""
+ROUGH_SHARE = 0.85
+"""Of the points of a drawing, more than the others of which turn by so much where it is rough."""
+NEAR_CORNER = mm(30.0)
+"""Along the drawing, between a corner and the place that is off for it."""
+BESIDE = mm(12.0)
+"""Before and after a corner, over which the drawing has a direction."""
 MOST_BENDS = 2
 """Inflections of a stable rod: 5,997 of 6,000 stable curves of a display had no more."""
 
@@ -158,23 +162,24 @@ def misses_of(wanted: Wanted, limits: tuple[ActiveLimit, ...], best: MeasuredSha
     for segment, (fine, gaps) in enumerate(zip(wanted.fine, best.gaps, strict=True)):
         farthest = int(np.argmax(gaps.back))
         x, y = fine[farthest].tolist()
-        point = int(np.argmin(np.hypot(*(wanted.pieces[segment] - fine[farthest]).T)))
-        why = why_off(wanted, limits, best.rms, (segment, point))
+        why = why_off(wanted, limits, best.rms, (segment, farthest))
         found.append(Miss(x + segment * wanted.display.span, y, float(gaps.back[farthest]), why))
     return tuple(sorted(found, key=lambda miss: -miss.off))
 
 
 def why_off(wanted: Wanted, limits: tuple[ActiveLimit, ...], rms: float, place: tuple[int, int]) -> str:
-    """Why the rod is off at a place: a segment, from 0, and the number of a point of its piece of the drawing."""
+    """Why the rod is off at a place: a segment, from 0, and the number of a point of its fine piece of the drawing."""
     segment, point = place
     piece, number = wanted.pieces[segment], segment + 1
+    if _is_rough(wanted.fine[segment]):
+        return "the drawing is rough: its points lie to either side"
     bends = bends_of(piece)
     if bends > MOST_BENDS:
         return (
             f"segment {number} of the drawing changes the side it bends to {bends} times; a stable rod does at most "
             f"{MOST_BENDS} times"
         )
-    corner = _corner_near(wanted, piece, point)
+    corner = _corner_near(wanted.fine[segment], point)
     if corner:
         return f"a corner of {to_deg(corner):.0f} deg: the rod stays smooth"
     for limit in limits:
@@ -184,14 +189,15 @@ def why_off(wanted: Wanted, limits: tuple[ActiveLimit, ...], rms: float, place: 
             or not (limit.segments or limit.nodes)
         )
         if here and (limit.costs or 0.0) > LEAST_PART * rms:
-            return "stability: nearer states would not keep the margin" if limit.name == "margin" else f"{limit.name}"
+            if limit.name == "margin":
+                return "stability: nearer states would not keep the margin"
+            return f"held back by {limit.name}"
     return "a segment has five numbers, and none of them leads nearer"
 
 
 def bends_of(piece: Array) -> int:
     """How often a piece of a drawing changes the side to which it bends, small wiggles left out."""
-    way = np.diff(piece, axis=0)
-    angles = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+    angles = _angles(piece)
     kernel = np.ones(SMOOTHED) / SMOOTHED
     angles = np.convolve(np.pad(angles, SMOOTHED // 2, mode="edge"), kernel, mode="valid")
     changes, side, extreme = 0, 0.0, float(angles[0])
@@ -206,12 +212,34 @@ def bends_of(piece: Array) -> int:
     return changes
 
 
-def _corner_near(wanted: Wanted, piece: Array, point: int) -> float:
-    """By how much the drawing turns at a corner near one of its points [rad]; 0 without one."""
-    way = np.diff(piece, axis=0)
-    angles = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
-    # A corner lies between two of the equally spaced points, so that its turn is seen over two steps.
+def _is_rough(drawn: Array) -> bool:
+    """True if a drawing turns back and forth all along, as noise does."""
+    return float(np.quantile(np.abs(np.diff(_angles(drawn))), ROUGH_SHARE)) > CORNER
+
+
+def _angles(drawn: Array) -> Array:
+    """Where the pieces of a polyline point [rad]."""
+    way = np.diff(drawn, axis=0)
+    return np.asarray(np.unwrap(np.arctan2(way[:, 1], way[:, 0])))
+
+
+def _corner_near(drawn: Array, place: int) -> float:
+    """By how much a drawing turns at a corner near one of its points [rad]; 0 without one.
+
+    It turns there from one point to the next, as no smooth one does, and goes on another way, as noise does not.
+    """
+    angles, lengths = _angles(drawn), np.hypot(*np.diff(drawn, axis=0).T)
+    along = np.concatenate([[0.0], np.cumsum(lengths)])
+    # A corner between two of the points is seen over two steps.
     turns = np.abs(angles[2:] - angles[:-2])
-    near = np.hypot(*(piece[1:-2] - piece[point]).T) < NEAR_CORNER * wanted.display.span
-    largest = float(np.max(turns[near], initial=0.0))
-    return largest if largest > CORNER else 0.0
+    near = np.abs(along[1:-2] - along[place]) < NEAR_CORNER
+    if not np.any(near):
+        return 0.0
+    corner = int(np.argmax(np.where(near, turns, 0.0)))
+    before = (along[:-1] > along[corner + 1] - BESIDE) & (along[:-1] < along[corner])
+    after = (along[:-1] > along[corner + 2]) & (along[:-1] < along[corner + 2] + BESIDE)
+    if turns[corner] < CORNER or not (np.any(before) and np.any(after)):
+        return 0.0
+    ways = [float(np.average(angles[side], weights=lengths[side])) for side in (before, after)]
+    turned = abs(ways[1] - ways[0])
+    return turned if turned > CORNER else 0.0

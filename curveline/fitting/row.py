@@ -21,7 +21,7 @@ from curveline.rod.branches.continuation import STIFFEST
 from curveline.rod.branches.drawn import LOADS, LOWEST, NUMBERS, SHARPEST, laid, misfits
 from curveline.rod.problem import Bearing, Pose
 from curveline.scene import Display
-from curveline.units import deg, mm
+from curveline.units import deg
 
 Array = npt.NDArray[np.float64]
 HeldState = tuple[Array, Array]
@@ -31,8 +31,6 @@ EDGES = 48
 LEAST_EXCESS = 6e-4
 """Of the free rod over the line between its clamps, as a part of the span: what is straighter is no curve that a plan
 can hold."""
-TAKEN_UP = mm(0.01)
-"""By which a straight rod is short, so that it is drawn and not pressed: a fraction of what its motors pull."""
 IN_LINE = deg(4.0)
 """By how much the clamps of a straight segment may point beside it: less than `slack.OUT_OF_LINE`."""
 
@@ -146,7 +144,7 @@ def lengths_of(wanted: Wanted, numbers: Array) -> Array:
     curved = np.hypot(wanted.display.span, np.diff(heights)) + wanted.display.span * roots**2
     x, y = _mouth_to_mouth(wanted, numbers)
     least = wanted.display.limits.length.low
-    lengths: Array = np.where(roots == 0.0, np.maximum(np.hypot(x, y) + wanted.display.clamp - TAKEN_UP, least), curved)
+    lengths: Array = np.where(roots == 0.0, np.maximum(np.hypot(x, y) + wanted.display.clamp, least), curved)
     return lengths
 
 
@@ -302,7 +300,7 @@ def _chain(wanted: Wanted, numbers: Array, segment: int) -> Array:
         x, y = (float(each[segment]) for each in _mouth_to_mouth(wanted, numbers))
         half, free = 0.5 * wanted.display.clamp, math.hypot(x, y)
         chain[4, 3] = 1.0
-        if free + wanted.display.clamp - TAKEN_UP < wanted.display.limits.length.low:
+        if free + wanted.display.clamp < wanted.display.limits.length.low:
             return chain
         chain[0, 3], chain[1, 3] = -y / free, y / free
         for place in (2, 3):

