@@ -22,6 +22,7 @@ from curveline.driving.one_node import OneNode
 from curveline.driving.run_result import RunResult
 from curveline.driving.runs import Run
 from curveline.driving.session import Session
+from curveline.fitting.fit import Fit
 from curveline.loading.snap_through import Loading
 from curveline.material.drum_fit import SetFit
 from curveline.plan_file import Plan
@@ -45,6 +46,7 @@ STANDS_FOR: dict[str, Any] = {
     "control": curveline.Control,
     "curveline": curveline,
     "fit": SetFit,
+    "found": Fit,
     "keys": SiteFile,
     "loading": Loading,
     "log": RunLog,

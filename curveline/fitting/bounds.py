@@ -22,8 +22,8 @@ STRETCH = 1e-3
 class Bounds(NamedTuple):
     """Distances [m] that no shape of a display falls below: of the root mean square, and of the largest."""
 
-    rms: float
-    max: float
+    rms: float  # of the root mean square distance
+    max: float  # of the largest distance
 
 
 def bounds_of(wanted: Wanted) -> Bounds:

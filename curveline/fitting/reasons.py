@@ -148,12 +148,12 @@ def _without(wanted: Wanted, name: str) -> Wanted:
 
 @dataclass(frozen=True)
 class Miss:
-    """A place of the drawing [m] from which the rod is `off` [m], in the display's frame, and why."""
+    """A place of the drawing, in the display's frame, that is far from the rod."""
 
-    x: float
-    y: float
-    off: float
-    why: str
+    x: float  # [m]
+    y: float  # [m]
+    off: float  # how far from the rod [m]
+    why: str  # the reason, in words
 
 
 def misses_of(wanted: Wanted, limits: tuple[ActiveLimit, ...], best: MeasuredShape) -> tuple[Miss, ...]:
