@@ -52,17 +52,13 @@ MOST_BENDS = 2
 
 @dataclass(frozen=True)
 class ActiveLimit:
-    """A limit at which a shape stands, by its key in a display file or "margin", its `value` in the unit of the key.
+    """A limit at which a shape stands."""
 
-    `nodes` and `segments`, from 1, are those that stand at it. `costs` is by how much the root mean square distance
-    would fall without it [m]; None if that is not known.
-    """
-
-    name: str
-    value: float
-    nodes: tuple[int, ...]
-    segments: tuple[int, ...]
-    costs: float | None
+    name: str  # its key in a display file, or "margin"
+    value: float  # in the unit of the key
+    nodes: tuple[int, ...]  # from 1, those that stand at it
+    segments: tuple[int, ...]  # from 1, those that stand at it
+    costs: float | None  # by how much the root mean square distance falls without it [m]; None if that is not known
 
 
 def active_limits(wanted: Wanted, row: FittedRow) -> tuple[ActiveLimit, ...]:
