@@ -161,6 +161,8 @@ def test_it_buckles_where_euler_says() -> None:
     assert [state.name for state in states_of(rod_of(LIGHT, 1.1 * euler))] == ["peak", "valley"]
     assert not is_too_short_to_buckle(rod_of(LIGHT, euler))
     assert is_too_short_to_buckle(rod_of(LIGHT, 0.8 * euler))
+    assert not is_too_short_to_buckle(changed(rod_of(LIGHT, 0.0), loads=[(0.5, -5.0, 0.0)]))
+    assert is_too_short_to_buckle(changed(rod_of(LIGHT, 0.0), loads=[(0.5, -4.0, -5.0)]))
     soft = replace(LIGHT, clamp_stiffness=1.0)
     assert not is_too_short_to_buckle(rod_of(soft, 0.8 * euler))
 

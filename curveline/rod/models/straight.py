@@ -31,11 +31,16 @@ def is_too_short_to_buckle(rod: ClampedRod) -> bool:
     makes it buckle.
 
     Between gentle clamps what a rod takes up, by strain P / EA and by bending, grows with the thrust P up to Euler's
-    load, and below that there is one curve for each; so a second one takes a strain above that of the load.
+    load, and below that there is one curve for each; so a second one takes a strain above that of the load. Weight and
+    loads along the rod may all push on the part of it that is pressed most.
     """
-    buckling = math.pi**2 if rod.has_giving_clamps else 4.0 * math.pi**2
-    spare = 1.0 - math.hypot(*rod.free_chord) / rod.free_length
-    return spare < SURELY * buckling * rod.stretching_compliance / rod.free_length**2
+    x, y = rod.free_chord
+    way = math.hypot(x, y)
+    along = [abs(x * load.x + y * load.y) / way for load in rod.loads]
+    along.append(abs(x * rod.weight_x - y * rod.weight) / way * rod.free_length)
+    thrust = (1.0 - way / rod.free_length) * rod.section.stretching_stiffness + math.fsum(along)
+    modes = 1.0 if rod.has_giving_clamps else 4.0
+    return thrust < SURELY * modes * math.pi**2 * rod.stiffness / rod.free_length**2
 
 
 def straight_state(rod: ClampedRod, tolerance: float) -> Equilibrium:
