@@ -17,16 +17,18 @@ import numpy as np
 
 import curveline
 from curveline.fitting.fit import FitRequest
+from curveline.fitting.starts import level_rod
 from curveline.kernels.kernel import SHIPPED, Kernel
 from curveline.replay.trials import TrialsRequest
 from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.models.straight import straight_state
 from curveline.rod.natural_curvature import NaturalCurvature
 from curveline.rod.problem import Bearing, Pose
 from curveline.rod.spatial.dynamics import Medium
 from curveline.rod.states.planar_states import find_states
 from curveline.scene import Profile
 from curveline.sections import Rectangle
-from curveline.shapes.files import read_shape
+from curveline.shapes.files import read_display, read_shape
 from curveline.simulation.batch import Order, line_of
 from curveline.simulation.results import Settings
 from curveline.simulation.sweep import Sweep
@@ -104,6 +106,9 @@ def rehearse() -> None:
     for model in ("auto", "spatial"):
         curveline.simulate(replace(heavy, display=replace(heavy.display, rod=bent)), model=model)
     NaturalCurvature(np.array([0.0]), np.array([1.0]))(np.array([0.5]))
+    # A straight rod that Newton's method loses, and a softer one leads to.
+    tilted = Pose(0.5, -0.03413766025773168, -0.028881427794499703, -0.03279219857682305, 0.5013615927491758)
+    straight_state(level_rod(read_display("single")).moved_to(tilted), 1e-4)
     curveline.fit([(0.0, 0.0), (0.25, 0.1), (0.5, 0.0)], request=FitRequest(is_planned=False))
     plan = curveline.plan(SHAPES / "level-asymmetric-peak.toml")
     curveline.monte_carlo(plan, TrialsRequest(runs=3, jobs=1))

@@ -335,7 +335,7 @@ def merit(problem, phi, multipliers):
     return total
 
 
-@njit
+@shipped(Problem, Vector, Vector, Effort)
 def descend(problem, phi, multipliers, effort):
     """Go downhill from `phi (n,)` to a stable equilibrium, as `way_down` says; returns the iterations it gives."""
     return way_down(problem, phi, multipliers, effort)[0]
