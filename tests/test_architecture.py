@@ -19,7 +19,8 @@ LEFT_TO_RIGHT = """
 _version errors units phrases listening notebook system sections material scene drive_settings plan_file shapes
 kernels rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
-simulation loading planning replay displays figures outputs driving notebook_listener bench/methods bench api
+simulation loading planning replay displays figures outputs driving driving/lines
+notebook_listener bench/methods bench api
 cli/printing cli/printing/progress cli/printing/help cli/printing/reports cli cli/commands cli/app
 """
 ROOMS = LEFT_TO_RIGHT.split()
