@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from curveline.bench.measuring import measure as measure
     from curveline.bench.measuring import measure_link as measure_link
     from curveline.driving.lines.from_python import dry_run_lines as dry_run_lines
+    from curveline.driving.lines.from_python import home_lines as home_lines
     from curveline.driving.lines.from_python import resume_lines as resume_lines
     from curveline.driving.lines.from_python import send_lines as send_lines
     from curveline.driving.run_listener import RunListener as RunListener
@@ -82,7 +83,7 @@ _HOMES = {
     **dict.fromkeys(("keep_bench", "read_bench"), "bench.history"),
     "compare_bench": "bench.comparison",
     "connect": "driving.session",
-    **dict.fromkeys(("send_lines", "resume_lines", "dry_run_lines"), "driving.lines.from_python"),
+    **dict.fromkeys(("send_lines", "home_lines", "resume_lines", "dry_run_lines"), "driving.lines.from_python"),
     **dict.fromkeys(("status", "stop", "rod_now", "runs", "log", "write"), "api"),
     **dict.fromkeys(("new_keys", "read_keys", "node_image"), "driving.site_keys"),
     "read_shape": "shapes.files",

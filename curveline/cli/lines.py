@@ -12,7 +12,7 @@ from curveline.driving.interrupted import resuming
 from curveline.driving.lines.dry_lines import dry_run_of_lines
 from curveline.driving.lines.interrupted_lines import InterruptedLines, find_interrupted_lines
 from curveline.driving.lines.lines_result import LinesHalted, LinesResult
-from curveline.driving.lines.lines_wish import LinesRadio, LinesWish, read_lines
+from curveline.driving.lines.lines_wish import LinesRadio, LinesWish, going_home, read_lines
 from curveline.driving.lines.preparing_lines import LinesSite, prepared_lines, prepared_rest
 from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO
 from curveline.phrases import counted
@@ -31,7 +31,8 @@ def named_lines(named: Named, means: Means, *, is_typed: bool, is_dry: bool) -> 
         found = find_interrupted_lines(named.resume, means.runs)
         return found if found is None or not is_typed else found.over(means.spec)
     radio = LinesRadio(means.spec if is_typed else "", means.spec, is_needed=not is_dry)
-    return read_lines(named.folder, radio)
+    lines = read_lines(named.folder, radio)
+    return going_home(lines) if named.home else lines
 
 
 def rehearse(wish: Asked, means: Means, *, as_json: bool) -> int:

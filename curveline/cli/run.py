@@ -53,8 +53,8 @@ class Named:
         if self.display is not None and (self.files or not (self.home or self.resume == LAST)):
             hint = "a plan, a shape or a run names its own display"
             raise InvalidInput("--display is for --home alone and for --resume last", hint)
-        if self.folder and (len(self.files) > 1 or self.home):
-            hint = "send the shapes, or bring the display home, of each line by itself"
+        if self.folder and len(self.files) > 1:
+            hint = "send the shapes of each line by themselves"
             raise InvalidInput(f"{self.folder}: a folder of lines is taken by itself", hint)
         return self
 

@@ -140,12 +140,28 @@ def test_a_radio_that_is_typed_is_that_of_all_lines_one_of_the_environment_of_th
     assert radios("--radio", "mock:fresh,seed=9") == ["mock:fresh,seed=9"] * 2
 
 
-@pytest.mark.parametrize("more", [["--home"], ["--resume", "last"], ["--display", "single"], ["other"]])
+@pytest.mark.parametrize("more", [["--resume", "last"], ["--display", "single"], ["other"]])
 def test_a_folder_is_taken_by_itself(run: Run, more: list[str], tmp_path: Path) -> None:
     folder = quick_lines(tmp_path / "roof", ["mock"])
     code, _, err = run("send", str(folder), *more, "--yes")
     assert code == 2
     assert err.startswith("error: ")
+
+
+def test_all_displays_of_a_folder_are_brought_home_so_that_it_can_be_sent_again(run: Run, tmp_path: Path) -> None:
+    folder = lines_folder(tmp_path / "roof", ["mock", "mock", "mock:seed=3"], plans=3)
+    # One of them stands at home already.
+    assert run("send", str(folder), "--yes", "--radio", "mock").code == 0
+    assert run("send", "--home", "--display", str(folder / "display-2.toml"), "--radio", "mock", "--yes").code == 0
+    code, _, err = run("send", str(folder), "--yes")
+    assert code == 3
+    assert "line L1: node 1 does not stand where the plan starts" in err
+    code, out, _ = run("send", str(folder), "--home", "--yes", "--json")
+    assert code == 0
+    lines = json.loads(out)["lines"]
+    assert [line["rod"]["states"] for line in lines] == [["straight"] * 2] * 3
+    assert all(node["counts"] == [0, 0, 0] for line in lines for node in line["nodes"])
+    assert run("send", str(folder), "--yes").code == 0
 
 
 def test_a_folder_without_a_manifest_says_what_to_write(run: Run, tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ def send(
         typer.Option(
             "--home",
             rich_help_panel=WHAT,
-            help="Bring the display home, after the shapes if any: level, upright, the rod straight.",
+            help="Bring the display home, after the shapes if any, or all of a folder: level, upright, rods straight.",
         ),
     ] = False,
     display: Annotated[

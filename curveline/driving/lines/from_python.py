@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from curveline.driving.lines.dry_lines import LinesDryRun, dry_run_of_lines
 from curveline.driving.lines.interrupted_lines import find_interrupted_lines
 from curveline.driving.lines.lines_result import LinesResult
-from curveline.driving.lines.lines_wish import LinesRadio, read_lines
+from curveline.driving.lines.lines_wish import LinesRadio, going_home, read_lines
 from curveline.driving.lines.preparing_lines import LinesSite, prepared_lines, prepared_rest
 from curveline.driving.run_listener import UNHEARD, RunListener
 from curveline.errors import InvalidInput
@@ -36,9 +36,30 @@ def send_lines(
     that can be held are held.
     """
     wish = read_lines(folder, LinesRadio(radio))
-    site = LinesSite(runs_folder() if runs is None else Path(runs), listener)
-    with prepared_lines(wish, site) as ready:
+    with prepared_lines(wish, LinesSite(_where(runs), listener)) as ready:
         return ready.send(control)
+
+
+def home_lines(
+    folder: AnyPath,
+    radio: str = "",
+    *,
+    runs: Path | str | None = None,
+    control: Control | None = None,
+    listener: RunListener = UNHEARD,
+) -> LinesResult:
+    """Bring all displays of a folder home, in one run, from wherever they stand; else as `send_lines`.
+
+    Nodes are level and upright then, and the rods straight, so that the folder's plans can be sent again.
+    """
+    wish = going_home(read_lines(folder, LinesRadio(radio)))
+    with prepared_lines(wish, LinesSite(_where(runs), listener)) as ready:
+        return ready.send(control)
+
+
+def _where(runs: Path | str | None) -> Path:
+    """The folder of the records of runs."""
+    return runs_folder() if runs is None else Path(runs)
 
 
 def resume_lines(
@@ -54,8 +75,7 @@ def resume_lines(
     Each line goes on over the radio it was sent through, or all over `radio`. Lines that are done stay as they are. A
     line that cannot go on is left where it is, and its `error` says why.
     """
-    where = runs_folder() if runs is None else Path(runs)
-    broken = find_interrupted_lines(os.fspath(run), where)
+    broken = find_interrupted_lines(os.fspath(run), where := _where(runs))
     if broken is None:
         raise InvalidInput("this run is of one display", "`session.resume` goes on with it")
     if radio:
@@ -72,4 +92,4 @@ def dry_run_lines(
     `lines` of what comes back has the frames of each line by its name. Raises InvalidInput as `send_lines`.
     """
     wish = read_lines(folder, LinesRadio(radio, is_needed=False))
-    return dry_run_of_lines(wish, runs_folder() if runs is None else Path(runs), listener)
+    return dry_run_of_lines(wish, _where(runs), listener)

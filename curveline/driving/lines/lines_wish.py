@@ -8,12 +8,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from curveline.drive_settings import DriveSettings, drive_settings
+from curveline.driving.lines.naming import errors_of
 from curveline.driving.live import same_radio
-from curveline.driving.tours import Tour
+from curveline.driving.tours import Tour, home_of
 from curveline.driving.wishes import wish_of
 from curveline.errors import InvalidInput
 from curveline.plan_file import Plan, sealed
 from curveline.radio.host.preflight import check_targets
+from curveline.radio.host.stop_causes import named_display
 from curveline.radio.interface import check_radio
 from curveline.radio.mock.store import file_label
 
@@ -83,8 +85,19 @@ def read_lines(folder: AnyPath, radio: LinesRadio) -> LinesWish:
     return wish
 
 
+def going_home(wish: LinesWish) -> LinesWish:
+    """The same lines, which are to go home, whatever they show; InvalidInput if the file of a display is gone."""
+    lines = []
+    for line in wish.lines:
+        with errors_of(line.name):
+            display = named_display(line.wish) if isinstance(line.wish, Plan) else line.wish.display
+            home = home_of(display) if isinstance(display, str) else Tour(display, ends_home=True)
+            lines.append(replace(line, wish=home))
+    return replace(wish, lines=tuple(lines))
+
+
 def _line(entry: LineEntry, radio: LinesRadio) -> LineWish:
-    try:
+    with errors_of(entry.name):
         wish = wish_of([entry.plan])
         if entry.display:
             _check_display(wish, entry.display)
@@ -92,8 +105,6 @@ def _line(entry: LineEntry, radio: LinesRadio) -> LineWish:
         if isinstance(wish, Plan):
             check_targets(wish)
         spec = radio.of(entry)
-    except InvalidInput as error:
-        raise InvalidInput(f"line {entry.name}: {error.message}", error.hint, error.diagnostics) from None
     return LineWish(entry.name, wish, spec, entry.current)
 
 
