@@ -73,6 +73,11 @@ def _entry(line: LineTable, folder: str) -> LineEntry:
 
 def _check(document: Document, table: LinesTable, folder: str) -> None:
     """Record what does not fit together."""
+    for index, line in enumerate(table.lines):
+        for key, value in (("plan", line.plan), ("display", line.display), ("radio", line.radio)):
+            if value is not None and not value.isprintable():
+                message = f"{key} is {shown(value)}, in which are characters that nobody can read"
+                document.problem(("lines", index, key), "bad-name", message, "write text on one line")
     if table.name is not None and not _is_plain(table.name):
         document.problem(("name",), "bad-name", "a name is text on one line", "write a name, or leave it out")
     _check_names(document, [line.name for line in table.lines])
