@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -66,11 +67,13 @@ class NotebookListener(RunListener):
         """See RunListener."""
         line = _WrittenOver(self._display, f"{len(plans)} lines")
         newest: dict[str, Progress] = {}
+        lock = threading.Lock()
 
         def heard(name: str, news: Progress) -> None:
-            newest[name] = news
-            far = ", ".join(f"{each} {newest[each].step}" for each in plans if each in newest)
-            line.write(f"{news.seconds:.1f} s  steps: {far}")
+            with lock:
+                newest[name] = news
+                far = ", ".join(f"{each} {newest[each].step}" for each in plans if each in newest)
+                line.write(f"{news.seconds:.1f} s  steps: {far}")
 
         yield heard
         line.finish()
