@@ -189,7 +189,7 @@ def test_many_lines_of_long_names_stand_on_a_terminal_of_80_columns(tmp_path: Pa
     assert max(len(line) for line in shown.lines if str(tmp_path) not in line) <= 80
     assert any("the long name of line L6 [" in line for line in shown.lines)
     assert any("6 of 6 lines move" in line for line in shown.lines)
-    assert any("line L6 [####################] 100 %" in line for line in shown.lines)
+    assert any("line L6 [################]  step 3 of 3  done" in line for line in shown.lines)
 
 
 class SendingLines:
@@ -295,3 +295,14 @@ def test_a_killed_process_is_gone_on_with(sending: SendingLines, run: Run, tmp_p
     document = json.loads(out)
     assert document["outcome"] == "done"
     assert [each["radio"] for each in document["lines"][1:]] == ["mock"] * 3
+
+
+def test_a_fault_stands_beside_the_longest_name(tmp_path: Path) -> None:
+    folder = quick_lines(tmp_path / "roof", ["mock", "mock:brownout=2@step12"], [14] * 2, seconds=2.0)
+    manifest = folder / "lines.toml"
+    manifest.write_text(manifest.read_text().replace('"L2"', f'"{"x" * 24}"'))
+    shown = in_terminal("send", str(folder), "--yes", cwd=tmp_path, settings={"CURVELINE_RUNS": str(tmp_path / "runs")})
+    assert shown.code == 3
+    (left,) = {line for line in shown.lines if line.startswith(f"  {'x' * 24} [") and "node 2" in line}
+    assert left.endswith("]  step 12 of 14  node 2: brown-out")
+    assert len(left) < 80

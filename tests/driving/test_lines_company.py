@@ -141,6 +141,20 @@ def test_a_program_may_pause_lines_and_go_on(tmp_path: Path) -> None:
     assert kinds.count("resume") == 0
 
 
+def test_a_program_that_would_go_on_does_not_as_long_as_a_line_is_at_fault(tmp_path: Path) -> None:
+    control = Control(waits=True)
+
+    class Hasty(RunListener):
+        @contextmanager
+        def sending_lines(self, plans: Mapping[str, Plan], control: Control) -> Iterator[LineObserver]:
+            yield lambda line, news: control.resume()
+
+    folder = quick_lines(tmp_path / "roof", ["mock", "mock:stall=1@step2"], [40] * 2, seconds=0.2)
+    error = halted(folder, tmp_path / "runs", control=control, listener=Hasty())
+    assert outcomes(error.result) == ["paused", "halted"]
+    assert error.result[0].run.report.steps_done < 40
+
+
 def test_an_observer_that_fails_ends_all_lines_and_they_can_go_on(tmp_path: Path) -> None:
     def fail() -> None:
         raise ZeroDivisionError

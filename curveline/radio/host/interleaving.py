@@ -139,7 +139,8 @@ class Convoy:
                 self.resumed += 1
         if line.resumed < self.resumed:
             line.resumed, line.applied = self.resumed, OperatorRequest.NONE
-            line.run.conductor.resume(line.run.now_ms())
+            if not self.has_failed:
+                line.run.conductor.resume(line.run.now_ms())
         line.run.by = self.control.by
         line.applied = line.run.obey(self.control, line.applied)
         if self.has_failed:

@@ -17,7 +17,8 @@ from curveline.plan_file import Plan
 from curveline.radio.host.actions import Phase
 from curveline.radio.host.link import Control, OperatorRequest, Progress
 
-BAR = 20
+BAR = 16
+"""So that the longest name and a fault have room in 80 columns."""
 NAME = 24
 """Columns that a name takes at most."""
 WORDS = {
@@ -130,11 +131,9 @@ class LinesPicture:
 
     def _bar(self, name: str, row: _LineNews) -> str:
         full = round(BAR * row.fraction)
-        bar = f"  {name[: self._wide]:<{self._wide}} [{'#' * full}{'.' * (BAR - full)}] {100 * row.fraction:3.0f} %"
+        bar = f"  {name[: self._wide]:<{self._wide}} [{'#' * full}{'.' * (BAR - full)}]"
         newest = row.newest
         if newest is None:
             return bar
-        fault = next(
-            (f"  node {node}: {each.status.fault}" for node, each in row.nodes.items() if each.status.fault), ""
-        )
-        return f"{bar}  step {newest.step} of {newest.steps}  {WORDS[newest.phase]}{fault}"
+        faults = (f"node {node}: {each.status.fault}" for node, each in row.nodes.items() if each.status.fault)
+        return f"{bar}  step {newest.step} of {newest.steps}  {next(faults, WORDS[newest.phase])}"
