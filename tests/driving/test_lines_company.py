@@ -90,16 +90,29 @@ def test_no_line_begins_before_all_are_fit_to() -> None:
 # A shared radio
 
 
-def test_a_slow_radio_with_many_nodes_keeps_all_of_them_going(tmp_path: Path) -> None:
-    folder = quick_lines(tmp_path / "roof", ["mock:loss=0.3,seed=5"] * 12, [3] * 12, nodes=6)
-    for line in range(1, 13):
+def slow_lines(folder: Path, count: int, nodes: int) -> Path:
+    """So many lines of so many nodes behind one radio, over bad air and at the lowest rate."""
+    quick_lines(folder, ["mock:loss=0.3,seed=5"] * count, [3] * count, nodes=nodes)
+    for line in range(1, count + 1):
         path = folder / f"line-{line}.json"
         plan = read_plan(path)
         write_plan(sealed(replace(plan, drive=replace(plan.drive, data_rate=SLOW))), path, force=True)
-    result = curveline.send_lines(folder, runs=tmp_path / "runs")
-    assert outcomes(result) == ["done"] * 12
+    return folder
+
+
+@pytest.mark.parametrize(("count", "nodes"), [(12, 6), (16, 8)])
+def test_a_slow_radio_with_many_nodes_keeps_all_of_them_going(count: int, nodes: int, tmp_path: Path) -> None:
+    result = curveline.send_lines(slow_lines(tmp_path / "roof", count, nodes), runs=tmp_path / "runs")
+    assert outcomes(result) == ["done"] * count
     polls = [node.link.polls for line in result for node in line.run.report.nodes]
     assert max(polls) < 1.5 * min(polls)
+
+
+def test_more_nodes_than_a_radio_can_ask_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"put 129 nodes behind one radio, .* which can ask 128 of them") as caught:
+        curveline.send_lines(slow_lines(tmp_path / "roof", 3, 43), runs=tmp_path / "runs")
+    assert "another radio" in caught.value.hint
+    assert not (tmp_path / "runs").exists()
 
 
 def test_a_line_that_falls_silent_does_not_keep_the_others_from_their_turns(tmp_path: Path) -> None:

@@ -13,7 +13,9 @@ from curveline.driving.live import same_radio
 from curveline.driving.tours import Tour, home_of
 from curveline.driving.wishes import wish_of
 from curveline.errors import InvalidInput
+from curveline.phrases import lines_in_words
 from curveline.plan_file import Plan, sealed
+from curveline.radio.host.polling import most_nodes
 from curveline.radio.host.preflight import check_targets
 from curveline.radio.host.stop_causes import named_display
 from curveline.radio.interface import check_radio
@@ -154,6 +156,7 @@ def check_together(wish: LinesWish) -> None:
         first = group[0]
         for place in group[1:]:
             _check_channels((lines[first], drives[first]), (lines[place], drives[place]))
+        _check_number([lines[place] for place in group], [drives[place] for place in group])
     names: dict[str, LineWish] = {}
     for line, drive in zip(lines, drives, strict=True):
         other = names.setdefault(file_label(drive.display).casefold(), line)
@@ -176,6 +179,17 @@ def _check_channels(one: tuple[LineWish, DriveSettings], other: tuple[LineWish, 
             f"lines {first.name} and {line.name} share the radio {line.radio}, but are on channel {drive.channel} at "
             f"{drive.data_rate} and channel {its.channel} at {its.data_rate}",
             "put their displays on one channel at one data rate, or give each its own radio",
+        )
+
+
+def _check_number(lines: Sequence[LineWish], drives: Sequence[DriveSettings]) -> None:
+    nodes, rate = sum(drive.node_count for drive in drives), drives[0].data_rate
+    if nodes > (most := most_nodes(rate)):
+        who = lines_in_words([line.name for line in lines])
+        raise InvalidInput(
+            f"{who} put {nodes} nodes behind one radio, {lines[0].radio}, which can ask {most} of them often enough at "
+            f"{rate}",
+            "give some of them another radio, on another channel, or a higher data rate",
         )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from curveline.drive_settings import MAX_NODES
 from curveline.radio.host.actions import Policy
 from curveline.radio.host.peer import Peer
 from curveline.radio.interface import BATCH
@@ -33,6 +34,14 @@ BATCH_MS = 32
 """What a batch takes if all answer at once; with 30 % of all packets lost it is three times that at worst."""
 DOUBTFUL = 4
 """Nodes in a batch that may not answer: at 250 kbps a whole batch of them would keep a stop waiting for 0.1 s."""
+
+
+def most_nodes(data_rate: str) -> int:
+    """How many nodes a radio can ask so often that silence is told from a long row, however good the air is.
+
+    A single display of the largest size is always one of these.
+    """
+    return max(MAX_NODES, DEADMAN_LIMIT_MS // (CYCLES * ANSWER_MS[data_rate]))
 
 
 def shared_policy(policy: Policy, nodes: int, data_rate: str) -> Policy:
