@@ -36,6 +36,10 @@ if TYPE_CHECKING:
     from curveline.drawings.placing import Placing as Placing
     from curveline.drawings.reading import read_drawing as read_drawing
     from curveline.drawings.sketch import HowToRead as HowToRead
+    from curveline.driving.lines.from_python import dry_run_lines as dry_run_lines
+    from curveline.driving.lines.from_python import home_lines as home_lines
+    from curveline.driving.lines.from_python import resume_lines as resume_lines
+    from curveline.driving.lines.from_python import send_lines as send_lines
     from curveline.driving.run_listener import RunListener as RunListener
     from curveline.driving.session import connect as connect
     from curveline.driving.site_keys import new_keys as new_keys
@@ -94,6 +98,7 @@ _HOMES = {
     **dict.fromkeys(("keep_bench", "read_bench"), "bench.history"),
     "compare_bench": "bench.comparison",
     "connect": "driving.session",
+    **dict.fromkeys(("send_lines", "home_lines", "resume_lines", "dry_run_lines"), "driving.lines.from_python"),
     **dict.fromkeys(("status", "stop", "rod_now", "runs", "log"), "api"),
     "write": "writing",
     **dict.fromkeys(("new_keys", "read_keys", "node_image"), "driving.site_keys"),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-from curveline.driving.run_listener import RunListener
+from curveline.driving.run_listener import LineObserver, RunListener
 from curveline.errors import MissingExtra
 from curveline.listening import Heard
 from curveline.plan_file import Plan
@@ -57,6 +58,22 @@ class NotebookListener(RunListener):
         def heard(news: Progress) -> None:
             action = plan.steps[news.step - 1].action
             line.write(f"{news.seconds:.1f} s  step {news.step} of {news.steps}: {action}  ({news.phase.value})")
+
+        yield heard
+        line.finish()
+
+    @contextmanager
+    def sending_lines(self, plans: Mapping[str, Plan], control: Control) -> Iterator[LineObserver]:
+        """See RunListener."""
+        line = _WrittenOver(self._display, f"{len(plans)} lines")
+        newest: dict[str, Progress] = {}
+        lock = threading.Lock()
+
+        def heard(name: str, news: Progress) -> None:
+            with lock:
+                newest[name] = news
+                far = ", ".join(f"{each} {newest[each].step}" for each in plans if each in newest)
+                line.write(f"{news.seconds:.1f} s  steps: {far}")
 
         yield heard
         line.finish()

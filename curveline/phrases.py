@@ -44,6 +44,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
+def lines_in_words(names: Sequence[str]) -> str:
+    """Some lines by their names: `line a`, `lines a, b and c`."""
+    return f"line {names[0]}" if len(names) == 1 else f"lines {', '.join(names[:-1])} and {names[-1]}"
+
+
 def local_time(moment: float | None) -> str:
     """A time of day [s since 1970] as text."""
     return "unknown time" if moment is None else time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(moment))

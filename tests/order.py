@@ -34,6 +34,9 @@ LONGEST_FIRST = (
     "test_outputs.py",
     "test_end_to_end.py",
     "cli/test_load.py",
+    "driving/test_lines_company.py",
+    "driving/test_lines_killed.py",
+    "driving/test_lines.py",
 )
 
 

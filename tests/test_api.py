@@ -19,6 +19,7 @@ from curveline.errors import Infeasible, InvalidInput, LinkError, MissingExtra
 from curveline.kernels import readiness
 from curveline.listening import Listener
 from curveline.radio.host.link import Control, OperatorRequest
+from driving.lines_folder import quick_lines
 
 SHAPES = Path(__file__).parents[1] / "shapes"
 PEAK, VALLEY = SHAPES / "level-up-peak.toml", SHAPES / "level-up-valley.toml"
@@ -228,6 +229,10 @@ def test_progress_fits_a_notebook(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert any(line.startswith("planning, steps proven:") for line in shown)
     assert any("step 5 of 5" in line for line in shown)
     assert any(line.startswith("record: ") for line in shown)
+    folder = quick_lines(tmp_path / "roof", ["mock", "mock:seed=1"])
+    curveline.send_lines(folder, runs=tmp_path, listener=listener)
+    assert "2 lines" in shown
+    assert any(line.endswith("s  steps: L1 2, L2 2") for line in shown)
 
 
 def test_everything_that_commands_keep_can_be_kept(tmp_path: Path) -> None:

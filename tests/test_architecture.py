@@ -19,8 +19,9 @@ LEFT_TO_RIGHT = """
 _version errors units phrases listening notebook system sections material scene drive_settings plan_file shapes drawings
 kernels rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
-simulation loading planning fitting replay displays figures outputs driving notebook_listener bench/methods bench
-api writing cli/printing cli/printing/progress cli/printing/help cli/printing/reports cli cli/commands cli/app
+simulation loading planning fitting replay displays figures outputs driving driving/lines
+notebook_listener bench/methods bench api writing
+cli/printing cli/printing/progress cli/printing/help cli/printing/reports cli cli/commands cli/app
 """
 ROOMS = LEFT_TO_RIGHT.split()
 """The folders and modules of the package, each of which may import those to its left."""

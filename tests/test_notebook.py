@@ -30,6 +30,8 @@ TABLES = {
     "DryRun",
     "Fit",
     "Halting",
+    "LinesDryRun",
+    "LinesResult",
     "PoseStates",
     "RodNow",
     "Run",
@@ -84,6 +86,11 @@ def made(runs: Path) -> Iterator[Any]:
         yield session.stop()
         yield next(session.runs())
     yield curveline.log("last", runs)
+    (folder := Path("<i>roof")).mkdir()
+    curveline.write(plan, folder / "plan.json")
+    (folder / "lines.toml").write_text("[[lines]]\nname = '<b onclick=\"x()\">&amp;'\nplan = 'plan.json'\n")
+    yield curveline.dry_run_lines(folder)
+    yield curveline.send_lines(folder, "mock:fresh,keys", runs=runs)
     point = TradePoint(HOSTILE, "planar", "one level", 1.0, "edges", 10, 0.1, 1e-3, 1e-4, 2.0, right=1, cases=1)
     yield (report := BenchReport([Measurement(HOSTILE, 1.0, "us", "< 2", HOSTILE)], [point]))
     yield compare_bench(report, report)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,11 +13,12 @@ from curveline.cli.printing.reports import plan_text, run_text
 from curveline.cli.terminal import TERMINAL
 from curveline.drive_settings import DEFAULT_DISPLAY
 from curveline.driving.dry_run import DrySite, dry_run_of
+from curveline.driving.interrupted import find_interrupted_run
 from curveline.driving.runs import LAST
 from curveline.driving.sending import PreparedRun, advise_resuming
 from curveline.driving.session import connect
 from curveline.driving.tours import Tour
-from curveline.driving.wishes import Wish, run_to_resume, wish_of
+from curveline.driving.wishes import Wish, named_to_resume, wish_of
 from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, InvalidInput, LinkError
 from curveline.plan_file import Plan
 from curveline.radio.host.actions import Policy
@@ -37,6 +39,25 @@ class Named:
     display: str | None
     home: bool
 
+    @property
+    def folder(self) -> str:
+        """The folder of lines among the files, "" if there is none."""
+        return next((each for each in self.files if os.path.isdir(each)), "")
+
+    def checked(self) -> Named:
+        """The same; InvalidInput unless it is one thing."""
+        if bool(self.files or self.home) is (self.resume is not None):
+            raise InvalidInput(
+                "name a plan, shapes, a folder of lines, --home, or a run to --resume, and only one of them"
+            )
+        if self.display is not None and (self.files or not (self.home or self.resume == LAST)):
+            hint = "a plan, a shape or a run names its own display"
+            raise InvalidInput("--display is for --home alone and for --resume last", hint)
+        if self.folder and len(self.files) > 1:
+            hint = "send the shapes of each line by themselves"
+            raise InvalidInput(f"{self.folder}: a folder of lines is taken by itself", hint)
+        return self
+
 
 @dataclass(frozen=True)
 class Means:
@@ -50,14 +71,9 @@ class Means:
 
 
 def wish_of_named(named: Named, runs: Path, *, touched: bool = False) -> Wish:
-    """What is to be sent; InvalidInput unless it is one thing, and can be read."""
-    if bool(named.files or named.home) is (named.resume is not None):
-        raise InvalidInput("name a plan, shapes, --home, or a run to --resume, and only one of them")
-    if named.display is not None and (named.files or not (named.home or named.resume == LAST)):
-        hint = "a plan, a shape or a run names its own display"
-        raise InvalidInput("--display is for --home alone and for --resume last", hint)
+    """What is to be sent; InvalidInput unless it can be read."""
     if named.resume is not None:
-        wish: Wish = run_to_resume(named.resume, _name_of(named.display), runs, TERMINAL)
+        wish: Wish = find_interrupted_run(named.resume, runs)
     else:
         wish = wish_of(named.files, home=named.home, display=named.display or DEFAULT_DISPLAY)
     if touched and not isinstance(wish, Tour):
@@ -67,6 +83,13 @@ def wish_of_named(named: Named, runs: Path, *, touched: bool = False) -> Wish:
     if isinstance(wish, Tour):
         tell_of_radians(wish.scenes, TERMINAL)
     return wish
+
+
+def with_run(named: Named, runs: Path) -> Named:
+    """The same, with the run itself where the last one was asked for; InvalidInput if there is none that can go on."""
+    if named.resume != LAST:
+        return named
+    return replace(named, resume=named_to_resume(LAST, _name_of(named.display), runs, TERMINAL))
 
 
 def _name_of(display: str | None) -> str:

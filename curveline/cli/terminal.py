@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from curveline.cli.printing import screen
 from curveline.cli.printing.progress.progress_bar import Bar
-from curveline.driving.run_listener import RunListener
+from curveline.driving.run_listener import LineObserver, RunListener
 from curveline.listening import Heard
 from curveline.system.portable import STOP_SIGNALS
 
@@ -43,6 +43,14 @@ class Terminal(RunListener):
         from curveline.cli.printing.progress.run_progress import watch
 
         with _signals(control), watch(plan, control) as shown:
+            yield shown
+
+    @contextmanager
+    def sending_lines(self, plans: Mapping[str, Plan], control: Control) -> Iterator[LineObserver]:
+        """See RunListener."""
+        from curveline.cli.printing.progress.lines_progress import watch_lines
+
+        with _signals(control), watch_lines(plans, control) as shown:
             yield shown
 
 

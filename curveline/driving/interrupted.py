@@ -14,11 +14,14 @@ from curveline.errors import InvalidInput
 from curveline.plan_file import Plan, read_plan
 from curveline.radio.host.actions import Record
 from curveline.radio.host.journal import FILE_NAME, ReopenedJournal, find_run, read_journal, runs_folder
+from curveline.radio.host.line_records import is_of_lines, records_of
 from curveline.radio.host.resume import SEND_AGAIN, ResumePoint, resume_point
 from curveline.radio.protocol.codes import Counts
 from curveline.system.files import printable
 
 PLAN_NAME = "plan.json"
+TOLD = ("pause", "halt")
+"""Records with which a process ends that has told what the rod did."""
 SAMPLES = 50
 """Places between two barriers."""
 
@@ -69,18 +72,24 @@ def find_interrupted_run(name: str, runs: Path) -> InterruptedRun:
     """The run that `name` means; InvalidInput if there is none, or if its record says that it cannot go on."""
     folder = find_run(runs, name)
     records = read_journal(folder / FILE_NAME)
+    if is_of_lines(records):
+        hint = f"all of them go on together: `{resuming(folder)}`, or curveline.resume_lines"
+        raise InvalidInput(f"run {printable(folder.name)} is one of several lines", hint)
     try:
         plan = plan_of(folder)
         point = resume_point(plan, records)
     except InvalidInput as error:
         raise InvalidInput(f"run {printable(folder.name)}: {error.message}", error.hint) from None
-    return InterruptedRun(plan, point, folder, _unseen(point, records))
+    return InterruptedRun(plan, point, folder, unseen_steps(point, records))
 
 
 def steps_on_record(run: Path, plan: Plan) -> tuple[int, int]:
-    """The last steps that all nodes have done, and that they were released to do; (0, 0) if the record is damaged."""
+    """The last steps that all nodes have done, and that they were released to do; (0, 0) if the record is damaged.
+
+    `run` is the folder of a run, or of a line of one.
+    """
     with suppress(InvalidInput):
-        records, most = read_journal(run / FILE_NAME), len(plan.steps)
+        records, most = records_of(run), len(plan.steps)
         return _last_step(records, "barrier", most), _last_step(records, "release", most)
     return 0, 0
 
@@ -104,12 +113,13 @@ def plan_of(folder: Path) -> Plan:
         raise InvalidInput(error.message, SEND_AGAIN) from None
 
 
-def _unseen(point: ResumePoint, records: Sequence[Record]) -> tuple[int, ...]:
-    """The steps done since the last process began, if it was killed; one that ended has told what the rod did."""
+def unseen_steps(point: ResumePoint, records: Sequence[Record]) -> tuple[int, ...]:
+    """The steps done since a process ended last that told what the rod did; all others were killed, however many."""
     kinds = [record.get("type") for record in records]
-    if kinds[-1] in ("pause", "halt"):
+    if kinds[-1] in TOLD:
         return ()
-    begin = kinds[: max(index for index, kind in enumerate(kinds) if kind in ("start", "resume"))].count("barrier")
+    gone_on = (index for index, pair in enumerate(pairwise(kinds)) if pair[0] in TOLD and pair[1] == "resume")
+    begin = kinds[: max(gone_on, default=0)].count("barrier")
     return tuple(range(begin, point.barrier + 1))
 
 

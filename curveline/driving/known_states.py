@@ -19,6 +19,7 @@ from curveline.driving.tours import granted
 from curveline.errors import Infeasible, InvalidInput
 from curveline.phrases import in_words
 from curveline.plan_file import MAX_BYTES, NodeTarget, Plan, from_json
+from curveline.radio.host.line_records import parts_of, run_of
 from curveline.radio.host.node_status import NodeStatus
 from curveline.radio.host.preflight import START_TOLERANCE, run_tag
 from curveline.radio.host.queries import was_last_run
@@ -102,8 +103,8 @@ def _last_run(radio: Radio, drive: DriveSettings, nodes: Sequence[NodeStatus], r
 def _plans(runs: Path, drive: DriveSettings) -> Iterator[tuple[str, Plan]]:
     """Names and plans of this display's runs, the newest first; what is no run, or is damaged, is passed over."""
     left = BYTES_READ
-    for name in run_names(runs)[:RUNS_SEEN]:
-        path = runs / name / PLAN_NAME
+    for part in (part for name in run_names(runs)[:RUNS_SEEN] for part in parts_of(runs / name)):
+        path = part / PLAN_NAME
         try:
             data = read_file(path, MAX_BYTES)
             left -= len(data)
@@ -113,7 +114,7 @@ def _plans(runs: Path, drive: DriveSettings) -> Iterator[tuple[str, Plan]]:
             if drive.digest.encode() in data:
                 plan = from_json(data.decode("utf-8"), str(path))
                 if plan.drive == drive:
-                    yield name, plan
+                    yield run_of(part).name, plan
         except (InvalidInput, UnicodeDecodeError):
             continue
 

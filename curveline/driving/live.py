@@ -24,6 +24,7 @@ from curveline.errors import InvalidInput
 from curveline.plan_file import Plan
 from curveline.radio.host.actions import Phase
 from curveline.radio.host.journal import is_open
+from curveline.radio.host.line_records import parts_of
 from curveline.radio.host.link import Control, OperatorRequest, Progress, RunReport
 from curveline.radio.host.node_status import SILENT, NodeStatus
 from curveline.radio.host.peer import LinkTally
@@ -121,8 +122,7 @@ class Sender:
 
 def senders(runs: Path) -> Iterator[Sender]:
     """Who is sending runs of this folder now; what cannot be believed is passed over."""
-    for name in folder_names(runs, LIVE_NAME):
-        folder = runs / name
+    for folder in (part for name in folder_names(runs, LIVE_NAME) for part in parts_of(runs / name)):
         if os.path.lexists(folder / LIVE_NAME) and is_open(folder) and (live := read_live(folder / LIVE_NAME)):
             yield Sender(folder, live)
 

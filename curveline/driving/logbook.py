@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from curveline.errors import InvalidInput
 from curveline.notebook import html_of
 from curveline.phrases import local_time
 from curveline.radio.host.journal import FILE_NAME, find_run, read_journal
+from curveline.radio.host.line_records import LINE, is_of_lines
 from curveline.radio.host.run_folder import folder_names
 
 DEEPEST = 20
@@ -87,7 +88,21 @@ def run_named(name: str, runs: Path) -> Path:
 def log_of(records: Sequence[Mapping[str, Any]]) -> list[Entry]:
     """A journal's records, one entry each."""
     display = text(records[0].get("display")) if records else ""
+    if is_of_lines(records):
+        return list(_entries_of_lines(records))
     return [_entry(record, display or DEFAULT_DISPLAY) for record in records]
+
+
+def _entries_of_lines(records: Sequence[Mapping[str, Any]]) -> Iterator[Entry]:
+    """The entries of a run of several lines, each with the name of its line."""
+    listed = records[0].get("lines")
+    lines = [each if isinstance(each, dict) else {} for each in listed] if isinstance(listed, list) else []
+    yield Entry(moment(records[0]), 0, f"{len(lines)} lines are to be sent together")
+    for record in records[1:]:
+        number = record.get(LINE)
+        header = lines[number - 1] if type(number) is int and 0 < number <= len(lines) else {}
+        entry = _entry(record, text(header.get("display")) or DEFAULT_DISPLAY)
+        yield replace(entry, what=f"line {text(header.get('name')) or 'unknown'}: {entry.what}")
 
 
 def plain(value: Any, depth: int = 0) -> Any:

@@ -22,7 +22,7 @@ from curveline.driving.live import LAST_NAME, LIVE_NAME, read_live, same_radio
 from curveline.driving.runs import moment
 from curveline.errors import InvalidInput
 from curveline.plan_file import Plan, Step
-from curveline.radio.host.journal import FILE_NAME, read_journal
+from curveline.radio.host.line_records import parts_of, records_of
 from curveline.radio.host.run_folder import number_of, run_names
 from curveline.radio.mock.spec import parse_spec
 from curveline.scene import STRAIGHT, Display, Node, Scene, Segment
@@ -94,7 +94,8 @@ def stays_of(display: Display, record: RodRecord, now: float, before: str = "") 
     if before in names:
         names = names[names.index(before) :]
     for name in names[:LOOKED_AT]:
-        left = _left_by(record.runs / name, drive, record.spec)
+        parts = (_left_by(part, drive, record.spec) for part in parts_of(record.runs / name))
+        left = next((part for part in parts if part is not None), None)
         if left is None:
             continue
         # By a clock that was ahead or behind for a run, nothing that came before lasted longer.
@@ -141,12 +142,15 @@ class _Left:
 
 
 def _left_by(folder: Path, drive: DriveSettings, spec: str) -> _Left | None:
-    """Where a run left a rod, or has come to; None if it is of another display or radio, damaged, or too old."""
+    """Where a run, or one line of it, left a rod, or has come to.
+
+    None if it is of another display or radio, damaged, or too old.
+    """
     sent = read_live(folder / LAST_NAME) or read_live(folder / LIVE_NAME)
     if sent is None or sent.display != drive.display or not same_radio(sent.radio, spec):
         return None
     try:
-        plan, records = plan_of(folder), read_journal(folder / FILE_NAME)
+        plan, records = plan_of(folder), records_of(folder)
     except InvalidInput:
         return None
     if not _is_alike(plan.drive, drive):

@@ -18,6 +18,7 @@ from curveline.errors import InvalidInput
 from curveline.notebook import html_of
 from curveline.phrases import local_time
 from curveline.radio.host.journal import FILE_NAME, is_open, read_journal
+from curveline.radio.host.line_records import MOST_LINES, begun, is_of_lines, line_folder, of_line, parts_of, run_of
 from curveline.radio.host.resume import FINAL, SEND_AGAIN, resume_point
 from curveline.radio.host.run_folder import folder_names
 from curveline.radio.host.stop_causes import Cause, Halt, named_display
@@ -44,6 +45,7 @@ class RunEnding(Enum):
     DAMAGED = "damaged"
 
 
+WORST_FIRST = (RunEnding.HALTED, RunEnding.DAMAGED, RunEnding.CUT_OFF, RunEnding.PAUSED, RunEnding.NOT_BEGUN)
 UNSTUCK = frozenset({RunEnding.DONE, RunEnding.SENDING, RunEnding.NOT_BEGUN})
 
 
@@ -66,16 +68,30 @@ class Run:
     advice: str = ""
     can_resume: bool = False  # whether it can go on
     process: int = 0
+    line: str = ""  # name, if this is one line of a run
+    lines: tuple[Run, ...] = ()  # of a run of several displays
 
     @property
     def name(self) -> str:
         """Its name, fit to be shown."""
-        return printable(self.folder.name)
+        return printable(run_of(self.folder).name)
+
+    @property
+    def displays(self) -> frozenset[str]:
+        """The displays that it is of, by name; "" stands for one that is not known."""
+        return frozenset(line.display for line in self.lines) if self.lines else frozenset({self.display})
+
+    @property
+    def of(self) -> str:
+        """Of what it is, in words; "" if that is not known."""
+        if self.lines:
+            return f"{len(self.lines)} lines"
+        return f"display {self.display}" if self.display else ""
 
     @property
     def command(self) -> str:
         """The command that goes on with it, "" if it cannot go on."""
-        return printable(resuming(self.folder)) if self.can_resume else ""
+        return printable(resuming(run_of(self.folder))) if self.can_resume else ""
 
     @property
     def is_stuck(self) -> bool:
@@ -101,14 +117,20 @@ class Run:
 
     def _repr_html_(self) -> str:
         head = ("display", "plan", "began", "how it ended", "to go on")
-        row = (self.display, self.plan, local_time(self.began), self.ended, self.command or self.advice)
+        row = (
+            self.of.removeprefix("display "),
+            self.plan,
+            local_time(self.began),
+            self.ended,
+            self.command or self.advice,
+        )
         return html_of(self.name, [head, row])
 
     def document(self) -> dict[str, Any]:
         """The run as plain data; what is not known is null."""
         told = {"reason": self.reason, "advice": self.advice, "resume": self.command}
         return {
-            "run": self.folder.name,
+            "run": run_of(self.folder).name,
             "folder": str(self.folder),
             "display": self.display or None,
             "plan": self.plan or None,
@@ -119,14 +141,23 @@ class Run:
             "process": self.process or None,
             "can_resume": self.can_resume,
             **{key: text or None for key, text in told.items()},
+            "lines": [{"line": line.line, **_line_document(line)} for line in self.lines],
         }
+
+
+LINE_KEYS = ("display", "plan", "ending", "steps_done", "steps", "can_resume", "reason", "advice")
+
+
+def _line_document(line: Run) -> dict[str, Any]:
+    told = line.document()
+    return {key: told[key] for key in LINE_KEYS}
 
 
 def read_runs(runs: Path, display: str = "") -> Iterator[Run]:
     """All runs in the runs folder, or those of one display, the newest first."""
     for name in folder_names(runs, FILE_NAME):
         run = read_run(runs / name)
-        if not display or run.display in ("", display):
+        if not display or run.displays & {"", display}:
             yield run
 
 
@@ -138,14 +169,54 @@ def read_run(folder: Path) -> Run:
         if [each.code for each in error.diagnostics] == ["no-such-file"]:
             return Run(folder, RunEnding.NOT_BEGUN, advice=SEND_AGAIN)
         return Run(folder, RunEnding.DAMAGED, reason=text(error.message), advice=text(error.hint))
-    run = _told(Run(folder, RunEnding.CUT_OFF), records)
+    run = _of_lines(folder, records) if is_of_lines(records) else _told(Run(folder, RunEnding.CUT_OFF), records)
     if is_open(folder):
         sending = replace(run, ending=RunEnding.SENDING, reason="", advice="", can_resume=False)
-        live = read_live(folder / LIVE_NAME)
+        live = next((live for part in parts_of(folder) if (live := read_live(part / LIVE_NAME))), None)
         if live is None:
             return sending
+        if run.lines:
+            return replace(sending, process=live.process)
         return replace(sending, display=live.display, plan=live.plan, steps=live.steps, process=live.process)
     return run
+
+
+def _of_lines(folder: Path, records: Sequence[Mapping[str, Any]]) -> Run:
+    """A run of several lines that nobody is sending: what is true of all, and each by itself."""
+    header = records[0]
+    listed = header.get("lines")
+    named = [each if isinstance(each, dict) else {} for each in listed] if isinstance(listed, list) else []
+    lines = tuple(_line(folder, number, records, each) for number, each in enumerate(named[:MOST_LINES], start=1))
+    endings = {line.ending for line in lines}
+    ending = next((each for each in WORST_FIRST if each in endings), RunEnding.DONE)
+    if endings <= {RunEnding.NOT_BEGUN}:
+        ending = RunEnding.NOT_BEGUN
+    worst = next((line for line in lines if line.ending is ending and line.reason), None)
+    is_left = [
+        line.can_resume or line.ending is RunEnding.NOT_BEGUN for line in lines if line.ending is not RunEnding.DONE
+    ]
+    return Run(
+        folder,
+        ending,
+        plan=text(header.get("name")),
+        began=moment(header),
+        steps_done=sum(line.steps_done for line in lines),
+        steps=sum(line.steps for line in lines),
+        reason=f"line {worst.line}: {worst.reason}" if worst is not None else "",
+        advice=worst.advice if worst is not None else SEND_AGAIN if ending is RunEnding.NOT_BEGUN else "",
+        can_resume=ending is not RunEnding.NOT_BEGUN and any(is_left),
+        lines=lines,
+    )
+
+
+def _line(folder: Path, number: int, records: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> Run:
+    """One line of a run, from 1."""
+    run = _told(Run(line_folder(folder, number), RunEnding.CUT_OFF), begun(of_line(records, number)))
+    steps = header.get("steps")
+    told = replace(
+        run, line=text(header.get("name")), plan=text(header.get("plan")), display=text(header.get("display"))
+    )
+    return replace(told, steps=steps if type(steps) is int and 0 <= steps <= 2**16 else run.steps)
 
 
 def _told(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
@@ -214,7 +285,7 @@ def unfinished(runs: Path, display: str = "") -> Newest:
     seen = list[Run]()
     for run in islice(read_runs(runs, display), LOOKED_AT):
         if run.can_resume:
-            since = [each for each in seen if each.display == run.display]
+            since = [each for each in seen if each.displays & run.displays]
             return Newest(run, tuple(each for each in seen if each.is_stuck), tuple(since))
         seen.append(run)
     if sending := next((run for run in seen if run.ending is RunEnding.SENDING), None):
@@ -227,7 +298,7 @@ def _nothing_left(seen: Sequence[Run], where: str) -> InvalidInput:
     if not begun:
         return InvalidInput(f"there is no run{where}", "send a plan or a shape first")
     last = begun[0]
-    of = f" of display {last.display}" if last.display else ""
+    of = f" of {last.of}" if last.of else ""
     which = f"no run{where}" if len(seen) < LOOKED_AT else f"none of the newest {LOOKED_AT} runs{where}"
     message = f"{which} can go on: the last one, {last.name}{of}, {last.ended}"
     broken = next((run for run in begun if run.is_stuck), last)

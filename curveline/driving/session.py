@@ -87,14 +87,20 @@ class Session:
     """
 
     def __init__(
-        self, spec: str, display: tuple[DriveSettings, str], runs: Path, listener: RunListener = UNHEARD
+        self,
+        spec: str,
+        display: tuple[DriveSettings, str],
+        runs: Path,
+        listener: RunListener = UNHEARD,
+        radio: Radio | None = None,
     ) -> None:
+        """`radio` is the one that `spec` names if it is open already."""
         self.spec = spec
         self.drive, self.named = display
         self.folder = runs
         self.listener = listener
-        self._radio: Radio | None = None
-        self._since = 0.0
+        self._radio = radio
+        self._since = time.time() if radio is not None and is_fresh(spec) else 0.0
 
     def __repr__(self) -> str:
         return f"<session with display {self.drive.display} over {self.spec}>"
@@ -165,24 +171,32 @@ class Session:
         """
         if isinstance(wish, InterruptedRun):
             # As it was while the run rested: what is in the midst of a step goes to its end first.
-            check_for_rod(rest_of(wish.plan, wish.point.barrier), self._record, self.listener)
+            self.check_rest(wish.plan, wish.point.barrier)
             with wish.opened() as journal:
-                outlet = self._outlet
+                outlet = self.outlet
                 self.listener.note(wish.summary())
                 if not wish.point.released:
                     self._check_granted(wish.plan, self._statuses(wish.plan))
                 yield PreparedRun(wish.plan, outlet, wish, journal)
             return
+        yield PreparedRun(self.checked(wish, touched=touched), self.outlet)
+
+    def checked(self, wish: Plan | Tour, *, touched: bool = False) -> Plan:
+        """The plan that is wished, or one through the shapes that are, checked against nodes and rod."""
         if isinstance(wish, Tour):
             plan = self._plan(wish, touched=touched)
         else:
             plan = wish
             check_ready(plan, statuses := self._statuses(plan))
             self._check_granted(plan, statuses)
-            check_for_rod(plan, self._outlet.record, self.listener)
+            check_for_rod(plan, self.outlet.record, self.listener)
         check_targets(plan)
         self.listener.note(f"{plan.name}: {summary(plan)}")
-        yield PreparedRun(plan, self._outlet)
+        return plan
+
+    def check_rest(self, plan: Plan, done: int) -> None:
+        """Infeasible for what is left of a plan, so many steps of which are done, if it is not safe for the rod now."""
+        check_for_rod(rest_of(plan, done), self._record, self.listener)
 
     def send(
         self, *what: object, home: bool = False, touched: bool = False, control: Control | None = None
@@ -253,7 +267,8 @@ class Session:
         return RodRecord(self.spec, self.folder, self._since)
 
     @property
-    def _outlet(self) -> Outlet:
+    def outlet(self) -> Outlet:
+        """Through what is sent."""
         return Outlet(self.radio, self.spec, self.folder, self.listener, self._since)
 
     def _told(self) -> DisplayStatus | None:
@@ -281,7 +296,7 @@ class Session:
         shown = Shown() if touched else shown_states(radio, self.drive, statuses, self.folder)
         if shown.states or any(any(each) for each in counts):
             self.listener.note(shown.line())
-        tour = with_rod_now(tour, self._outlet.record, self.listener)
+        tour = with_rod_now(tour, self.outlet.record, self.listener)
         return plan_tour(tour, Whereabouts(tuple(counts), shown.states), self.listener)
 
     def _statuses(self, plan: Plan) -> list[NodeStatus]:

@@ -55,13 +55,18 @@ def _read(each: object) -> Plan | Scene:
 
 def run_to_resume(name: str, display: str, runs: Path, listener: Listener = SILENT) -> InterruptedRun:
     """The run that is to go on: by its folder or name, or `last`, the newest that can, of a display or of any."""
+    return find_interrupted_run(named_to_resume(name, display, runs, listener), runs)
+
+
+def named_to_resume(name: str, display: str, runs: Path, listener: Listener = SILENT) -> str:
+    """As `run_to_resume`, the name or folder of the run, which may be one of several lines."""
     if name != LAST:
-        return find_interrupted_run(name, runs)
+        return name
     newest = unfinished(runs, display)
     for each in newest.broken:
         listener.note(f"passed over: {each.name} {each.ended}")
     run = newest.run
-    listener.note(f"the newest that can go on: {run.name} of display {run.display}, which {run.ended}")
+    listener.note(f"the newest that can go on: {run.name} of {run.of}, which {run.ended}")
     if newest.since:
         listener.note(f"sent to that display since, after which its nodes may refuse: {newest.since[0].name}")
-    return find_interrupted_run(run.folder.name, run.folder.parent)
+    return os.path.abspath(run.folder)

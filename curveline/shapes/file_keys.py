@@ -46,6 +46,9 @@ Seconds = Annotated[float, Field(ge=SHORTEST, le=LONGEST)]
 Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 Address = Annotated[str, Field(pattern=ADDRESS)]
 LONGEST_NAME = 100
+MAX_LINES = 64
+LONGEST_LINE_NAME = 24
+"""Room for it there must be beside a bar."""
 Name = Annotated[str, Field(max_length=LONGEST_NAME)]
 
 
@@ -267,3 +270,29 @@ class DisplayTable(Table):
     drive: DriveTable = Field(description="the table of the motors")
     radio: RadioTable = Field(description="the table of the radio's settings")
     errors: ErrorsTable = Field(default=ErrorsTable(), description="the table of what the display may be in truth")
+
+
+class LineTable(Table):
+    """One item of `lines` of a folder's manifest."""
+
+    name: str = Field(max_length=LONGEST_LINE_NAME, description="what the line is called")
+    plan: Name = Field(description="the plan of the line, or a shape, as a path within the folder")
+    display: Name | None = Field(
+        default=None,
+        description="the display of the line, built in or a file within the folder, which its plan must fit",
+    )
+    radio: Name | None = Field(default=None, description='how its nodes are reached, such as "serial:/dev/ttyACM0"')
+    current_A: float | None = Field(default=None, gt=0.0, le=1e6, description="what the line draws while it moves")
+
+
+class LinesTable(Table):
+    """The manifest of a folder of lines, `lines.toml`."""
+
+    name: Name | None = Field(
+        default=None, description="what all lines together are called; that of the folder if left out"
+    )
+    current_limit_A: float | None = Field(
+        default=None, gt=0.0, le=1e6, description="what all lines that move at the same time may draw together"
+    )
+    lines: list[LineTable] = Field(min_length=1, max_length=MAX_LINES, description="one table per line, front to back")
+    surface: dict[str, Any] = Field(default={}, description="what made the folder, of which sending takes no notice")

@@ -28,6 +28,7 @@ PLAN = FileKind("a plan", "`curveline plan {}` shows it, `curveline send {}` sen
 RESULT = FileKind("a result of curveline", "name the shape that it was computed from")
 BENCH = FileKind("a record of a benchmark", "`curveline bench --compare {}` compares with it")
 READINGS = FileKind("readings of strips", "`curveline calibrate set {}` takes them")
+LINES = FileKind("the manifest of a folder of lines", "`curveline send` takes the folder that it is in")
 KEY_FILE = FileKind("the key file of a site", "keep it to yourself: set CURVELINE_KEYS={} to use it")
 IMAGE = FileKind("a program for a node", "`curveline keys node N --hex {} -o FILE` takes it")
 
@@ -45,6 +46,8 @@ def kind_of(text: str) -> FileKind | None:
         return next((kind for key, kind in _JSON if re.search(rf'\{{\s*"{key}"', head)), None)
     if re.match(r":[0-9A-Fa-f]{10}", head):
         return IMAGE
+    if re.search(r"(?m)^[ \t]*\[\[lines\]\]", head):
+        return LINES
     marks = [{"".join(found) for found in re.findall(pattern, head)} for pattern in (_OF_SHAPES, _OF_DISPLAYS)]
     if not all(marks):
         for kind, found in zip((SHAPE, DISPLAY), marks, strict=True):

@@ -21,16 +21,20 @@ WHAT = "What to send"
 
 
 def send(
+    context: typer.Context,
     what: Annotated[
         list[str] | None,
-        typer.Argument(metavar="PLAN|SHAPE", help="Plan (.json), or shapes (.toml) to plan and send in a row."),
+        typer.Argument(
+            metavar="PLAN|SHAPE|FOLDER",
+            help="Plan (.json), shapes (.toml) to plan and send in a row, or a folder of lines.",
+        ),
     ] = None,
     home: Annotated[
         bool,
         typer.Option(
             "--home",
             rich_help_panel=WHAT,
-            help="Bring the display home, after the shapes if any: level, upright, the rod straight.",
+            help="Bring the display home, after the shapes if any, or all of a folder: level, upright, rods straight.",
         ),
     ] = False,
     display: Annotated[
@@ -74,15 +78,24 @@ def send(
 ) -> None:
     """Take a display through a plan, to a shape or several in a row, or home, or go on with a run that was broken off.
 
-    Shapes are planned from where the display stands and what it shows. Ctrl-C pauses once all nodes have done their
-    step; again, it holds at once; again, it is an emergency stop.
+    Shapes are planned from where the display stands and what it shows. A folder with a lines.toml is several displays
+    in one run. Ctrl-C pauses once all nodes have done their step; again, it holds at once; again, it is an emergency
+    stop.
     """
-    from curveline.cli.run import Means, Named, rehearse, send_wish, wish_of_named
+    from curveline.cli.run import Means, Named, rehearse, send_wish, wish_of_named, with_run
 
-    folder = runs_folder(runs)
-    wish = wish_of_named(Named(tuple(what or ()), resume, display, home), folder, touched=touched)
+    means = Means(radio or "", runs_folder(runs), touched=touched, takeover=takeover, asks=not yes)
+    named = with_run(Named(tuple(what or ()), resume, display, home).checked(), means.runs)
+    if named.folder or named.resume is not None:
+        from curveline.cli import lines
+
+        is_typed = getattr(context.get_parameter_source("radio"), "name", "") == "COMMANDLINE"
+        several = lines.named_lines(named, means, is_typed=is_typed, is_dry=dry_run)
+        if several is not None:
+            raise typer.Exit((lines.rehearse if dry_run else lines.send)(several, means, as_json=json))
+    wish = wish_of_named(named, means.runs, touched=touched)
     if dry_run:
-        rehearse(wish, Means(radio or "", folder, touched=touched), as_json=json)
+        rehearse(wish, means, as_json=json)
         return
-    means = Means(require_radio(radio), folder, touched=touched, takeover=takeover, asks=not yes)
+    require_radio(radio)
     raise typer.Exit(send_wish(wish, means, as_json=json))

@@ -15,6 +15,7 @@ from curveline.errors import InvalidInput
 from curveline.plan_file import Plan
 from curveline.radio.host.actions import Action, Finished, Phase, Policy, Poll, Record, Send, Sleep, Write
 from curveline.radio.host.peer import NO_LOAD, STRANGE, Peer
+from curveline.radio.host.phases import ENDED, GOING, STOPPING, UNCLAIMED, WATCHED
 from curveline.radio.host.polling import Pace
 from curveline.radio.host.preflight import (
     check_ident,
@@ -28,23 +29,24 @@ from curveline.radio.host.preflight import (
     start_record,
     why_late,
     why_missing,
+    why_silent,
 )
 from curveline.radio.host.resume import ResumePoint, check_identity, check_progress, resume_record
 from curveline.radio.host.stop_causes import UNREACHABLE, Cause, Halt
+from curveline.radio.host.turns import AtOnce, Turns
 from curveline.radio.protocol.codes import HOLD_END, TURNING, Counts, NodeState
 from curveline.radio.protocol.frames import HelloFrame, IdentFrame, StatusFrame, StopFrame, encode_stop
 from curveline.radio.protocol.keys import Site
 from curveline.radio.protocol.motion import axes_of, config_hash
 
-ENDED = frozenset({Phase.DONE, Phase.HALTED})
-STOPPING = frozenset({Phase.PAUSING, Phase.HALTING})
-GOING = frozenset({Phase.STAGING, Phase.RELEASED})
-UNCLAIMED = frozenset({Phase.DISCOVER, Phase.PREFLIGHT})
-WATCHED = frozenset({Phase.STAGING, Phase.RELEASED, Phase.PAUSING, Phase.PAUSED})
-
 
 class Conductor:
-    """Takes a plan from barrier to barrier; `phase`, `step`, `released`, `barrier`, `halt` and `peers` tell how far."""
+    """Takes a plan from barrier to barrier; `phase`, `step`, `released`, `barrier`, `halt` and `peers` tell how far.
+
+    `turns` says when it may begin and move, where other runs go on beside it.
+    """
+
+    turns: Turns = AtOnce()
 
     def __init__(
         self, plan: Plan, site: Site, nonce: int, policy: Policy | None = None, resume: ResumePoint | None = None
@@ -59,8 +61,7 @@ class Conductor:
         self.policy = policy or Policy()
         self.phase = Phase.DISCOVER
         self.step = 1 if resume is None else resume.barrier + 1
-        self.released = 0
-        self.barrier = 0
+        self.released = self.barrier = 0
         self.halt: Halt | None = None
         self.run_tag = run_tag(plan)
         self.peers = tuple(
@@ -76,11 +77,9 @@ class Conductor:
         self._hold_gen = 0 if resume is None else 1
         self._estop = False
         self._claimed = False
-        self._pause_wanted = False
-        self._hold_wanted = False
+        self._pause_wanted = self._hold_wanted = False
         self._entered_ms: int | None = None
-        self._awake_ms = 0
-        self._moving_ms = 0
+        self._awake_ms = self._moving_ms = 0
         self._resume_to = Phase.STAGING
         self._writing: tuple[Record, Callable[[int], None]] | None = None
 
@@ -269,6 +268,8 @@ class Conductor:
         halt = check_start(self.plan, self.peers) if point is None else check_progress(self.plan, point, self.peers)
         if halt is not None:
             self.fail(now_ms, halt)
+        elif not self.turns.may_begin():
+            return
         elif point is None:
             self._write(start_record(self.plan, self.peers, self.run_tag), partial(self._enter, Phase.STAGING))
         else:
@@ -289,11 +290,11 @@ class Conductor:
             self._hold_all(now_ms)
         elif self.step > len(self.plan.steps):
             self._write({"type": "end", **node_facts(self.peers)}, self._close)
-        elif all(peer.staged >= self.step for peer in self.peers):
-            self._write({"type": "release", "step": self.step}, self._release)
+        elif not (late := [peer for peer in self.peers if peer.staged < self.step]):
+            if self.turns.may_move():
+                self._write({"type": "release", "step": self.step}, self._release)
         elif self._since(now_ms) > self._pace.silence_ms + self.policy.budget_ms:
-            late = next(peer for peer in self.peers if peer.staged < self.step)
-            self.fail(now_ms, Halt(Cause.DEADLINE, late.number, self.step, "it has not taken its target"))
+            self.fail(now_ms, Halt(Cause.DEADLINE, late[0].number, self.step, "it has not taken its target"))
 
     def _release(self, now_ms: int) -> None:
         self.released = self.step
@@ -352,14 +353,12 @@ class Conductor:
         """Halt for a node that has not been heard for too long, or that answers but no longer under this session."""
         lost = [peer for peer in self.peers if self._pace.is_lost(peer, now_ms)]
         for peer in lost:
-            silent_ms = now_ms - peer.heard_ms
-            detail = f" any more, for {silent_ms / 1000:.1f} s"
-            if peer.strange > 2 * STRANGE and now_ms - peer.ident_ms < self._pace.silence_ms:
+            is_another = now_ms - peer.ident_ms < self._pace.silence_ms
+            is_over = now_ms - peer.heard_ms > self._pace.silence_ms + self.policy.budget_ms
+            if is_another and peer.strange > 2 * STRANGE:
                 self.fail(now_ms, Halt(Cause.TAKEN, peer.number, self.step))
-            elif silent_ms > self._pace.silence_ms + self.policy.budget_ms and len(lost) == len(self.peers):
-                self.fail(now_ms, Halt(Cause.DEAF, step=self.step, detail=detail))
-            elif silent_ms > self._pace.silence_ms + self.policy.budget_ms:
-                self.fail(now_ms, Halt(Cause.SILENT, peer.number, self.step, detail))
+            elif is_over:
+                self.fail(now_ms, why_silent(peer, now_ms, self.step, are_all=len(lost) == len(self.peers)))
 
     def _notice(self, now_ms: int, excuse: str) -> None:
         """Halt if the host itself was away for so long that the nodes have held by themselves."""

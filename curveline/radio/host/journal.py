@@ -87,7 +87,7 @@ class Journal:
         except OSError as error:
             raise _refused(self.path, error) from error
         with self._closed_on_error():
-            self._lock = _lock(run)
+            self._lock = lock_run(run)
             self.disk.sync(self._descriptor)
             portable.sync_folder(run)
 
@@ -166,7 +166,7 @@ class ReopenedJournal(Journal):
         except OSError as error:
             raise _refused(self.path, error) from error
         with self._closed_on_error():
-            self._lock = _lock(run)
+            self._lock = lock_run(run)
             self.records, self._end = _checked_records(read_file(self.path, SIZE_LIMIT), self.path)
             self._sequence = len(self.records)
             os.ftruncate(self._descriptor, self._end)
@@ -230,8 +230,8 @@ def is_open(run: Path) -> bool:
         os.close(descriptor)
 
 
-def _lock(run: Path) -> int:
-    """Keep other processes away from a run for as long as this descriptor is open."""
+def lock_run(run: Path) -> int:
+    """Keep other processes away from a run for as long as this descriptor is open; LinkError if one has it."""
     descriptor = os.open(run / LOCK_NAME, os.O_RDWR | os.O_CREAT | portable.NO_WAIT, 0o644)
     try:
         for _ in range(LOCK_TRIES):

@@ -9,11 +9,12 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import partial
+from typing import Protocol
 
 from curveline.drive_settings import AXES, DriveSettings
 from curveline.errors import LinkError
 from curveline.plan_file import Plan
-from curveline.radio.host.actions import Finished, Phase, Policy, Poll, Record, Sleep, Write
+from curveline.radio.host.actions import Action, Finished, Phase, Policy, Poll, Record, Sleep, Write
 from curveline.radio.host.conductor import Conductor
 from curveline.radio.host.journal import Journal, ReopenedJournal
 from curveline.radio.host.node_status import SILENT, NodeStatus, status_of_peer, status_of_report
@@ -109,16 +110,28 @@ class Progress:
 
 @dataclass(frozen=True)
 class RunReport:
-    """How a send went; `outcome` is "done" or "paused", `steps_done` counts barriers passed by all nodes."""
+    """How a send went; `outcome` is "done", "paused" or "halted", `steps_done` counts barriers passed by all nodes."""
 
     outcome: str
     steps_done: int
     steps: int
     seconds: float  # [s]
-    nodes: tuple[NodeStatus, ...]  # left to right
+    nodes: tuple[NodeStatus, ...]  # left to right, those that were heard under this run
 
 
 Observer = Callable[[Progress], None]
+
+
+class Keeper(Protocol):
+    """The record of a run, as its run needs it."""
+
+    def reserve(self, size: int) -> None:
+        """See Journal."""
+        ...
+
+    def append(self, record: Record) -> None:
+        """See Journal."""
+        ...
 
 
 class Halted(LinkError):
@@ -138,7 +151,7 @@ def send_plan(
     """Take the nodes through `plan`; LinkError, with node and hint, once all that can be held are held."""
     control = control or Control()
     conductor = Conductor(plan, radio.site, fresh_nonce(), control.policy)
-    return _LinkRun(conductor, radio, journal, observer).conduct(control)
+    return LinkRun(conductor, radio, journal, observer).conduct(control)
 
 
 def resume_plan(
@@ -148,7 +161,7 @@ def resume_plan(
     control = control or Control()
     point = resume_point(plan, journal.records)
     conductor = Conductor(plan, radio.site, fresh_nonce(), control.policy, point)
-    return _LinkRun(conductor, radio, journal, observer).conduct(control)
+    return LinkRun(conductor, radio, journal, observer).conduct(control)
 
 
 def read_status(radio: Radio, drive: DriveSettings, display: str = "") -> list[NodeStatus]:
@@ -160,46 +173,100 @@ def read_status(radio: Radio, drive: DriveSettings, display: str = "") -> list[N
     return [_query(radio, number, address, named) for number, address in enumerate(drive.addresses, start=1)]
 
 
-class _LinkRun:
-    """One run in progress: asks the conductor what to do and does it."""
+class LinkRun:
+    """One run in progress: asks its conductor what to do and does it, one thing at a time."""
 
-    def __init__(self, conductor: Conductor, radio: Radio, journal: Journal, observer: Observer) -> None:
-        self._conductor = conductor
-        self._radio = radio
-        self._journal = journal
-        self._by = ""
+    def __init__(self, conductor: Conductor, radio: Radio, journal: Keeper, observer: Observer) -> None:
+        self.conductor = conductor
+        self.radio = radio
+        self.journal = journal
+        self.by = ""
+        """Who asked for what is recorded next, if it was not the operator of this process."""
         self._report = _Reporter(conductor, radio, observer)
 
     def conduct(self, control: Control) -> RunReport:
         """Go on until the run has ended, or is paused with nobody to wait for."""
-        self._journal.reserve(journal_bytes(self._conductor.plan))
+        self.journal.reserve(journal_bytes(self.conductor.plan))
         try:
             self._go(control)
         except LinkError as error:
-            with suppress(LinkError):  # the record may be what failed
-                halt = {"type": "halt", "cause": RADIO, "node": error.node, "message": error.message}
-                self._journal.append({**halt, **self._circumstances()})
+            self.fail(error)
             raise
-        conductor = self._conductor
-        if conductor.halt is not None:
-            found = explain(self._radio, conductor.plan.drive, conductor.halt)
-            raise Halted(replace(found, display=named_display(conductor.plan)))
+        return self.end()
+
+    def step(self) -> Action:
+        """Do one thing, whatever is to be done but sleep; what it was."""
+        action = self.conductor.next(self.now_ms())
+        if isinstance(action, Poll):
+            self._poll(action)
+        elif isinstance(action, Write):
+            self._store(action)
+        return action
+
+    def obey(self, control: Control, applied: OperatorRequest) -> OperatorRequest:
+        """Do what the operator asks for beyond what was `applied` already; what is applied now."""
+        now_ms, request = self.now_ms(), control.request
+        if request > applied:
+            if request is OperatorRequest.PAUSE:
+                self.conductor.pause()
+            elif request is OperatorRequest.HOLD:
+                self.conductor.hold(now_ms)
+            else:
+                self.conductor.estop(now_ms)
+        return request
+
+    def return_after(self, away_ms: int) -> bool:
+        """The radio is back; whether the run begins anew, since the nodes have held by themselves meanwhile.
+
+        They are taken over again, as by `resume_plan`.
+        """
+        successor = self.conductor.successor(away_ms, fresh_nonce())
+        if successor is None:
+            return False
+        successor.turns = self.conductor.turns
+        self.conductor = self._report.conductor = successor
+        return True
+
+    def fail(self, error: LinkError) -> None:
+        """Put down that the radio itself has ended the run."""
+        with suppress(LinkError):  # the record may be what failed
+            halt = {"type": "halt", "cause": RADIO, "node": error.node, "message": error.message}
+            self.journal.append({**halt, **self._circumstances()})
+
+    def end(self) -> RunReport:
+        """How the run has ended; Halted if its conductor halted it."""
+        if self.conductor.halt is not None:
+            found = explain(self.radio, self.conductor.plan.drive, self.conductor.halt)
+            raise Halted(replace(found, display=named_display(self.conductor.plan)))
+        return self.report()
+
+    @property
+    def seconds(self) -> float:
+        """Time since the run began."""
+        return self._report.seconds
+
+    def report(self) -> RunReport:
+        """How far the run has come."""
+        conductor, outcomes = self.conductor, {Phase.DONE: "done", Phase.PAUSED: "paused"}
         return RunReport(
-            outcome="done" if conductor.phase is Phase.DONE else "paused",
+            outcome=outcomes.get(conductor.phase, "halted"),
             steps_done=conductor.barrier,
             steps=len(conductor.plan.steps),
-            seconds=self._report.seconds,
-            nodes=tuple(status_of_peer(peer) for peer in conductor.peers),
+            seconds=self.seconds,
+            nodes=tuple(status_of_peer(peer) for peer in conductor.peers if peer.status is not None),
         )
 
     def _go(self, control: Control) -> None:
         applied = OperatorRequest.NONE
         while True:
             try:
-                applied = self._obey(control, applied)
-                if not self._turn():
+                applied = self._attend(control, applied)
+                action = self.step()
+                if isinstance(action, Sleep):
+                    self.radio.sleep_until(min(action.until_ms, self.now_ms() + LISTEN_MS) * 1000)
+                if isinstance(action, Finished):
                     return
-                if self._conductor.phase is Phase.PAUSED and not (
+                if self.conductor.phase is Phase.PAUSED and not (
                     control.waits and control.request < OperatorRequest.HOLD
                 ):
                     return
@@ -210,79 +277,56 @@ class _LinkRun:
                     applied = OperatorRequest.NONE
 
     def _outlive(self, gone: RadioGone, control: Control) -> bool:
-        """Wait for the radio, unless it is gone for good or the operator wants out; whether the run then began anew.
-
-        Nodes that have held by themselves meanwhile are taken over again, as by `resume_plan`.
-        """
-        begin_ms = self._now_ms()
+        """Wait for the radio, unless it is gone for good or the operator wants out; whether the run then began anew."""
+        begin_ms = self.now_ms()
         if gone.may_return:
             control.tell(f"{gone.message}; waiting for it to come back")
         while control.request < OperatorRequest.HOLD and gone.may_return:
             self._listen(control)
             try:
-                self._radio.exchange(())
+                self.radio.exchange(())
             except RadioGone as still:
                 gone = still
             else:
-                successor = self._conductor.successor(self._now_ms() - begin_ms, fresh_nonce())
-                self._conductor = self._report.conductor = successor or self._conductor
                 control.tell("the radio is back")
-                return successor is not None
+                return self.return_after(self.now_ms() - begin_ms)
         raise gone
 
-    def _obey(self, control: Control, applied: OperatorRequest) -> OperatorRequest:
+    def _attend(self, control: Control, applied: OperatorRequest) -> OperatorRequest:
         self._listen(control)
-        now_ms = self._now_ms()
         if control.resumes:
             control.resumes = False
-            self._conductor.resume(now_ms)
+            self.conductor.resume(self.now_ms())
             return OperatorRequest.NONE
-        if control.request > applied:
-            if control.request is OperatorRequest.PAUSE:
-                self._conductor.pause()
-            elif control.request is OperatorRequest.HOLD:
-                self._conductor.hold(now_ms)
-            else:
-                self._conductor.estop(now_ms)
-        return control.request
+        return self.obey(control, applied)
 
     def _listen(self, control: Control) -> None:
         control.listen()
-        self._by = control.by
-
-    def _turn(self) -> bool:
-        """Do one thing; False when there is nothing left to do."""
-        action = self._conductor.next(self._now_ms())
-        if isinstance(action, Poll):
-            self._poll(action)
-        elif isinstance(action, Sleep):
-            self._radio.sleep_until(min(action.until_ms, self._now_ms() + LISTEN_MS) * 1000)
-        elif isinstance(action, Write):
-            self._store(action)
-        return not isinstance(action, Finished)
+        self.by = control.by
 
     def _poll(self, action: Poll) -> None:
-        answers = self._radio.exchange([(send.address, send.payload) for send in action.sends])
-        now_ms = self._now_ms()
+        answers = self.radio.exchange([(send.address, send.payload) for send in action.sends])
+        now_ms = self.now_ms()
         for send, answer in zip(action.sends, answers, strict=True):
-            if self._conductor.heard(now_ms, send.node, answer.payload, answer.retries) is not None:
+            if self.conductor.heard(now_ms, send.node, answer.payload, answer.retries) is not None:
                 self._report.tell(send.node)
 
     def _store(self, action: Write) -> None:
         try:
-            self._journal.append({**action.record, **self._circumstances()})
+            self.journal.append({**action.record, **self._circumstances()})
         except LinkError as error:
-            self._conductor.unwritten(self._now_ms(), error.message)
+            self.conductor.unwritten(self.now_ms(), error.message)
         else:
-            self._conductor.written(self._now_ms())
+            self.conductor.written(self.now_ms())
 
     def _circumstances(self) -> Record:
         """What a record says of its writing: when and by which process, and who else asked for what it says."""
-        by = {"by": self._by} if self._by else {}
+        by = {"by": self.by} if self.by else {}
         return {"at": time.time(), "process": os.getpid(), **by}
 
-    def _now_ms(self) -> int:
-        return self._radio.now_us() // 1000
+    def now_ms(self) -> int:
+        """Time by the radio's clock."""
+        return self.radio.now_us() // 1000
 
 
 class _Reporter:

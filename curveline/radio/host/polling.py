@@ -6,7 +6,9 @@ Times are the host's; air times are those of a 32-byte frame and its answer, wit
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
+from curveline.drive_settings import MAX_NODES
 from curveline.radio.host.actions import Policy
 from curveline.radio.host.peer import Peer
 from curveline.radio.interface import BATCH
@@ -20,6 +22,8 @@ ANSWER_MS = {"250kbps": 4, "1Mbps": 2, "2Mbps": 2}
 LOSS_MS = {"250kbps": 14, "1Mbps": 6, "2Mbps": 4}
 """What a poll takes that is repeated to the end and never answered."""
 LAG_CYCLES = 2
+DOUBT_CYCLES = 4
+"""Poll cycles of silence after which a node is doubted: on bad air one takes up to three times as long as it should."""
 TICK_MS = 1 << CLOCK_SHIFT
 BUSY_MS = 500
 BUSY_CYCLES = 5
@@ -30,6 +34,30 @@ BATCH_MS = 32
 """What a batch takes if all answer at once; with 30 % of all packets lost it is three times that at worst."""
 DOUBTFUL = 4
 """Nodes in a batch that may not answer: at 250 kbps a whole batch of them would keep a stop waiting for 0.1 s."""
+
+
+def most_nodes(data_rate: str) -> int:
+    """How many nodes a radio can ask so often that silence is told from a long row, however good the air is.
+
+    A single display of the largest size is always one of these.
+    """
+    return max(MAX_NODES, DEADMAN_LIMIT_MS // (CYCLES * ANSWER_MS[data_rate]))
+
+
+def shared_policy(policy: Policy, nodes: int, data_rate: str) -> Policy:
+    """The policy of a run whose radio has so many nodes to ask, its own among them: none is polled sooner than all are.
+
+    What follows from the time between two polls, such as the dead-man time, is then as for one run with all of them; a
+    node is doubted, called late or given up for no shorter than it takes to hear of it.
+    """
+    cycle_ms = max(policy.poll_ms, ANSWER_MS[data_rate] * nodes)
+    return replace(
+        policy,
+        poll_ms=cycle_ms,
+        probe_ms=max(policy.probe_ms, DOUBT_CYCLES * cycle_ms),
+        slack_ms=max(policy.slack_ms, CYCLES * cycle_ms),
+        settle_ms=max(policy.settle_ms, CYCLES * cycle_ms),
+    )
 
 
 class Pace:

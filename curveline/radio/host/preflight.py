@@ -124,6 +124,12 @@ def why_missing(missing: Sequence[Peer], count: int) -> Halt:
     return Halt(Cause.UNTRUSTED if peer.ident is None else Cause.TAKEN, peer.number)
 
 
+def why_silent(peer: Peer, now_ms: int, step: int, *, are_all: bool) -> Halt:
+    """The halt for a node that is not heard any more, if it is the only one, or for all that there are."""
+    detail = f" any more, for {(now_ms - peer.heard_ms) / 1000:.1f} s"
+    return Halt(Cause.DEAF, step=step, detail=detail) if are_all else Halt(Cause.SILENT, peer.number, step, detail)
+
+
 def why_late(plan: Plan, step: int, peer: Peer) -> Halt:
     """The halt for a node that is not done in time: it still has a way to go, or it obeys somebody else by now."""
     if peer.strange > STRANGE:

@@ -173,6 +173,10 @@ class Cause(Enum):
         "emergency stop was asked for{when}",
         "switch every node off and on (the mock: `curveline status --radio mock:repower{display}`), then send again",
     )
+    OTHERS = (
+        "another line of the run cannot begin, so that this one does not either",
+        "see to that line; then send again, or go on with the run: `curveline send --resume last`",
+    )
     UNHEEDED = (
         "node {node} did not begin to home: {detail}",
         "see what it is doing: `curveline node status {node}{display}`; then try again",

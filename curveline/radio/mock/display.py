@@ -7,18 +7,15 @@ moment is known from the moves it made.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import blake2s
 from pathlib import Path
-from random import Random
 
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError
-from curveline.radio.clock import steady_us
 from curveline.radio.interface import Answer, check_frames
-from curveline.radio.mock.air import Air
+from curveline.radio.mock.chip import MockChip
 from curveline.radio.mock.fault_injection import MishapStage, MockDisk, Packet, Troubles
 from curveline.radio.mock.mock_node import Station
 from curveline.radio.mock.spec import MockSpec, parse_spec
@@ -45,7 +42,25 @@ Motion = list[tuple[float, tuple[Counts, ...]]]
 
 def open_radio(settings: str, drive: DriveSettings, runs: Path) -> MockRadio:
     """The mock display of `drive`, locked for this process; `settings` is what follows `mock:`."""
+    return _open(parse_spec(settings), drive, runs, None)
+
+
+def open_together(settings: str, drives: Sequence[DriveSettings], runs: Path) -> list[MockRadio]:
+    """Several mock displays behind one modelled radio: one chip and one clock. Faults befall the first of them."""
     spec = parse_spec(settings)
+    chip = MockChip(spec, _checked_rate(drives[0]))
+    opened: list[MockRadio] = []
+    try:
+        for drive in drives:
+            opened.append(_open(replace(spec, mishaps=() if opened else spec.mishaps), drive, runs, chip))
+    except BaseException:
+        for radio in opened:
+            radio.close()
+        raise
+    return opened
+
+
+def _open(spec: MockSpec, drive: DriveSettings, runs: Path, chip: MockChip | None) -> MockRadio:
     count = drive.node_count
     if spec.nodes not in (None, count):
         raise InvalidInput(
@@ -55,13 +70,12 @@ def open_radio(settings: str, drive: DriveSettings, runs: Path) -> MockRadio:
     for mishap in spec.mishaps:
         if mishap.node > count:
             raise InvalidInput(f"there is no node {mishap.node} for {mishap.key!r}: the display has {count}")
-    if drive.data_rate not in RATES_KBPS:
-        raise InvalidInput(f"data rate {drive.data_rate!r} is unknown; there are {', '.join(RATES_KBPS)}")
+    _checked_rate(drive)
     store = Store(runs, drive)
     store.open()
     try:
         state = state_at_home(count) if spec.fresh else store.load()
-        radio = MockRadio(spec, drive, state, store)
+        radio = MockRadio(spec, drive, state, store, chip)
         radio.save()
     except BaseException:
         store.close()
@@ -69,27 +83,36 @@ def open_radio(settings: str, drive: DriveSettings, runs: Path) -> MockRadio:
     return radio
 
 
+def _checked_rate(drive: DriveSettings) -> str:
+    if drive.data_rate not in RATES_KBPS:
+        raise InvalidInput(f"data rate {drive.data_rate!r} is unknown; there are {', '.join(RATES_KBPS)}")
+    return drive.data_rate
+
+
 class MockRadio:
     """A `Radio` whose nodes are modelled in this process; `rod` names the states the segments were last seen in."""
 
-    def __init__(self, spec: MockSpec, drive: DriveSettings, state: MockState, store: Store | None = None) -> None:
+    def __init__(
+        self,
+        spec: MockSpec,
+        drive: DriveSettings,
+        state: MockState,
+        store: Store | None = None,
+        chip: MockChip | None = None,
+    ) -> None:
         self.site = hardware_site(drive) if spec.keys else mock_site(drive)
         self._rod, self._rod_at = state.rod, state.rod_at
-        self._random = Random(spec.seed)
-        self._air = Air(spec.weather, drive.data_rate, self._random)
-        self._realtime = spec.realtime
+        self._chip = chip or MockChip(spec, drive.data_rate)
         self.clamp, self.play, self.set_share = spec.clamp, spec.play, spec.set
-        self._start_us = steady_us()
-        self._virtual_us = 0
         self._store = store
         self._closed = False
         self._stations = self._build(drive, state, spec)
         self._numbers = {address.upper(): number for number, address in enumerate(drive.addresses, start=1)}
-        stage = MishapStage(self._stations, self._air, self._random)
+        stage = MishapStage(self._stations, self._chip.air, self._chip.random)
         self._troubles = Troubles(spec.mishaps, stage)
         self.disk = MockDisk(stage)
         for station in self._stations:
-            station.power_up(self._random)
+            station.power_up(self._chip.random)
         self._saved = self._progress()
 
     @property
@@ -128,7 +151,7 @@ class MockRadio:
         self._reach()
         begin_us = self.now_us()
         station = self._stations[number - 1] if number else None
-        heard = station.exchange(self._air, payload, begin_us) if station else self._air.unheard()
+        heard = station.exchange(self._chip.air, payload, begin_us) if station else self._chip.air.unheard()
         self.sleep_until(begin_us + heard.took_us)
         if self._progress() != self._saved:
             self.save()
@@ -145,14 +168,16 @@ class MockRadio:
 
     def now_us(self) -> int:
         """See Radio."""
-        return steady_us() - self._start_us if self._realtime else self._virtual_us
+        return self._chip.now_us()
 
     def sleep_until(self, moment_us: int) -> None:
         """See Radio."""
-        if self._realtime:
-            time.sleep(max(0, moment_us - self.now_us()) / 1e6)
-        else:
-            self._virtual_us = max(self._virtual_us, moment_us)
+        self._chip.sleep_until(moment_us)
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether its time passes only as it is let pass."""
+        return self._chip.is_virtual
 
     def _reach(self) -> None:
         """RadioGone while the radio is away; finding that out takes time."""
@@ -210,7 +235,7 @@ class MockRadio:
         ]
 
     def _paces(self, spread: float) -> tuple[int, int, int]:
-        x, y, z = (PER_MILLE - round(PER_MILLE * spread * self._random.random()) for _ in range(3))
+        x, y, z = (PER_MILLE - round(PER_MILLE * spread * self._chip.random.random()) for _ in range(3))
         return x, y, z
 
     def _build(self, drive: DriveSettings, state: MockState, spec: MockSpec) -> list[Station]:
@@ -228,8 +253,7 @@ class MockRadio:
                 node.advance(later_ms)
             if all(node.move is None and not node.memory.homing for node in self.nodes):
                 break
-        self._realtime = False
-        self._virtual_us = later_ms * 1000
+        self._chip.skip_to(later_ms * 1000)
 
 
 def _left_at(memory: Memory, now_ms: int) -> Memory:

@@ -53,6 +53,11 @@ class MockState:
         return tuple(self.rod) if self.rod_at == [node.counts for node in self.nodes] else ()
 
 
+def file_label(display: str) -> str:
+    """What the files of a display are called after its name."""
+    return re.sub(r"[^A-Za-z0-9._-]", "_", display) or "_"
+
+
 def state_at_home(count: int) -> MockState:
     """A display at home."""
     return MockState([Standing() for _ in range(count)])
@@ -62,7 +67,7 @@ class Store:
     """The file of one mock display in the runs folder."""
 
     def __init__(self, runs: Path, drive: DriveSettings) -> None:
-        name = re.sub(r"[^A-Za-z0-9._-]", "_", drive.display) or "_"
+        name = file_label(drive.display)
         self.path = runs / f"mock-{name}.json"
         self._lock_path = runs / f"mock-{name}.lock"
         self._owner_path = runs / f"mock-{name}.owner"

@@ -60,6 +60,7 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
             "curveline send shapes/level-up-peak.toml --radio serial:/dev/ttyACM0",
             "plan from where the display stands, ask, and send",
         ),
+        ("curveline send roof", "several displays in one run, as roof/lines.toml says"),
         ("curveline send --resume last --radio mock", "go on with a run that was cut short"),
         ("curveline send --home --radio mock --yes", "bring the display home, without a question"),
     ),

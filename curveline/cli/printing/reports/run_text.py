@@ -31,7 +31,7 @@ def lines(run: Run) -> list[str]:
 
 
 def _what(run: Run) -> str:
-    parts = [f"display {run.display}" if run.display else "display unknown", f"plan {run.plan}" if run.plan else ""]
+    parts = [run.of or "display unknown", f"plan {run.plan}" if run.plan else ""]
     began = f"began {local_time(run.began)}" if run.began is not None else ""
     return ", ".join(part for part in (*parts, began) if part)
 
