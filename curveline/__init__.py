@@ -46,6 +46,8 @@ if TYPE_CHECKING:
     from curveline.driving.site_keys import node_image as node_image
     from curveline.driving.site_keys import read_keys as read_keys
     from curveline.errors import CurvelineError as CurvelineError
+    from curveline.fitting.fewest import FewestNodes as FewestNodes
+    from curveline.fitting.fewest import fit_fewest as fit_fewest
     from curveline.fitting.fit import FitRequest as FitRequest
     from curveline.fitting.targets import fit as fit
     from curveline.fitting.targets import placed_on as placed_on
@@ -87,6 +89,7 @@ _HOMES = {
     **dict.fromkeys(("sweep", "plan", "monte_carlo", "load", "load_map", "fall"), "api"),
     **dict.fromkeys(("fit", "placed_on"), "fitting.targets"),
     "FitRequest": "fitting.fit",
+    **dict.fromkeys(("fit_fewest", "FewestNodes"), "fitting.fewest"),
     "read_drawing": "drawings.reading",
     "HowToRead": "drawings.sketch",
     "Placing": "drawings.placing",

@@ -141,3 +141,27 @@ def test_nothing_is_replaced_without_force(run: Run, tmp_path: Path) -> None:
     shape.write_text("mine")
     assert run(*SINE, "-o", str(shape)).code == InvalidInput.exit_code
     assert shape.read_text() == "mine"
+
+
+def test_as_few_nodes_as_are_enough_with_their_display(run: Run, tmp_path: Path) -> None:
+    shape, plan = tmp_path / "bow.toml", tmp_path / "bow.json"
+    bow = ("fit", "--formula", "100*sin(pi*x/2000)", "--display", "quad", "--nodes", "9", "--within-mm", "3")
+    done = run(*bow, "-o", str(shape), "--plan-file", str(plan))
+    assert done.code == EXIT_DONE
+    scene = read_shape(shape)
+    assert scene.display.node_count == 3
+    assert scene.display.span == pytest.approx(1.0)
+    assert "bow-display.toml" in shape.read_text()
+    assert "# estimate" in (tmp_path / "bow-display.toml").read_text()
+    sent = run("send", str(plan), "--radio", "mock", "--yes", "--runs", str(tmp_path / "runs"))
+    assert sent.code == EXIT_DONE
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [(("-o", "x.toml"), "say how near"), (("--within-mm", "2"), "beside its shape"), (("--nodes", "1"), "1")],
+)
+def test_fewest_nodes_want_a_distance_and_a_place(run: Run, options: tuple[str, ...], words: str) -> None:
+    done = run(*SINE, "--nodes", "5", *options)
+    assert done.code == InvalidInput.exit_code
+    assert words in done.err

@@ -21,7 +21,8 @@ from curveline.units import mm, to_mm
 if TYPE_CHECKING:
     from curveline.drawings.drawing import Drawing
     from curveline.drawings.sketch import HowToRead
-    from curveline.fitting.fit import Fit
+    from curveline.fitting.fewest import FewestNodes
+    from curveline.fitting.fit import Fit, FitRequest
     from curveline.scene import Display
 
 DRAWING = "The drawing"
@@ -129,6 +130,16 @@ def fit(
         float | None,
         typer.Option(metavar="MM", rich_help_panel=FITTING, help="Exit with 1 if the distance is larger."),
     ] = None,
+    nodes: Annotated[
+        int | None,
+        typer.Option(
+            min=2,
+            metavar="N",
+            rich_help_panel=FITTING,
+            help="As few nodes as come within --within-mm, at most N, rails equally spaced over the width of the "
+            "display; it goes beside the shape.",
+        ),
+    ] = None,
     effort: Annotated[
         EffortOption, typer.Option(rich_help_panel=FITTING, help="How many starts to search from.")
     ] = EffortOption.QUICK,
@@ -175,14 +186,12 @@ def fit(
     request = FitRequest(margin, minimise.value, effort.value, not no_plan, seed, _name(files, target))
     given = given_display(display)
     drawing = _read(target, formula, _how(unit, curve, edge, width_mm), given)
-    found = fit_drawing(
-        _placed(
-            drawing, given, place or (PlaceOption.AS_DRAWN if formula else PlaceOption.FIT), (shift_mm, flip, scale)
-        ),
-        given,
-        request,
-        TERMINAL,
-    )
+    where = place or (PlaceOption.AS_DRAWN if formula else PlaceOption.FIT)
+    target_curve = _placed(drawing, given, where, (shift_mm, flip, scale))
+    if nodes is None:
+        found = fit_drawing(target_curve, given, request, TERMINAL)
+    else:
+        found = _fewest(target_curve, given, _fewest_nodes(nodes, within_mm, files, force=force), request)
     _write(found, files, plan_file, force=force)
     if json or len(files) < len(output or ()):
         screen.result(to_json(found, argv=tuple(sys.argv[1:])).decode().rstrip("\n"))
@@ -246,6 +255,32 @@ def _placed(
 
     shift_mm, flip, scale = others
     return placed_on(display, drawing, Placing(place.value, shift_mm, flip, scale.value if scale else ""))
+
+
+def _fewest_nodes(nodes: int, within_mm: float | None, files: Sequence[str], *, force: bool) -> FewestNodes:
+    """What `--nodes` asks for; the file of the display goes beside that of the shape."""
+    from curveline.fitting.fewest import FewestNodes
+    from curveline.system.files import check_writable
+
+    if within_mm is None:
+        raise InvalidInput("--nodes is for as few nodes as come near enough", "say how near with --within-mm")
+    shape = next((path for path in files if path.endswith(".toml")), None)
+    if shape is None:
+        raise InvalidInput("--nodes makes a display, which goes beside its shape", "name that with -o SHAPE.toml")
+    path = f"{os.path.abspath(shape).removesuffix('.toml')}-display.toml"
+    check_writable(path, force=force)
+    return FewestNodes(mm(within_mm), nodes, path)
+
+
+def _fewest(drawing: Drawing, display: Display, wanted: FewestNodes, request: FitRequest) -> Fit:
+    """The fit with as few nodes as are enough, whose display's file is written: its shape and its plan name that."""
+    from curveline.fitting.fewest import fit_fewest
+    from curveline.system.files import write_file
+
+    found = fit_fewest(drawing, display, wanted, request, TERMINAL)
+    write_file(wanted.path, found.display_text.encode(), force=True)
+    screen.note(f"wrote {os.path.relpath(wanted.path)}, a display of {found.fit.scene.display.node_count} nodes")
+    return found.fit
 
 
 def _write(found: Fit, files: Sequence[str], plan_file: str | None, *, force: bool) -> None:
