@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from curveline.api import status as status
     from curveline.api import stop as stop
     from curveline.api import sweep as sweep
+    from curveline.atlases.atlas import atlas as atlas
+    from curveline.atlases.atlas import stable_curves as stable_curves
+    from curveline.atlases.grid import AtlasRequest as AtlasRequest
     from curveline.bench.comparison import compare_bench as compare_bench
     from curveline.bench.history import keep_bench as keep_bench
     from curveline.bench.history import read_bench as read_bench
@@ -95,6 +98,8 @@ _HOMES = {
     "Placing": "drawings.placing",
     "Drawing": "drawings.drawing",
     "drawing_of_formula": "drawings.formulas",
+    **dict.fromkeys(("atlas", "stable_curves"), "atlases.atlas"),
+    "AtlasRequest": "atlases.grid",
     "check_display": "api",
     "calibrate_set": "api",
     **dict.fromkeys(("measure", "measure_link"), "bench.measuring"),

@@ -84,6 +84,14 @@ SWEEP = ResultKind(
 )
 """Of a sweep; written by `open_sweep` while its points come in."""
 
+ATLAS = ResultKind(
+    _with_pictures(
+        {".json": "curveline.atlases.results:to_json", ".npz": "curveline.atlases.results:to_npz"},
+        "curveline.figures.atlases:draw",
+    )
+)
+"""Of an atlas of a display; of .json and .npz also the command as typed."""
+
 LOADING = ResultKind(
     _with_pictures({".json": "curveline.loading.results:to_json"}, "curveline.figures.loads:draw"),
     advice="a fall is filmed with --film; name a file that ends in",

@@ -28,6 +28,7 @@ def write(
     | `Plan` | .json, to be sent or played; .svg, .png, .pdf, .gif |
     | `Fit` | .toml, the shape; .json, .svg, .png, .pdf |
     | `Loading`, `LoadMap` | .json, .svg, .png, .pdf |
+    | `Atlas` | .npz, .json, .svg, .png, .pdf |
     | `SnapFall` | .gif, .svg, .png, .pdf |
     | `BenchReport` | .json, .svg, .png, .pdf |
     | `SweepReport` | .json, .npz, .csv; .svg, .png and .pdf over one key or two |
@@ -51,13 +52,14 @@ def write(
 
 def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> tuple[ResultKind, Sequence[object]]:
     """The kind of a result, and what its encoders take."""
+    from curveline.atlases.atlas import Atlas
     from curveline.bench.report import BenchReport
     from curveline.displays.of_plan import display_of
     from curveline.fitting.fit import Fit
     from curveline.loading.falling import SnapFall
     from curveline.loading.load_map import LoadMap
     from curveline.loading.snap_through import Loading
-    from curveline.outputs import FALL, FIT, LOADING, PLAN, PLAN_FILE, SIMULATION, TRADE
+    from curveline.outputs import ATLAS, FALL, FIT, LOADING, PLAN, PLAN_FILE, SIMULATION, TRADE
     from curveline.plan_file import Plan
     from curveline.simulation.results import ShapeReport
     from curveline.simulation.shape_batch import ShapeBatch
@@ -67,6 +69,8 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
         return PLAN, (result,) if is_plan else (result, display_of(result), lambda done: None)
     if isinstance(result, Fit):
         return FIT, (result, path)
+    if isinstance(result, Atlas):
+        return ATLAS, (result,)
     if isinstance(result, Loading | LoadMap):
         return LOADING, (result,)
     if isinstance(result, SnapFall | BenchReport):

@@ -19,7 +19,7 @@ LEFT_TO_RIGHT = """
 _version errors units phrases listening notebook system sections material scene drive_settings plan_file shapes drawings
 kernels rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
-simulation loading planning fitting replay displays figures outputs driving driving/lines
+simulation loading planning atlases fitting replay displays figures outputs driving driving/lines
 notebook_listener bench/methods bench api writing
 cli/printing cli/printing/progress cli/printing/help cli/printing/reports cli cli/commands cli/app
 """
@@ -41,6 +41,7 @@ ONLY_IN = {
     "numpy": {
         "kernels",
         "rod",
+        "atlases",
         "bench",
         "drawings",
         "figures",
@@ -56,6 +57,8 @@ ONLY_IN = {
     "matplotlib": set(),
     "rich": set(),
     "multiprocessing": {"system"},
+    "dask": set(),
+    "distributed": set(),
     "cv2": set(),
     "svgelements": set(),
     "ezdxf": set(),

@@ -21,7 +21,7 @@ from curveline.shapes.files import builtin_text
 HOSTILE = '<b onclick="x()">&amp; $x_{1}$ \\alpha</b>'
 """A name that is legal, and would be markup, an entity and a formula if anything took it for that."""
 SVG = "{http://www.w3.org/2000/svg}"
-DRAWN = {"BenchReport", "LoadMap", "Loading", "Plan", "ShapeReport", "SnapFall", "SweepReport"}
+DRAWN = {"Atlas", "BenchReport", "LoadMap", "Loading", "Plan", "ShapeReport", "SnapFall", "SweepReport"}
 TABLES = {
     "Adoption",
     "BenchComparison",
@@ -41,6 +41,7 @@ TABLES = {
     "SegmentStates",
     "ShapeBatch",
     "SiteFile",
+    "StableCurves",
     "Trials",
 }
 
@@ -73,6 +74,8 @@ def made(runs: Path) -> Iterator[Any]:
     yield curveline.fall(loading)
     yield curveline.load_map(shape, points=3)
     yield curveline.fit([(0.0, 0.0), (0.25, 0.1), (0.5, 0.0)], "mine.toml", curveline.FitRequest(name=HOSTILE))
+    yield curveline.atlas("mine.toml", curveline.AtlasRequest({"angle_deg": (0, 40, 3), "length_mm": (520, 600, 3)}))
+    yield curveline.stable_curves("mine.toml")
     yield curveline.check_display("mine.toml")
     curveline.new_keys()
     with curveline.connect("mock:keys", "mine.toml", runs=runs) as session:

@@ -31,6 +31,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "fit": ("fit", "--formula", "60*sin(pi*x/500)"),
     "plan": ("plan", PEAK),
     "load": ("load", PEAK),
+    "atlas": ("atlas", "single"),
     "send": ("send", PEAK, *RADIO, "--yes"),
     "status": ("status", *RADIO),
     "stop": ("stop", *RADIO),

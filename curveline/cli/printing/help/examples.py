@@ -81,6 +81,14 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ),
         ("curveline load shapes/level-up-peak.toml --map --points 11", "where the shape is weakest"),
     ),
+    "curveline atlas": (
+        ("curveline atlas single", "which states there are over the angle of both nodes and the length"),
+        (
+            "curveline atlas single --over rise_mm --over length_mm=510:700:39 --at left_deg=20 -o atlas.svg",
+            "over the rise and the length, as a figure",
+        ),
+        ("curveline atlas quad -o atlas.npz --jobs 2", "as arrays, curves too, computed by two processes"),
+    ),
     "curveline bench": (
         ("curveline bench --quick", "what is held against goals"),
         ("curveline bench --quick --compare last", "and what became slower since the last time"),
