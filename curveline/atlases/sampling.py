@@ -11,6 +11,7 @@ from curveline.scene import Display
 
 NUMBERS = 4
 """That nodes can change of a pose: the rise of the right pivot over the left one, both angles, the length."""
+BASES = 2, 3, 5, 7
 LEAST_EXCESS = STRAIGHT
 """Of the rod between the clamps over the line between them, as a part of that: what is less is straight."""
 
@@ -21,18 +22,19 @@ def longest(display: Display) -> float:
     return min(display.limits.length.high, display.rod.total_length - display.clamp - others)
 
 
-def spread(count: int, numbers: int) -> Array:
-    """Points (count, numbers) of the unit cube, evenly spread; the first ones of more are the same.
+def spread(count: int) -> Array:
+    """Points (count, NUMBERS) of the unit cube, evenly spread; the first ones of more are the same.
 
-    Multiples of irrational numbers without their whole parts: powers of one over the root of x^(d + 1) = x + 1, which
-    generalises the golden section to d numbers (Niederreiter, Random Number Generation and Quasi-Monte Carlo Methods,
-    1992, chapter 3; the choice of the root: M. Roberts, 2018).
+    The digits of 1, 2, 3, ... mirrored at the point, in the base of a prime for each number (Halton, Numer. Math. 2,
+    84, 1960).
     """
-    root = 2.0
-    for _ in range(60):
-        root = (1.0 + root) ** (1.0 / (numbers + 1))
-    steps = root ** -np.arange(1.0, numbers + 1)
-    points: Array = (0.5 + np.arange(1.0, count + 1)[:, None] * steps) % 1.0
+    points = np.zeros((count, NUMBERS))
+    for column, base in enumerate(BASES):
+        rest, part = np.arange(1, count + 1), 1.0
+        while rest.any():
+            rest, digit = np.divmod(rest, base)
+            part /= base
+            points[:, column] += part * digit
     return points
 
 
@@ -41,7 +43,7 @@ def sampled_poses(display: Display, rod: ClampedRod, count: int) -> Array:
 
     The root of the rod to spare is spread evenly, as a rod that is nearly straight answers to that.
     """
-    limits, points = display.limits, spread(count, NUMBERS)
+    limits, points = display.limits, spread(count)
     reach = limits.height.high - limits.height.low
     rise = reach * (2.0 * points[:, 0] - 1.0)
     start, end = (limits.angle.low + points[:, 1:3] * (limits.angle.high - limits.angle.low)).T

@@ -146,9 +146,8 @@ def test_files_have_what_was_found(usual: Atlas) -> None:
     assert len(document["states"]) == len(arrays["state"]) == len(usual.entries)
     assert document["states"][7]["force_N"] == arrays["force_N"][7] == usual.force[7]
     assert document["states"][7]["point"] == arrays["point"][7].tolist()
-    i, j = arrays["point"][7]
     np.testing.assert_allclose(arrays["curve_mm"][7][-1], [500.0, 0.0], atol=1e-9)
-    assert arrays["second"][j] == usual.axes[1].values()[j]
+    assert arrays["second"].tolist() == usual.axes[1].values().tolist()
     assert document["folds"][3]["at"] == arrays["fold_at"][3].tolist()
     assert document["lines"] == arrays["fold_lines"].tolist()
     assert json.loads(str(arrays["document"]))["display"] == "single"
@@ -203,7 +202,7 @@ def test_what_is_no_grid_is_refused(over: Any, at: dict[str, float], message: st
 def test_other_misuse_is_refused() -> None:
     with pytest.raises(InvalidInput, match="tolerance"):
         AtlasRequest(tolerance=0.0)
-    with pytest.raises(InvalidInput, match="leave one of the two out|processes of this machine"):
+    with pytest.raises(InvalidInput, match="processes of this machine"):
         curveline.atlas("single", jobs=2, scheduler="tcp://127.0.0.1:1")
     with pytest.raises(TypeError, match="a display"):
         curveline.atlas(3)  # type: ignore[arg-type]

@@ -48,13 +48,13 @@ def forbidden(*_: object) -> None:
 
 
 def test_points_are_spread_evenly() -> None:
-    points = spread(1600, 4)
+    points = spread(1600)
     assert points.min() > 0.0
     assert points.max() < 1.0
     # A hundred of them in each of the 16 parts that halves of all numbers make, which at random are off by 10.
     parts = (points > 0.5) @ [1, 2, 4, 8]
-    assert np.abs(np.bincount(parts, minlength=16) - 100).max() <= 6
-    np.testing.assert_array_equal(spread(50, 4), points[:50])
+    assert np.abs(np.bincount(parts, minlength=16) - 100).max() <= 5
+    np.testing.assert_array_equal(spread(50), points[:50])
 
 
 def test_poses_are_within_the_limits() -> None:
@@ -78,17 +78,20 @@ def test_the_rod_that_other_segments_need_is_not_there_for_one() -> None:
 
 def test_every_curve_is_a_state_and_is_found_again_from_its_row(found: StableCurves) -> None:
     rod = segment_rod(SINGLE)
-    for row, pose in list(zip(found.entries, found.where.tolist(), strict=True))[::9]:
+    for row, pose in list(zip(found.entries, found.where.tolist(), strict=True))[::7]:
         there = rod.moved_to(Pose(*pose))
         (state,) = [each for each in find_states(there, 1e-4) if each.name == row["name"]]
         np.testing.assert_array_equal(row["curve"], state.curve(POINTS))
         assert row["lowest_eigenvalue"] == state.lowest_eigenvalue
         np.testing.assert_array_equal(row["loads"], clamp_loads_of_state(state).low)
+        share = actuator_load_of((clamp_loads_of_state(state),)).share(SINGLE)
+        assert share_of(np.array([row]), SINGLE)[0] == pytest.approx(share, rel=1e-12)
+        if share > 1.0:
+            continue  # what bends so sharply is no start for edges as long as these
         again = refine(there, mesh(np.zeros(0), EDGES), row["angles"], row["multipliers"], 1e-4)
         assert again.stable
         assert np.abs(again.curve(POINTS) - row["curve"]).max() < 2e-4
-        share = actuator_load_of((clamp_loads_of_state(state),)).share(SINGLE)
-        assert share_of(np.array([row]), SINGLE)[0] == pytest.approx(share, rel=1e-12)
+    assert np.mean(share_of(found.entries, SINGLE) <= 1.0) > 0.7
 
 
 def test_all_states_of_a_pose_are_there(found: StableCurves) -> None:
