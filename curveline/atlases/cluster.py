@@ -28,6 +28,7 @@ PATIENCE_S = 5.0
 LOOK_S = 1.0
 """How often it is looked whether there still are workers, while they are waited for."""
 ADDRESS = re.compile(r"(tcp|tls)://\S+:\d+")
+LOGGING = "distributed", "tornado"
 HINT = "start it with `dask scheduler`, and workers with `dask worker ADDRESS`"
 
 
@@ -40,7 +41,8 @@ def connected(address: str) -> Iterator[Doer]:
     """
     if not ADDRESS.fullmatch(address):
         raise InvalidInput(f"{address!r} is no address of a scheduler", "write it as tcp://HOST:PORT")
-    with _quiet(), _client(address) as client:
+    make = _client_class()
+    with _quiet(), _client(make, address) as client:
         _check_workers(client, address)
 
         def done(tasks: Sequence[SharedTask]) -> Iterator[Any]:
@@ -64,30 +66,38 @@ def perform_as(wanted: str, task: SharedTask) -> Any:
     return perform(task)
 
 
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Nothing of what distributed logs about connections that end, and of what it warns of other versions of itself."""
-    log = logging.getLogger("distributed")
-    before = log.level
-    log.setLevel(logging.CRITICAL + 1)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        log.setLevel(before)
-
-
-@contextmanager
-def _client(address: str) -> Iterator[Client]:
+def _client_class() -> type[Client]:
     try:
         from distributed import Client
     except ImportError:
         raise MissingExtra(
             "clusters need dask and distributed, which are not installed", hint="pip install 'curveline[cluster]'"
         ) from None
+    made: type[Client] = Client
+    return made
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Nothing of what distributed logs about connections that end, and of what it warns of other versions of itself."""
+    names = [name for name in logging.Logger.manager.loggerDict if name.partition(".")[0] in LOGGING]
+    logs = [log for log in map(logging.getLogger, names) if log.handlers]
+    before = [log.handlers for log in logs]
+    for log in logs:
+        log.handlers = [logging.NullHandler()]
     try:
-        client = Client(address, timeout=PATIENCE_S, set_as_default=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        for log, handlers in zip(logs, before, strict=True):
+            log.handlers = handlers
+
+
+@contextmanager
+def _client(make: type[Client], address: str) -> Iterator[Client]:
+    try:
+        client = make(address, timeout=PATIENCE_S, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise CurvelineError(f"no scheduler answers at {address}", HINT.replace("ADDRESS", address)) from error
     try:

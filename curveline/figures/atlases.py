@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 SHOWN = (PEAK, VALLEY)
 """States whose force has a panel."""
-SERIES = (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0), tuple(np.arange(10, 100, 5) / 10.0)
+SERIES = (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0), tuple(np.arange(4, 40) / 4.0)
 """Of which, times powers of ten, contours are drawn; the first that has enough."""
 FEWEST = 4
 ABSENT, EMPTY = "#F2F2F2", "#FFFFFF"
