@@ -10,7 +10,7 @@ import numpy as np
 
 from curveline.fitting.descent import descended
 from curveline.fitting.row import Array, FittedRow, Wanted
-from curveline.fitting.starts import RowStart, around, first_numbers, starts_at, straightened
+from curveline.fitting.starts import RowStart, around, first_numbers, nearest_starts, starts_at, straightened
 from curveline.rod.clamped_rod import ClampedRod
 
 SAME = 0.01
@@ -22,6 +22,8 @@ NOISE = 0.3
 where each point errs for itself."""
 EXACT = 5e-5
 """A distance [m] that no other row needs to beat."""
+NEAREST = 6
+"""Stable curves of the display from which a lone segment is sought."""
 ODDS = 0.5
 """Of a segment's rows, sorted by their distance, the next one is taken so often instead of the one before."""
 
@@ -67,7 +69,7 @@ def search(
     alone, shorter = [], effort._replace(lone=effort.alone, agreeing=-(-effort.agreeing * effort.alone // effort.lone))
     for place in range(len(wanted.pieces)):
         own = wanted._replace(pieces=(wanted.pieces[place],), fine=(wanted.fine[place],))
-        alone.append(_descents(own, _lone_starts(own, rod, shorter.lone, source), shorter, heard).distinct())
+        alone.append(_descents(own, _own_starts(own, rod, shorter.lone, source), shorter, heard).distinct())
     starts = _joint_starts(wanted, rod, alone, effort.row, source)
     return _descents(wanted, starts, effort._replace(agreeing=effort.row), heard)
 
@@ -101,7 +103,22 @@ def _is_enough(wanted: Wanted, row: FittedRow) -> bool:
 
 
 def _lone_starts(wanted: Wanted, rod: ClampedRod, count: int, source: np.random.Generator) -> Iterator[RowStart]:
-    """Starts of a lone segment: in all states where the drawing has its ends, and in the nearest ones around that."""
+    """Starts of a lone segment: where the drawing has its ends, the nearest stable curves, and around the former."""
+    first = first_numbers(wanted)
+    yield from starts_at(wanted, rod, first)[:1]
+    if (straight := straightened(wanted, first)) is not None:
+        yield from starts_at(wanted, rod, straight)
+    near = nearest_starts(wanted, NEAREST)
+    yield from near
+    for _ in range(count - 1 - len(near)):
+        yield from starts_at(wanted, rod, around(wanted, first, source))[:1]
+
+
+def _own_starts(wanted: Wanted, rod: ClampedRod, count: int, source: np.random.Generator) -> Iterator[RowStart]:
+    """Starts of one segment of a row: in all states where the drawing has its ends, and the nearest ones around that.
+
+    What is nearest to it alone is moved by its neighbours: the nearest stable curves make rows no better.
+    """
     first = first_numbers(wanted)
     yield from starts_at(wanted, rod, first)
     if (straight := straightened(wanted, first)) is not None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from curveline.atlases.entries import POINTS
+from curveline.atlases.nearest import nearest_curves
+from curveline.fitting.cutting import resampled
 from curveline.fitting.row import EDGES, Array, HeldState, Wanted, is_straight, lengths_of, pose_of, within
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.models.straight import straight_state
@@ -71,6 +75,17 @@ def around(wanted: Wanted, numbers: Array, source: np.random.Generator) -> Array
     nodes = wanted.nodes
     sizes = np.repeat(SIZES, [nodes, nodes, nodes - 1])
     return within(wanted, numbers + sizes * source.standard_normal(sizes.size))
+
+
+def nearest_starts(wanted: Wanted, count: int) -> list[RowStart]:
+    """At most so many starts of a lone segment: the stable curves of the display that are nearest to the drawing."""
+    drawn, span = resampled(wanted.pieces[0], POINTS), wanted.display.span
+    starts = []
+    for pose, height, angles, multipliers in nearest_curves(wanted.display, drawn, count, *wanted.room):
+        root = math.sqrt(max(pose.length - math.hypot(span, pose.y), 0.0) / span)
+        numbers = within(wanted, np.array([height, height + pose.y, pose.start, pose.end, root]))
+        starts.append(RowStart(numbers, ((angles, multipliers),)))
+    return starts
 
 
 def straightened(wanted: Wanted, numbers: Array) -> Array | None:
