@@ -14,6 +14,8 @@ import command_reference
 import pytest
 
 import curveline
+from curveline.atlases.atlas import Atlas
+from curveline.atlases.curves import StableCurves
 from curveline.bench.report import BenchReport
 from curveline.displays.check import DisplayCheck
 from curveline.driving.adoption import Adoption
@@ -40,11 +42,13 @@ SHARED = "Options of many commands"
 STANDS_FOR: dict[str, Any] = {
     "adoption": Adoption,
     "answer": ShapeAnswer,
+    "atlas": Atlas,
     "batch": ShapeBatch,
     "bench": BenchReport,
     "checked": DisplayCheck,
     "control": curveline.Control,
     "curveline": curveline,
+    "curves": StableCurves,
     "fit": SetFit,
     "found": Fit,
     "keys": SiteFile,
