@@ -32,7 +32,7 @@ MILLIMETRES, DEGREES = "_mm", "_deg"
 class AtlasAxis:
     """A number that runs from `start` to `stop`, both included, in `count` values, in the unit of its key."""
 
-    key: str
+    key: str  # such as angle_deg
     start: float
     stop: float
     count: int
@@ -53,8 +53,8 @@ class AtlasRequest:
     (start, stop, count). Of a key that is not named, the rise and the angles are 0, the length is between its limits.
     """
 
-    over: Mapping[str, tuple[float, float, int] | None] = field(default_factory=lambda: dict(USUAL))
-    at: Mapping[str, float] = field(default_factory=dict)
+    over: Mapping[str, tuple[float, float, int] | None] = field(default_factory=lambda: dict(USUAL))  # what runs
+    at: Mapping[str, float] = field(default_factory=dict)  # where others stand
     tolerance: float = 1e-4  # [m], largest error of a curve
 
     def __post_init__(self) -> None:
