@@ -14,7 +14,7 @@ from curveline.figures.common import DARK, GREY, THIN, bytes_of, draw_legend, le
 from curveline.fitting.measured import Gaps
 from curveline.phrases import counted
 from curveline.surfaces.fit_surface import FittedLine, FittedSurface
-from curveline.system.files import AnyPath
+from curveline.system.files import AnyPath, printable
 from curveline.units import plain, to_mm
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def draw(found: FittedSurface, path: AnyPath = "", argv: tuple[str, ...] = (), *
         _frame(panel, view)
         figure.colorbar(colours, ax=panel, shrink=0.7, pad=0.02, label="off the surface [mm]")
         worst = to_mm(max(line.fit.rms for line in found.lines))
-        heading = f"{counted(len(found.lines), 'line')}, up to {worst:.3g} mm RMS: {found.name}"
+        heading = f"{counted(len(found.lines), 'line')}, up to {worst:.3g} mm RMS: {printable(found.name)}"
         panel.set_title(within(heading, SIZE[0] - 1.0))
         draw_legend(figure, [legend_entry("asked for", **ASKED), legend_entry("node", **HUB), *_stretched(view)])
         return bytes_of(figure, kind)

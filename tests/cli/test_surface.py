@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import tomllib
 from pathlib import Path
@@ -16,7 +15,6 @@ from surfaces.meshes_known import box, stl
 from .conftest import Run, failure
 
 BOW = ("surface", "--formula", "60*sin(pi*x/500)*cos(pi*(y-40)/900)", "--lines", "2", "--jobs", "1")
-SENDS_FOLDERS = importlib.util.find_spec("curveline.shapes.lines_file") is not None
 
 
 def test_a_formula_becomes_a_folder_and_a_figure(run: Run, tmp_path: Path) -> None:
@@ -37,7 +35,6 @@ def test_a_formula_becomes_a_folder_and_a_figure(run: Run, tmp_path: Path) -> No
         assert word in svg
 
 
-@pytest.mark.skipif(not SENDS_FOLDERS, reason="`send` does not know folders yet")
 def test_the_folder_can_be_sent(run: Run, tmp_path: Path) -> None:
     folder = str(tmp_path / "bow")
     assert run(*BOW, "-o", folder).code == EXIT_DONE

@@ -11,6 +11,7 @@ from curveline.cli.printing.tables import fitting
 from curveline.phrases import counted, spans, wrapped
 from curveline.surfaces.budget import STALL_A, STALL_SOURCE, SurfaceBudget
 from curveline.surfaces.fit_surface import FittedLine, FittedSurface
+from curveline.system.files import printable
 from curveline.units import plain, to_mm, to_ms
 
 LINE_HEAD = ("line", "y mm", "RMS mm", "max mm", "at x", "steps", "time s", "across mm")
@@ -23,8 +24,8 @@ def describe(found: FittedSurface) -> Iterator[str]:
     if MANNER.is_brief:
         yield _briefly(found)
         return
-    yield screen.paint(found.name, screen.BOLD, sys.stdout)
-    yield from wrapped(f"read: {found.understood}")
+    yield screen.paint(printable(found.name), screen.BOLD, sys.stdout)
+    yield from wrapped(f"read: {printable(found.understood)}")
     rows = [_row(found, line) for line in found.lines]
     yield from screen.headed(fitting([LINE_HEAD, *rows]), LINE_HEAD, rows)
     yield from _reasons(found)
@@ -43,9 +44,8 @@ def describe(found: FittedSurface) -> Iterator[str]:
 def _briefly(found: FittedSurface) -> str:
     rms, most = (max(getattr(line.fit, which) for line in found.lines) for which in ("rms", "max"))
     missing = f", {counted(len(found.unplanned), 'line')} without a plan" if found.unplanned else ""
-    return (
-        f"{found.name}: {counted(len(found.lines), 'line')}, up to {_mm(rms)} mm RMS, {_mm(most)} mm at most{missing}"
-    )
+    told = f"{counted(len(found.lines), 'line')}, up to {_mm(rms)} mm RMS, {_mm(most)} mm at most"
+    return f"{printable(found.name)}: {told}{missing}"
 
 
 def _mm(length: float) -> str:
