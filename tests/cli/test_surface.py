@@ -79,6 +79,14 @@ def test_a_distance_that_is_missed_is_a_no_and_the_folder_is_there(run: Run, tmp
     assert run(*steps, "--force", "--within-mm", "20").code == EXIT_DONE
 
 
+def test_a_line_without_any_stable_curve_is_told(run: Run, tmp_path: Path) -> None:
+    wave = ("surface", "--formula", "90*sin(pi*x/166)*cos(y/200)", "--lines", "3", "-j", "1")
+    done = run(*wave, "-o", str(tmp_path / "wave"))
+    assert done.code == EXIT_NO
+    assert "line 2: no stable curve of single-2 was met near it" in " ".join(done.err.split())
+    assert not (tmp_path / "wave").exists()
+
+
 def test_a_line_without_a_plan_is_a_no_and_its_shape_is_there(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

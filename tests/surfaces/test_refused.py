@@ -148,6 +148,11 @@ def test_formulas_that_are_none(text: str) -> None:
     assert caught.value.hint
 
 
+def test_a_formula_without_a_value_is_told_where() -> None:
+    with pytest.raises(InvalidInput, match=r"has no value at x = 0 mm, y = 75 mm"):
+        laid(surface_of_formula("sqrt(70-y)"), read_display("single"), Laying(2))
+
+
 @pytest.mark.parametrize(
     ("triangles", "laying", "code"),
     [
@@ -192,6 +197,21 @@ def test_nothing_is_scaled_silently() -> None:
     where = laid(field_of(PLATE * 2.0), read_display("single"), Laying(scale="width"))
     assert "scaled by 0.5 to the width of the display" in where.understood
     assert where.depths[0] == pytest.approx(2.0 * 0.0375)
+
+
+def test_what_is_scaled_is_as_it_was_in_small() -> None:
+    def hill(x: Array, y: Array) -> Array:
+        return 40.0 * np.sin(np.pi * x / 500.0) * np.cos(np.pi * y / 900.0) + 0.02 * y
+
+    small = sheet(hill, np.linspace(0.0, 500.0, 51), np.linspace(0.0, 600.0, 61))
+    where = laid(field_of(small), read_display("single"), Laying(3, depth_from_mm=50.0))
+    scaled = laid(field_of(0.5 * small), read_display("single"), Laying(3, scale="width", depth_from_mm=50.0))
+    for one, other, depth, y in zip(where.sections, scaled.sections, where.depths, scaled.depths, strict=True):
+        assert y == pytest.approx(0.5 * depth)
+        x = np.linspace(0.0, 0.5, 99)
+        heights = [np.interp(x, *each.points.T) for each in (one, other)]
+        assert np.abs(heights[0] - heights[1]).max() < 1e-6
+        assert np.ptp(heights[0]) > 0.03
 
 
 def test_a_mesh_goes_where_nodes_can_be() -> None:

@@ -48,6 +48,12 @@ def test_a_ball_is_seen_from_above(tmp_path: Path) -> None:
     wanted = rays(np.asarray(ball.triangles), x, 47.0)
     assert np.abs(heights(field, 47.0, x) - wanted).max() < 0.02
     assert np.abs(wanted - np.sqrt(300.0**2 - x**2 - 47.0**2)).max() < 1.0
+    # Nowhere between two faces the lower half is seen through.
+    for y in np.linspace(-0.29, 0.29, 59):
+        (part,) = field.section(float(y), -0.29, 0.29)
+        radius = np.hypot(np.hypot(part[:, 0], part[:, 1]), y)
+        assert np.all(part[:, 1] > -1e-9)
+        assert np.abs(radius - 0.3).max() < 1e-3
 
 
 def rays(triangles: Array, x: Array, y: float) -> Array:
