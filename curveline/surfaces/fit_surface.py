@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from curveline.drawings.drawing import Drawing
 from curveline.errors import CurvelineError, Infeasible, InvalidInput
-from curveline.fitting.fit import Fit, FitRequest, fit_drawing
+from curveline.fitting.fit import THOROUGH, Fit, FitRequest, fit_drawing
 from curveline.kernels import cache, readiness
 from curveline.listening import SILENT, Listener
 from curveline.notebook import html_of
@@ -174,11 +174,18 @@ def _answers(tasks: list[_LineTask], jobs: int) -> Generator[tuple[_LineTask, Fi
 
 
 def fit_line(task: _LineTask) -> Fit | CurvelineError:
-    """The fit of a line, or why there is none."""
-    try:
-        return fit_drawing(task.drawing, task.display, task.request)
-    except (Infeasible, InvalidInput) as error:
-        return error
+    """The fit of a line, or why there is none; a line that a quick search leaves without one is searched thoroughly.
+
+    One line without a shape would leave all others without their surface.
+    """
+    for effort in dict.fromkeys((task.request.effort, THOROUGH)):
+        try:
+            return fit_drawing(task.drawing, task.display, replace(task.request, effort=effort))
+        except InvalidInput as error:
+            return error
+        except Infeasible as error:
+            why = error
+    return why
 
 
 def _about(task: _LineTask, error: CurvelineError) -> CurvelineError:
