@@ -81,7 +81,14 @@ if TYPE_CHECKING:
     from curveline.simulation.explanation import explain as explain
     from curveline.simulation.results import Settings as Settings
     from curveline.simulation.shape_batch import simulate_many as simulate_many
+    from curveline.surfaces.fit_surface import SurfaceRequest as SurfaceRequest
+    from curveline.surfaces.fit_surface import surface as surface
+    from curveline.surfaces.how_to_read import HowToReadSurface as HowToReadSurface
+    from curveline.surfaces.laying import Laying as Laying
+    from curveline.surfaces.reading import read_surface as read_surface
+    from curveline.surfaces.reading import surface_of_formula as surface_of_formula
     from curveline.writing import write as write
+    from curveline.writing import write_surface as write_surface
 
 _HOMES = {
     "simulate": "api",
@@ -100,6 +107,11 @@ _HOMES = {
     "drawing_of_formula": "drawings.formulas",
     **dict.fromkeys(("atlas", "stable_curves"), "atlases.atlas"),
     "AtlasRequest": "atlases.grid",
+    **dict.fromkeys(("surface", "SurfaceRequest"), "surfaces.fit_surface"),
+    **dict.fromkeys(("read_surface", "surface_of_formula"), "surfaces.reading"),
+    "HowToReadSurface": "surfaces.how_to_read",
+    "Laying": "surfaces.laying",
+    "write_surface": "writing",
     "check_display": "api",
     "calibrate_set": "api",
     **dict.fromkeys(("measure", "measure_link"), "bench.measuring"),

@@ -107,6 +107,12 @@ FIT = ResultKind(
 )
 """Of a fit; also the path of the file, and the command as typed."""
 
+SURFACE = ResultKind(
+    _with_pictures({".json": "curveline.surfaces.results:to_json"}, "curveline.figures.surfaces:draw"),
+    advice="a folder has no suffix, a figure of a surface .svg, .png or .pdf; name a file that ends in",
+)
+"""Of a surface, but for its folder; also the path of the file, and the command as typed."""
+
 FALL = ResultKind(
     _with_pictures({FILM: "curveline.figures.falls:animate"}, "curveline.figures.falls:draw"),
     advice="a fall is filmed in a file that ends in .gif, or shown in a strobe picture:",

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from curveline.errors import InvalidInput
+from curveline.errors import InvalidInput, MissingExtra
 
 if TYPE_CHECKING:
     from curveline.outputs import ResultKind
+    from curveline.surfaces.fit_surface import FittedSurface
+
+SURFACE_FIGURE = "surface.svg"
 
 
 def write(
@@ -27,6 +31,7 @@ def write(
     | `ShapeReport`, a sequence of them, `ShapeBatch` | .json, .npz, .csv, .svg, .png, .pdf |
     | `Plan` | .json, to be sent or played; .svg, .png, .pdf, .gif |
     | `Fit` | .toml, the shape; .json, .svg, .png, .pdf |
+    | `FittedSurface` | .json, .svg, .png, .pdf; its folder is written by `write_surface` |
     | `Loading`, `LoadMap` | .json, .svg, .png, .pdf |
     | `Atlas` | .npz, .json, .svg, .png, .pdf |
     | `SnapFall` | .gif, .svg, .png, .pdf |
@@ -59,16 +64,17 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
     from curveline.loading.falling import SnapFall
     from curveline.loading.load_map import LoadMap
     from curveline.loading.snap_through import Loading
-    from curveline.outputs import ATLAS, FALL, FIT, LOADING, PLAN, PLAN_FILE, SIMULATION, TRADE
+    from curveline.outputs import ATLAS, FALL, FIT, LOADING, PLAN, PLAN_FILE, SIMULATION, SURFACE, TRADE
     from curveline.plan_file import Plan
     from curveline.simulation.results import ShapeReport
     from curveline.simulation.shape_batch import ShapeBatch
+    from curveline.surfaces.fit_surface import FittedSurface
 
     if isinstance(result, Plan):
         is_plan = PLAN.suffix_of(path) == PLAN_FILE
         return PLAN, (result,) if is_plan else (result, display_of(result), lambda done: None)
-    if isinstance(result, Fit):
-        return FIT, (result, path)
+    if isinstance(result, Fit | FittedSurface):
+        return FIT if isinstance(result, Fit) else SURFACE, (result, path)
     if isinstance(result, Atlas):
         return ATLAS, (result,)
     if isinstance(result, Loading | LoadMap):
@@ -82,3 +88,20 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
         return SIMULATION, ([each.with_points(points) for each in reports],)
     hint = "write its `document()` as JSON yourself" if hasattr(result, "document") else "pass what a function returned"
     raise InvalidInput(f"a {type(result).__name__} is kept in no file", hint)
+
+
+def write_surface(found: FittedSurface, folder: str | os.PathLike[str], *, force: bool = False) -> tuple[str, ...]:
+    """Put a surface into a folder for `curveline send`: a shape, a plan and a display per line, and what joins them.
+
+    With matplotlib there is a figure, too. The folder appears whole or not at all; the names of the files in it.
+    Raises InvalidInput for a folder that is not empty; with `force` one is replaced that has nothing but what this
+    function wrote.
+    """
+    from curveline.outputs import SURFACE
+    from curveline.surfaces.folder import check_folder, write_folder
+
+    check_folder(folder, force=force)
+    figures = {}
+    with suppress(MissingExtra):
+        figures[SURFACE_FIGURE] = SURFACE.encoder(SURFACE.suffix_of(SURFACE_FIGURE))(found)
+    return write_folder(folder, found, figures, force=force)

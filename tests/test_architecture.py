@@ -19,7 +19,7 @@ LEFT_TO_RIGHT = """
 _version errors units phrases listening notebook system sections material scene drive_settings plan_file shapes drawings
 kernels rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
-simulation loading planning atlases fitting replay displays figures outputs driving driving/lines
+simulation loading planning atlases fitting surfaces replay displays figures outputs driving driving/lines
 notebook_listener bench/methods bench api writing
 cli/printing cli/printing/progress cli/printing/help cli/printing/reports cli cli/commands cli/app
 """
@@ -51,6 +51,7 @@ ONLY_IN = {
         "planning",
         "replay",
         "simulation",
+        "surfaces",
     },
     "pydantic": {"shapes"},
     "typer": {"cli"},
@@ -63,6 +64,7 @@ ONLY_IN = {
     "svgelements": set(),
     "ezdxf": set(),
     "PIL": set(),
+    "trimesh": set(),
     "pyrf24": set(),
     "serial": set(),
 }

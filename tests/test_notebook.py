@@ -29,6 +29,7 @@ TABLES = {
     "DisplayStatus",
     "DryRun",
     "Fit",
+    "FittedSurface",
     "Halting",
     "LinesDryRun",
     "LinesResult",
@@ -76,6 +77,11 @@ def made(runs: Path) -> Iterator[Any]:
     yield curveline.fit([(0.0, 0.0), (0.25, 0.1), (0.5, 0.0)], "mine.toml", curveline.FitRequest(name=HOSTILE))
     yield curveline.atlas("mine.toml", curveline.AtlasRequest({"angle_deg": (0, 40, 3), "length_mm": (520, 600, 3)}))
     yield curveline.stable_curves("mine.toml")
+    yield curveline.surface(
+        curveline.surface_of_formula("40*sin(pi*x/500)"),
+        "mine.toml",
+        curveline.SurfaceRequest(curveline.Laying(2), curveline.FitRequest(is_planned=False)),
+    )
     yield curveline.check_display("mine.toml")
     curveline.new_keys()
     with curveline.connect("mock:keys", "mine.toml", runs=runs) as session:

@@ -35,6 +35,7 @@ from curveline.simulation.results import ShapeReport
 from curveline.simulation.shape_batch import ShapeAnswer, ShapeBatch
 from curveline.simulation.simulate import SegmentStates
 from curveline.simulation.sweep_report import SweepReport
+from curveline.surfaces.fit_surface import FittedSurface
 
 PAGE = Path(__file__).parents[1] / "docs" / "from-python.md"
 TEXT = PAGE.read_text()
@@ -62,6 +63,7 @@ STANDS_FOR: dict[str, Any] = {
     "segment": SegmentStates,
     "session": Session,
     "state": Equilibrium,
+    "surface": FittedSurface,
     "sweep": SweepReport,
     "trials": Trials,
 }

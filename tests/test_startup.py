@@ -17,7 +17,7 @@ from curveline.drive_settings import drive_settings
 from curveline.plan_file import NodeTarget, Plan, Step, sealed, write_plan
 from curveline.shapes.files import read_display
 
-HEAVY = {"numpy", "numba", "scipy", "matplotlib", "cv2", "serial", "pyrf24", "PIL", "ezdxf", "svgelements"}
+HEAVY = {"numpy", "numba", "scipy", "matplotlib", "cv2", "serial", "pyrf24", "PIL", "ezdxf", "svgelements", "trimesh"}
 COMMANDS = ("simulate", "plan", "send", "status", "stop", "runs", "load", "keys", "bench", "shapes", "new")
 
 SCRIPT = """

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from curveline.drawings.drawing import Drawing
+from curveline.drawings.drawing import Array, Drawing
 from curveline.drawings.lengths import in_mm
 from curveline.errors import InvalidInput
 from curveline.units import mm, to_mm
@@ -36,7 +36,7 @@ _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
 }
 _UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
 _COMPARE = {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge}
-KNOWN = f"it may have x, numbers, + - * / ** %, comparisons, {', '.join((*FUNCTIONS, *CONSTANTS))}"
+KNOWN = f"numbers, + - * / ** %, comparisons, {', '.join((*FUNCTIONS, *CONSTANTS))}"
 
 
 def drawing_of_formula(text: str, width: float) -> Drawing:
@@ -45,47 +45,65 @@ def drawing_of_formula(text: str, width: float) -> Drawing:
     InvalidInput for what is no formula of x, or has no value somewhere.
     """
     x = np.linspace(0.0, to_mm(width), POINTS)
+    y = heights_of(text, {"x": x})
+    understood = f"formula in mm, x from 0 to {in_mm(width)} mm"
+    return Drawing(np.column_stack([x, y]) * mm(1.0), text.strip(), understood)
+
+
+def heights_of(text: str, places: Mapping[str, Array], *, is_finite: bool = True) -> Array:
+    """The heights [mm] that a formula gives at places (n,) [mm], which are x, or x and y.
+
+    InvalidInput for what is no formula of them, or has no value at one unless `is_finite` is False.
+    """
+    known = f"it may have {' and '.join(places)}, {KNOWN}"
     if len(text) > MOST_LETTERS:
         raise InvalidInput(f"a formula of {len(text)} letters is too long", f"write at most {MOST_LETTERS}")
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
+        at = " and ".join(f"{name} in mm" for name in places)
         raise InvalidInput(
-            f"{text!r} is no formula", f"write the height in mm at x in mm, such as 60*sin(pi*x/500); {KNOWN}"
+            f"{text!r} is no formula", f"write the height in mm at {at}, such as 60*sin(pi*x/500); {known}"
         ) from None
+    x = next(iter(places.values()))
     with np.errstate(all="ignore"):
         try:
-            y = np.broadcast_to(np.asarray(_value(tree, x, 0), dtype=np.float64), x.shape)
+            heights = np.broadcast_to(np.asarray(_value(tree, places, 0), dtype=np.float64), x.shape)
         except (TypeError, ValueError, OverflowError, ZeroDivisionError) as error:
-            raise InvalidInput(f"{text!r} has no value: {error}", KNOWN) from None
-    bad = np.flatnonzero(~np.isfinite(y))
-    if bad.size:
-        raise InvalidInput(f"{text!r} has no value at x = {x[bad[0]]:g} mm", "x runs over the display, in mm")
-    understood = f"formula in mm, x from 0 to {in_mm(width)} mm"
-    return Drawing(np.column_stack([x, y]) * mm(1.0), text.strip(), understood)
+            raise InvalidInput(f"{text!r} has no value: {error}", known) from None
+    bad = np.flatnonzero(~np.isfinite(heights))
+    if bad.size and is_finite:
+        at = ", ".join(f"{name} = {values[bad[0]]:g} mm" for name, values in places.items())
+        runs = "x runs over the display" if len(places) == 1 else "x runs over the display, y over the lines"
+        raise InvalidInput(f"{text!r} has no value at {at}", f"{runs}, in mm")
+    return heights
 
 
-def _value(node: ast.expr, x: Any, depth: int) -> Any:
+def _value(node: ast.expr, places: Mapping[str, Array], depth: int) -> Any:
     """What a part of a formula comes to; InvalidInput for what has no place in one."""
     if depth > DEEPEST:
         raise InvalidInput("this formula is nested too deeply", "write it with fewer brackets")
     if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and type(node.value) is not bool:
         return float(node.value)
-    if isinstance(node, ast.Name) and node.id == "x":
-        return x
+    if isinstance(node, ast.Name) and node.id in places:
+        return places[node.id]
     if isinstance(node, ast.Name) and node.id in CONSTANTS:
         return CONSTANTS[node.id]
     if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
-        return _BINARY[type(node.op)](_value(node.left, x, depth + 1), _value(node.right, x, depth + 1))
+        return _BINARY[type(node.op)](_value(node.left, places, depth + 1), _value(node.right, places, depth + 1))
     if isinstance(node, ast.UnaryOp) and type(node.op) in _UNARY:
-        return _UNARY[type(node.op)](_value(node.operand, x, depth + 1))
+        return _UNARY[type(node.op)](_value(node.operand, places, depth + 1))
     if isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in _COMPARE:
-        return _COMPARE[type(node.ops[0])](_value(node.left, x, depth + 1), _value(node.comparators[0], x, depth + 1))
+        return _COMPARE[type(node.ops[0])](
+            _value(node.left, places, depth + 1), _value(node.comparators[0], places, depth + 1)
+        )
     if (
         isinstance(node, ast.Call)
         and isinstance(node.func, ast.Name)
         and node.func.id in FUNCTIONS
         and not node.keywords
     ):
-        return FUNCTIONS[node.func.id](*(_value(each, x, depth + 1) for each in node.args))
-    raise InvalidInput(f"a formula cannot have {ast.unparse(node)[:60]!r}", KNOWN)
+        return FUNCTIONS[node.func.id](*(_value(each, places, depth + 1) for each in node.args))
+    raise InvalidInput(
+        f"a formula cannot have {ast.unparse(node)[:60]!r}", f"it may have {' and '.join(places)}, {KNOWN}"
+    )

@@ -25,10 +25,10 @@ def read(data: bytes, how: HowToRead, name: str) -> Sketch:
 
     InvalidInput for a picture that is damaged, too large, says no scale when none was given, or has no silhouette.
     """
-    image = _picture(data, name)
+    image = picture_of(data, name)
     wide, high = image.size
     said = f"{image.format or 'picture'} of {wide} x {high} pixels"
-    unit, scale = _scale(image, how, name)
+    unit, scale = scale_of(image, how, name, "silhouette")
     greys, kind = _greys(image, name)
     edge = how.edge or UPPER
     try:
@@ -42,7 +42,7 @@ def read(data: bytes, how: HowToRead, name: str) -> Sketch:
     return Sketch((Piece(found.points),), unit, said)
 
 
-def _picture(data: bytes, name: str) -> Any:
+def picture_of(data: bytes, name: str) -> Any:
     """A picture with its pixels, as its camera was held."""
     from PIL import Image, ImageOps
 
@@ -69,18 +69,17 @@ def _picture(data: bytes, name: str) -> Any:
     return turned
 
 
-def _scale(image: Any, how: HowToRead, name: str) -> tuple[float, str]:
-    """Metres per pixel, 0 where only a width is known, and how that is said."""
+def scale_of(image: Any, how: HowToRead, name: str, what: str) -> tuple[float, str]:
+    """Metres per pixel, 0 where only the width of `what` it shows is known, and how that is said."""
     if how.width_mm is not None:
         return 0.0, ""
+    hint = f"say how wide the {what} is: --width-mm 500"
     if how.unit:
-        hint = "say how wide the silhouette is: --width-mm 500"
         refuse_file(name, "two-units", f"a picture has pixels, and no {how.unit}", hint)
     try:
         across, down = (float(each) for each in image.info.get("dpi", (0.0, 0.0)))
     except (TypeError, ValueError, ZeroDivisionError):
         across = down = 0.0
-    hint = "say how wide the silhouette is: --width-mm 500"
     if not (1.0 <= across <= 1e5 and 1.0 <= down <= 1e5):
         refuse_file(name, "no-unit", "this picture does not say how large its pixels are", hint)
     if abs(across - ANY_SCREEN) < 0.5:

@@ -64,7 +64,7 @@ def placed(
     move = np.array([mm(placing.shift_mm), 0.0])
     if placing.place == FIT:
         move -= points[0]
-        move[1] += _into(points[:, 1] + move[1], heights)
+        move[1] += into(points[:, 1] + move[1], heights)
     points += move
     if np.any(move):
         said.append(f"moved by {in_mm(float(move[0]))} mm along the row and {in_mm(float(move[1]))} mm up")
@@ -84,7 +84,7 @@ def _width(drawing: Drawing) -> float:
     return wide
 
 
-def _into(y: Array, heights: tuple[float, float]) -> float:
+def into(y: Array, heights: tuple[float, float]) -> float:
     """How far up a curve is moved for its heights to lie within some, or as far beyond these above as below."""
     low, high = heights[0] - float(y.min()), heights[1] - float(y.max())
     if low > high:

@@ -99,7 +99,15 @@ def kind_of_content(data: bytes) -> str:
 
 def _reader(kind: str) -> Callable[[bytes, HowToRead, str], Sketch]:
     """What reads a kind of file; MissingExtra where it needs a package that is not there."""
-    module, package, _ = READERS[kind]
+    require_package(kind)
+    module, _, _ = READERS[kind]
+    reader: Callable[[bytes, HowToRead, str], Sketch] = importlib.import_module(f"curveline.drawings.{module}").read
+    return reader
+
+
+def require_package(kind: str) -> None:
+    """MissingExtra where a kind of file needs a package that is not there."""
+    package = READERS[kind][1]
     try:
         if package:
             importlib.import_module(package)
@@ -108,5 +116,3 @@ def _reader(kind: str) -> Callable[[bytes, HowToRead, str], Sketch]:
             f"reading {kind} needs {'Pillow' if package == 'PIL' else package}, which is not installed",
             hint="pip install 'curveline[draw]'",
         ) from None
-    reader: Callable[[bytes, HowToRead, str], Sketch] = importlib.import_module(f"curveline.drawings.{module}").read
-    return reader

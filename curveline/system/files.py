@@ -81,7 +81,7 @@ def write_file(path: AnyPath, data: bytes, *, force: bool = False) -> None:
 def check_writable(path: AnyPath, *, force: bool = False) -> None:
     """InvalidInput for a file that `write_file` could not make: it exists, is none, or its folder takes none."""
     name = os.fspath(path)
-    _refuse_no_name(name)
+    refuse_no_name(name)
     target = Path(os.path.realpath(name))
     if target.exists() and not target.is_file():
         _refuse_kind(name)
@@ -94,7 +94,7 @@ def check_writable(path: AnyPath, *, force: bool = False) -> None:
         refuse_file(name, "unwritable", "its folder may not be written to", "choose a folder of your own")
 
 
-def _refuse_no_name(name: str) -> None:
+def refuse_no_name(name: str) -> None:
     """Raise InvalidInput for what the system takes for no file's name: a zero character, or too long."""
     try:
         os.lstat(name)

@@ -29,6 +29,7 @@ RADIO = ("--radio", "mock")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "simulate": ("simulate", PEAK),
     "fit": ("fit", "--formula", "60*sin(pi*x/500)"),
+    "surface": ("surface", "--formula", "60*sin(pi*x/500)", "--lines", "2", "--jobs", "1"),
     "plan": ("plan", PEAK),
     "load": ("load", PEAK),
     "atlas": ("atlas", "single"),

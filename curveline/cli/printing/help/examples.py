@@ -42,6 +42,20 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
             "the largest distance made small; exit code 1 if it is over 5 mm",
         ),
     ),
+    "curveline surface": (
+        (
+            'curveline surface --formula "60*sin(pi*x/500)*cos(pi*(y-260)/900)" -o bow',
+            "eight lines of the display single, 75 mm apart, in a folder for `curveline send bow`",
+        ),
+        (
+            "curveline surface bonnet.stl --unit mm --display quad --lines 6 --pitch-mm 120 -o bonnet -o bonnet.png",
+            "a mesh as it is seen from above, and a figure of all lines",
+        ),
+        (
+            "curveline surface dunes.png --width-mm 2000 --height-mm 0:150 -d quad --within-mm 5 --brief",
+            "a picture whose greys are heights; exit code 1 if a line is more than 5 mm off",
+        ),
+    ),
     "curveline plan": (
         (
             "curveline plan shapes/staggered-down-peak.toml -o plan.json",

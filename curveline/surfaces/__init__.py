@@ -1,0 +1,1 @@
+"""From a surface to several displays in parallel, its lines, that show it together."""
