@@ -29,8 +29,8 @@ MAX_BYTES = 64_000_000
 def check_folder(folder: AnyPath, *, force: bool = False) -> None:
     """InvalidInput for a folder that `write_folder` could not make, or whose files are not its own."""
     name = os.fspath(folder)
-    target = Path(os.path.abspath(name))
     refuse_no_name(name)
+    target = Path(os.path.realpath(name))
     is_folder = target.is_dir()
     if os.path.lexists(target) and not is_folder:
         refuse_file(name, "not-a-folder", "this is a file, and no folder", "choose another name")
@@ -38,6 +38,8 @@ def check_folder(folder: AnyPath, *, force: bool = False) -> None:
         refuse_file(name, "no-such-folder", "there is no folder to make it in", f"make it first: {target.parent}")
     if not os.access(target.parent, os.W_OK | os.X_OK):
         refuse_file(name, "unwritable", "the folder that it is to be in may not be written to", "choose one of yours")
+    if Path.cwd().is_relative_to(target):
+        refuse_file(name, "in-use", "the current folder is in it, which is to be replaced", "name another, or cd away")
     inside = sorted(os.listdir(target)) if is_folder else []
     if not inside:
         return
@@ -63,12 +65,14 @@ def _own_files(target: Path) -> Mapping[str, str]:
         return {}
 
 
-def _digest_of(path: Path) -> str:
-    """Of a file; of what is none something else."""
+def _digest_of(path: Path) -> str | None:
+    """Of a file; None of what is none, or is a link."""
+    if path.is_symlink():
+        return None
     try:
         return hashlib.sha256(read_file(path, MAX_BYTES)).hexdigest()
     except InvalidInput:
-        return "none"
+        return None
 
 
 def write_folder(
@@ -80,7 +84,7 @@ def write_folder(
     wrote. The names of the files in it. InvalidInput where it cannot be written; then nothing has changed.
     """
     check_folder(folder, force=force)
-    target = Path(os.path.abspath(os.fspath(folder)))
+    target = Path(os.path.realpath(folder))
     with _refusals(target), _staging(target) as staging:
         names = _fill(staging, target, found, figures)
         _swap(staging, target)

@@ -118,6 +118,38 @@ def test_what_no_surface_made_is_not_replaced(bow: FittedSurface, tmp_path: Path
     assert left(tmp_path) == ["notes.txt", "surface.json"]
 
 
+def test_folders_and_links_in_it_are_not_its_own(bow: FittedSurface, tmp_path: Path) -> None:
+    target = tmp_path / "bow"
+    curveline.write_surface(bow, target)
+    said = json.loads((target / "surface.json").read_text())
+    (tmp_path / "mine").mkdir()
+    for digest in ("none", "None", "", None):
+        said["files"]["mine"] = digest
+        (target / "surface.json").write_text(json.dumps(said))
+        for make in (lambda path: path.mkdir(), lambda path: path.symlink_to(tmp_path / "mine")):
+            make(target / "mine")
+            with pytest.raises(InvalidInput, match="mine"):
+                curveline.write_surface(bow, target, force=True)
+            (target / "mine").unlink() if (target / "mine").is_symlink() else (target / "mine").rmdir()
+
+
+def test_a_link_stays_a_link_and_the_current_folder_stays(
+    bow: FittedSurface, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    curveline.write_surface(bow, tmp_path / "link")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "real" / "lines.toml").exists()
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    with pytest.raises(InvalidInput) as caught:
+        curveline.write_surface(bow, ".")
+    assert caught.value.diagnostics[0].code == "in-use"
+    curveline.write_surface(bow, "new")
+    assert left(tmp_path / "here") == ["new"]
+
+
 def test_where_no_folder_can_be(bow: FittedSurface, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     for name, code in (

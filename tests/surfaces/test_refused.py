@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import random
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +17,7 @@ import trimesh
 from PIL import Image
 
 from curveline.drawings.drawing import LARGEST
-from curveline.errors import CurvelineError, InvalidInput
+from curveline.errors import CurvelineError, InvalidInput, MissingExtra
 from curveline.shapes.files import read_display
 from curveline.surfaces import meshes
 from curveline.surfaces.how_to_read import HowToReadSurface
@@ -134,6 +135,17 @@ def test_ways_to_read_that_make_no_sense(how: dict[str, object]) -> None:
 def test_layings_that_make_no_sense(how: dict[str, object]) -> None:
     with pytest.raises(InvalidInput):
         Laying(**how)  # type: ignore[arg-type]
+
+
+def test_packages_that_are_missing_are_named(write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    plate, grey = write("plate.stl", stl(PLATE)), write("grey.png", picture())
+    for package in ("trimesh", "PIL"):
+        monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(MissingExtra, match="trimesh") as caught:
+        read_surface(plate, IN_MM)
+    assert "curveline[draw]" in caught.value.hint
+    with pytest.raises(MissingExtra, match="Pillow"):
+        read_surface(grey, HowToReadSurface(width_mm=100.0, height_mm=(0.0, 50.0)))
 
 
 def test_heights_of_meshes_are_their_own(write: Write) -> None:
