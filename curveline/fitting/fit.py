@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -94,8 +95,9 @@ class Fit:
     sensitivity: Sensitivity  # to errors of the nodes
     margin: float  # the least of its states, a part of a straight clamped rod's lowest eigenvalue
     starts: int  # rows from which the search began
-    hits: int  # of these, how many led to rows as near as the nearest
-    second_best: float | None  # [m], distance of the nearest other row that was met
+    hits: int  # of these, how many led to rows as near as this one
+    second_best: float | None  # [m], distance of the next one that was met, of the kind that was to be small
+    without_plan: float | None  # [m], the same of the nearest shape, where that has no plan and another one was taken
     curves: tuple[Array, ...]  # (k, 2) of the segments in the display's frame [m]
     drawn: tuple[Array, ...]  # (k, 2) of the drawing between the rails, in that frame [m]
     plan: Plan | None  # from home
@@ -127,19 +129,18 @@ def fit_drawing(
     listener.computing()
     rod = level_rod(display).extensible()
     wanted = Wanted(display, rod.bearing, cut.pieces, cut.fine, Reserve(request.margin, PART))
-    fitting = _Fitting(wanted, rod, request, drawing)
-    met = fitting.searched(listener)
-    candidates = fitting.candidates(met)
-    if not candidates:
+    found = nearest = _Fitting(wanted, rod, request, drawing).searched(listener)
+    if not found.candidates:
         raise Infeasible(
             f"{drawing.name}: no stable curve of {display.name} was met near it",
             "it may bend too often, or need more or less rod than the display has: draw it simpler",
         )
-    plan, refusal, best = None, "", candidates[0]
+    plan, refusal, best = None, "", found.candidates[0]
     if request.is_planned:
-        plan, refusal, best = fitting.planned(candidates, listener)
-    found = _told(fitting, best, met)
-    return replace(found, plan=plan, refusal=refusal, seconds=time.monotonic() - begin)
+        found, (plan, refusal, best) = _planned(found, listener)
+    passed = None if best is nearest.candidates[0] else nearest.candidates[0].off
+    told = _told(found, best)
+    return replace(told, without_plan=passed, plan=plan, refusal=refusal, seconds=time.monotonic() - begin)
 
 
 def _check_display(display: Display) -> None:
@@ -157,22 +158,23 @@ class _Fitting:
     request: FitRequest
     drawing: Drawing
 
-    def searched(self, listener: Listener) -> RowSearch:
-        """The rows that starts lead to."""
+    def searched(self, listener: Listener) -> _Searched:
+        """The rows that starts lead to, and candidates of them."""
         with listener.progress("fitting, starts", None) as heard:
-            return search(self.wanted, self.rod, EFFORTS[self.request.effort], self.request.seed, heard)
+            met = search(self.wanted, self.rod, EFFORTS[self.request.effort], self.request.seed, heard)
+        return _Searched(self, met, self._candidates(met))
 
-    def candidates(self, met: RowSearch) -> list[MeasuredShape]:
+    def _candidates(self, met: RowSearch) -> list[_Candidate]:
         """The nearest distinct rows as shapes, measured; the nearest first.
 
         Where the largest distance is to be small, it is made so of each of them.
         """
-        rows = met.distinct()[:PLANNED]
-        if self.request.minimise == MAX:
-            rows = [self._flattened(row) for row in rows]
-        name = self.request.name or self.drawing.name
-        found = [shown for row in rows if (shown := measured(self.wanted, name, row)) is not None]
-        return sorted(found, key=lambda each: each.rms if self.request.minimise == RMS else each.max)
+        name, is_max, found = self.request.name or self.drawing.name, self.request.minimise == MAX, []
+        for row in met.distinct()[:PLANNED]:
+            shown = measured(self.wanted, name, self._flattened(row) if is_max else row)
+            if shown is not None:
+                found.append(_Candidate(shown, row, shown.max if is_max else shown.rms))
+        return sorted(found, key=lambda each: each.off)
 
     def _flattened(self, row: FittedRow) -> FittedRow:
         """The row near one whose largest distance is small; corners of the drawing count."""
@@ -183,41 +185,68 @@ class _Fitting:
         flat = flattened(dense, there)
         return row_at(self.wanted, flat.numbers, flat.held) or row
 
-    def planned(
-        self, candidates: Sequence[MeasuredShape], listener: Listener
-    ) -> tuple[Plan | None, str, MeasuredShape]:
-        """The nearest of some candidates that has a plan from home; without, why the nearest has none.
 
-        Where none has, rows with more room for a plan are sought.
-        """
-        plan, refusal, found = _first_planned(candidates, listener)
-        for room in ROOMIER:
-            if plan is not None:
-                return plan, "", found
-            left = room._replace(margin=max(room.margin, self.request.margin))
-            roomier = replace(self, wanted=self.wanted._replace(room=left))
-            if others := roomier.candidates(roomier.searched(listener)):
-                plan, _, found = _first_planned(others, listener)
-        return (plan, "", found) if plan is not None else (None, refusal, candidates[0])
+class _Candidate(NamedTuple):
+    """A shape that may be taken."""
+
+    shown: MeasuredShape
+    row: FittedRow  # of the search, of which it was made
+    off: float  # [m], the distance that was to be small
 
 
-def _first_planned(candidates: Sequence[MeasuredShape], listener: Listener) -> tuple[Plan | None, str, MeasuredShape]:
+class _Searched(NamedTuple):
+    """What a search met, and with what it was made."""
+
+    fitting: _Fitting
+    met: RowSearch
+    candidates: list[_Candidate]
+
+
+_Planned = tuple[Plan | None, str, _Candidate]
+
+
+def _planned(nearest: _Searched, listener: Listener) -> tuple[_Searched, _Planned]:
+    """The nearest candidate of a search that has a plan from home; without, why the nearest has none.
+
+    Where none has, rows with more room for a plan are sought, and the search that met the one that is taken is told.
+    """
+    fitting, first = nearest.fitting, _first_planned(nearest.candidates, listener)
+    if first[0] is not None:
+        return nearest, first
+    for room in ROOMIER:
+        left = room._replace(margin=max(room.margin, fitting.request.margin))
+        roomier = replace(fitting, wanted=fitting.wanted._replace(room=left)).searched(listener)
+        if roomier.candidates and (found := _first_planned(roomier.candidates, listener))[0] is not None:
+            return roomier, found
+    return nearest, first
+
+
+def _first_planned(candidates: Sequence[_Candidate], listener: Listener) -> _Planned:
     """The first of some candidates that has a plan from home; without, why the first has none."""
     refusal = ""
     for found in candidates:
         listener.computing()
         try:
-            return make_plan(found.scene), "", found
+            return make_plan(found.shown.scene), "", found
         except (Infeasible, InvalidInput) as error:
             refusal = refusal or error.message
     return None, refusal, candidates[0]
 
 
-def _told(fitting: _Fitting, best: MeasuredShape, met: RowSearch) -> Fit:
-    """All that is said of the best candidate."""
+def _second_best(found: _Searched, best: _Candidate) -> float | None:
+    """The distance [m] of the next one that a search met; None if all were as near, or nearer."""
+    if found.fitting.request.minimise == MAX:
+        return min((each.off for each in found.candidates if each.off > (1.0 + SAME) * best.off), default=None)
+    others = [row.rms for row in found.met.rows if row.rms > (1.0 + SAME) * best.row.rms]
+    # Measured is the one that is taken: the other is farther off by the same part as in the search.
+    return min(others) / best.row.rms * best.off if others else None
+
+
+def _told(found: _Searched, chosen: _Candidate) -> Fit:
+    """All that is said of the candidate that is taken."""
+    fitting, met, best = found.fitting, found.met, chosen.shown
     wanted = fitting.wanted
-    limits = active_limits(wanted, best.row)
-    others = [row.rms for row in met.rows if row.rms > (1.0 + SAME) * met.rows[0].rms]
+    limits = active_limits(wanted, best.row, best.rms)
     return Fit(
         scene=best.scene,
         drawing=fitting.drawing,
@@ -230,8 +259,9 @@ def _told(fitting: _Fitting, best: MeasuredShape, met: RowSearch) -> Fit:
         sensitivity=_sensitivity(wanted, best.row),
         margin=wanted.room.margin - max(best.row.asks_of(wanted, STABILITY)),
         starts=met.starts,
-        hits=met.hits,
-        second_best=min(others, default=None),
+        hits=met.hits(chosen.row),
+        second_best=_second_best(found, chosen),
+        without_plan=None,
         curves=best.curves,
         drawn=in_frame(wanted.fine, wanted.display.span),
         plan=None,

@@ -61,10 +61,10 @@ class ActiveLimit:
     costs: float | None  # by how much the root mean square distance falls without it [m]; None if that is not known
 
 
-def active_limits(wanted: Wanted, row: FittedRow) -> tuple[ActiveLimit, ...]:
-    """The limits at which a row stands, those that cost most first."""
+def active_limits(wanted: Wanted, row: FittedRow, rms: float) -> tuple[ActiveLimit, ...]:
+    """The limits at which a row stands that is measured to be so far off [m], those that cost most first."""
     found = [*_of_numbers(wanted, row), *_of_asks(wanted, row)]
-    priced = [replace(each, costs=_cost(wanted, row, each.name)) for each in found]
+    priced = [replace(each, costs=_cost(wanted, row, rms, each.name)) for each in found]
     return tuple(sorted(priced, key=lambda each: -(each.costs or 0.0)))
 
 
@@ -113,10 +113,11 @@ def _of_asks(wanted: Wanted, row: FittedRow) -> Iterator[ActiveLimit]:
         yield ActiveLimit(name, value, nodes, segments, None)
 
 
-def _cost(wanted: Wanted, row: FittedRow, name: str) -> float | None:
+def _cost(wanted: Wanted, row: FittedRow, rms: float, name: str) -> float | None:
     """By how much the distance falls without a limit [m]; None if no such row is met from where this one stands."""
     there = descended(_without(wanted, name), row.numbers, row.held)
-    return None if there is None else max(row.rms - there.rms, 0.0)
+    # The row's own distance is one of few points, and may be larger than what was measured: its part of that counts.
+    return None if there is None else rms * max(1.0 - there.rms / row.rms, 0.0)
 
 
 def _without(wanted: Wanted, name: str) -> Wanted:

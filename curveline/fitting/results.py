@@ -43,6 +43,7 @@ def document(found: Fit, argv: tuple[str, ...] = ()) -> Document:
             "starts": found.starts,
             "hits": found.hits,
             "second_best_mm": None if found.second_best is None else to_mm(found.second_best),
+            "without_plan_mm": None if found.without_plan is None else to_mm(found.without_plan),
         },
         "sensitivity": _sensitivity(found.sensitivity),
         "plan": None if plan is None else {"steps": len(plan.steps), "seconds": plan.seconds},
@@ -128,12 +129,13 @@ def to_shape(found: Fit, path: AnyPath = "", argv: tuple[str, ...] = ()) -> byte
 def _said(found: Fit) -> Iterator[str]:
     """Lines of what a fitted shape is, each short enough for a comment."""
     worst, drawing = found.worst[0], found.drawing
+    best = "best" if found.without_plan is None else "nearest with a plan"
     sentences = [
         f"Fitted by curveline fit to {printable(drawing.name)}, {printable(drawing.understood) or 'points'}.",
         f"Its curve is {to_mm(found.rms):.3g} mm RMS off the drawing, {to_mm(found.max):.3g} mm at most. The drawing "
         f"is {to_mm(worst.off):.3g} mm off it at x = {to_mm(worst.x):.4g} mm: {worst.why}.",
-        f"The best of {counted(found.starts, 'start')}, of which {found.hits} led to it; that is no proof of the best "
-        "there is.",
+        f"The {best} of {counted(found.starts, 'start')}, of which {found.hits} led to it; that is no proof of "
+        "the best there is.",
     ]
     if found.plan is not None:
         sentences.append(f"It has a plan of {counted(len(found.plan.steps), 'step')} from home.")

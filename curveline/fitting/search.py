@@ -45,10 +45,9 @@ class RowSearch:
     rows: tuple[FittedRow, ...]
     starts: int
 
-    @property
-    def hits(self) -> int:
-        """How many of the rows are as near as the first."""
-        return sum(row.rms <= (1.0 + SAME) * self.rows[0].rms for row in self.rows)
+    def hits(self, taken: FittedRow) -> int:
+        """How many of the rows are as near as one of them, and no nearer."""
+        return sum(taken.rms <= (1.0 + SAME) * row.rms and row.rms <= (1.0 + SAME) * taken.rms for row in self.rows)
 
     def distinct(self) -> list[FittedRow]:
         """The rows, the nearest of those whose nodes stand in the same places."""

@@ -11,11 +11,14 @@ import pytest
 
 import curveline
 from curveline.bench.drawn_curves import drawings, reachable
+from curveline.cli.printing.reports.fit_text import describe
 from curveline.drawings.drawing import Drawing
 from curveline.errors import Infeasible, InvalidInput
 from curveline.fitting.bounds import bounds_of
 from curveline.fitting.fit import MAX, THOROUGH, FitRequest, fit_drawing
 from curveline.fitting.results import document, to_json, to_shape
+from curveline.planning.tours import make_plan
+from curveline.rod.branches.continuation import STIFFEST
 from curveline.scene import Range
 from curveline.shapes.files import read_shape
 from tests.fitting.rows import apart, display, drawn, wanted
@@ -97,6 +100,52 @@ def test_thorough_is_never_farther_off():
     assert thorough.rms <= 1.001 * quick.rms
     assert thorough.starts > quick.starts
     assert thorough.hits <= thorough.starts
+
+
+def refusing(monkeypatch, count: int) -> None:
+    """Have the first so many plans fail."""
+    asked = iter(range(count))
+
+    def planned(scene):
+        if next(asked, None) is not None:
+            raise Infeasible("no way", "none")
+        return make_plan(scene)
+
+    monkeypatch.setattr("curveline.fitting.fit.make_plan", planned)
+
+
+@pytest.mark.parametrize("refused", [0, 1, 2])
+def test_what_is_told_is_of_the_shape_that_is_taken_where_nearer_ones_have_no_plan(monkeypatch, refused):
+    target = drawn("where(x>250,100,0)")
+    nearest = fit_drawing(target, display(), NO_PLAN)
+    refusing(monkeypatch, refused)
+    found = fit_drawing(target, display(), FitRequest())
+    assert found.plan is not None
+    lowest = min(segment.wanted.lowest_eigenvalue for segment in curveline.simulate(found.scene))
+    assert found.margin == pytest.approx(lowest / STIFFEST, abs=0.01)
+    assert found.second_best is None or found.second_best > found.rms
+    assert 1 <= found.hits <= found.starts
+    if refused == 0:
+        assert found.without_plan is None
+        return
+    assert found.rms > nearest.rms
+    assert found.without_plan == nearest.rms
+    (margin,) = (limit for limit in found.limits if limit.name == "margin")
+    assert margin.value >= found.margin - 0.02
+    assert f"{1e3 * nearest.rms:.3g} mm RMS off, has no plan" in " ".join(" ".join(describe(found)).split())
+
+
+def test_the_next_best_is_of_the_kind_that_is_minimised():
+    found = fit_drawing(drawn("60*sin(4*pi*x/500)"), display(), replace(NO_PLAN, minimise=MAX))
+    assert found.second_best is not None
+    assert found.second_best > found.max
+    assert f"the next best is {1e3 * found.second_best:.3g} mm at most" in " ".join(" ".join(describe(found)).split())
+
+
+def test_no_limit_costs_more_than_the_distance():
+    narrow = replace(display().limits, length=Range(0.7, 0.9))
+    found = fit_drawing(drawn("60*sin(pi*x/500)"), replace(display(), limits=narrow), NO_PLAN)
+    assert 0.9 * found.rms < found.limits[0].costs <= found.rms
 
 
 def test_sensitivity_is_what_a_node_that_errs_does():
@@ -232,7 +281,7 @@ def test_the_document_says_all_of_it():
     assert told["distance"]["worst"][0]["why"]
     assert told["least_possible_mm"] <= told["distance"]["rms_mm"]
     assert told["limits"][0]["name"] == "margin"
-    assert set(told["global"]) == {"starts", "hits", "second_best_mm"}
+    assert set(told["global"]) == {"starts", "hits", "second_best_mm", "without_plan_mm"}
     assert set(told["sensitivity"]) == {"mm_per_mm_of_feed", "mm_per_deg", "mm_per_mm_of_height"}
     assert told["plan"]["steps"] == len(found.plan.steps)
     assert told["provenance"]["settings"]["margin"] == 0.12

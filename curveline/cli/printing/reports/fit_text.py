@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from curveline.cli.printing import screen
 from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.tables import fitting
-from curveline.fitting.fit import Fit
+from curveline.fitting.fit import RMS, Fit
 from curveline.fitting.reasons import ActiveLimit
 from curveline.phrases import counted, in_words, spans, wrapped
 from curveline.units import deg, plain, to_deg, to_mm
@@ -86,8 +86,14 @@ def _limit(limit: ActiveLimit, rms: float) -> str:
 
 
 def _search(found: Fit) -> str:
-    other = "" if found.second_best is None else f"; the next best is {_mm(found.second_best)} mm RMS off"
-    return f"the best of {counted(found.starts, 'start')}, {found.hits} of which led to it{other}"
+    kind = "RMS off" if found.request.minimise == RMS else "at most"
+    best = "the best" if found.without_plan is None else "the nearest with a plan"
+    text = f"{best} of {counted(found.starts, 'start')}, {found.hits} of which led to it"
+    if found.second_best is not None:
+        text += f"; the next best is {_mm(found.second_best)} mm {kind}"
+    if found.without_plan is not None:
+        text += f"; the nearest of all, {_mm(found.without_plan)} mm {kind}, has no plan"
+    return text
 
 
 def _plan(found: Fit) -> str:
