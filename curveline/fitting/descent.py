@@ -10,15 +10,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from curveline.fitting.row import Array, FittedRow, HeldState, Wanted, limits_of, row_at, within
+from curveline.fitting.row import MET, Array, FittedRow, HeldState, Wanted, lengths_of, limits_of, row_at, within
+from curveline.scene import Range
 
 HOLDING_OFF = 0.05, 0.5, 5.0
 """What a limit that is missed by 1 counts for [m]: first, and where that does not do."""
-MET = 0.004
-"""A limit that is missed by no more is met."""
 ITERATIONS = 60
 SMALL = 1e-7
 """Largest change of a number, in m or rad, that ends a search."""
+NOTHING = 1e-9
+"""By how much [m or rad] a number may be beyond a limit: floats are."""
 LITTLE_GAIN = 1e-6
 """As a part of the mean square, by which it ends, too."""
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e6
@@ -36,8 +37,23 @@ def descended(wanted: Wanted, numbers: Array, held: Sequence[HeldState]) -> Fitt
             return None
         row = _downhill(wanted, row, weight)
         if float(row.asks.max()) <= MET:
-            return row
+            return row if _is_of_display(wanted, row.numbers) else None
     return None
+
+
+def _is_of_display(wanted: Wanted, numbers: Array) -> bool:
+    """True for numbers that a shape file of the display may have: straight segments may point where no node does."""
+    limits, count = wanted.display.limits, wanted.nodes
+    given = (
+        (numbers[:count], limits.height),
+        (numbers[count : 2 * count], limits.angle),
+        (lengths_of(wanted, numbers), limits.length),
+    )
+    return all(_is_in(each, limit) for each, limit in given)
+
+
+def _is_in(values: Array, limit: Range) -> bool:
+    return bool(np.all((values >= limit.low - NOTHING) & (values <= limit.high + NOTHING)))
 
 
 def _downhill(wanted: Wanted, row: FittedRow, weight: float) -> FittedRow:

@@ -20,6 +20,8 @@ POINTS = 401
 """Of each segment's curve, with which its distance is measured."""
 DIGITS = 4
 """Behind the point, of numbers in mm and degrees: less than motors can tell."""
+NOTHING = 1e-9
+"""By how much a number in mm or degrees may be beyond a limit: floats are."""
 TOLERANCE = mm(0.02)
 """Of the curves that are measured."""
 MEANT = (PEAK, VALLEY, STRAIGHT)
@@ -95,13 +97,23 @@ def _scene(wanted: Wanted, name: str, row: FittedRow) -> Scene:
     """A row as a shape, its numbers as a file has them; the states have no names yet."""
     count = wanted.nodes
     heights, angles = row.numbers[:count], row.numbers[count : 2 * count]
-    nodes = tuple(Node(mm(_rounded(to_mm(y))), deg(_rounded(to_deg(a)))) for y, a in zip(heights, angles, strict=True))
-    segments = tuple(Segment(mm(_rounded(to_mm(each))), PEAK) for each in lengths_of(wanted, row.numbers))
+    limits = wanted.display.limits
+    lifted = [mm(_rounded(to_mm(each), to_mm(limits.height.low), to_mm(limits.height.high))) for each in heights]
+    turned = [deg(_rounded(to_deg(each), to_deg(limits.angle.low), to_deg(limits.angle.high))) for each in angles]
+    lengths = lengths_of(wanted, row.numbers)
+    fed = [mm(_rounded(to_mm(each), to_mm(limits.length.low), to_mm(limits.length.high))) for each in lengths]
+    nodes, segments = tuple(map(Node, lifted, turned)), tuple(Segment(each, PEAK) for each in fed)
     return Scene(name, wanted.display, nodes, segments)
 
 
-def _rounded(value: float) -> float:
-    return round(float(value), DIGITS) + 0.0
+def _rounded(value: float, low: float, high: float) -> float:
+    """A number as a file has it, not rounded beyond limits that have more digits."""
+    step, near = 10.0**-DIGITS, round(float(value), DIGITS)
+    if near > high + NOTHING:
+        near = round(near - step, DIGITS)
+    elif near < low - NOTHING:
+        near = round(near + step, DIGITS)
+    return near + 0.0
 
 
 def in_frame(pieces: Sequence[Array], span: float) -> tuple[Array, ...]:

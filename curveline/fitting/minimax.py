@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curveline.fitting.descent import MET
-from curveline.fitting.row import Array, FittedRow, Wanted, limits_of, parts_of, row_at, within
+from curveline.fitting.row import MET, Array, FittedRow, Wanted, limits_of, parts_of, row_at, within
 
 FIRST_TRUST, LEAST_TRUST, MOST_TRUST = 0.05, 2e-6, 0.3
 """By how much numbers may change in a step, in m, rad and roots of the excess."""

@@ -11,6 +11,7 @@ import numpy as np
 from curveline.fitting.descent import descended
 from curveline.fitting.measured import MeasuredShape
 from curveline.fitting.row import (
+    LENGTH,
     MOTORS,
     ROD,
     STABILITY,
@@ -63,7 +64,7 @@ class ActiveLimit:
 
 def active_limits(wanted: Wanted, row: FittedRow, rms: float) -> tuple[ActiveLimit, ...]:
     """The limits at which a row stands that is measured to be so far off [m], those that cost most first."""
-    found = [*_of_numbers(wanted, row), *_of_asks(wanted, row)]
+    found = dict.fromkeys([*_of_numbers(wanted, row), *_of_asks(wanted, row)])
     priced = [replace(each, costs=_cost(wanted, row, rms, each.name)) for each in found]
     return tuple(sorted(priced, key=lambda each: -(each.costs or 0.0)))
 
@@ -100,6 +101,7 @@ def _of_asks(wanted: Wanted, row: FittedRow) -> Iterator[ActiveLimit]:
         MOTORS[0]: ("drive.max_force_N", display.drive.max_force),
         MOTORS[1]: ("drive.max_force_N", display.drive.max_force),
         MOTORS[2]: ("drive.max_moment_Nmm", to_nmm(display.drive.max_moment)),
+        LENGTH: ("limits.length_mm", to_mm(display.limits.length.high)),
         ROD: ("rod.total_length_mm", to_mm(display.rod.total_length)),
     }
     found: dict[str, list[RowAsk]] = {}

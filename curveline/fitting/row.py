@@ -114,14 +114,16 @@ class FittedRow:
 
 
 class RowAsk(NamedTuple):
-    """What a limit is about: stability or strain of a segment, a motor of a node, from 1; or all of the rod."""
+    """What a limit is about: stability, strain or length of a segment, a motor of a node, from 1; or all the rod."""
 
     kind: str
     segment: int = 0
     node: int = 0
 
 
-STABILITY, STRAIN, ROD = "stability", "strain", "rod"
+STABILITY, STRAIN, LENGTH, ROD = "stability", "strain", "length", "rod"
+MET = 0.004
+"""A limit that is missed by no more is met."""
 MOTORS = "force of extruding", "force of lifting", "moment of biasing"
 
 
@@ -129,6 +131,7 @@ def asked(wanted: Wanted) -> list[RowAsk]:
     """What the `asks` of a row are about, in their order."""
     asks = [RowAsk(kind, segment=each) for each in range(1, wanted.nodes) for kind in (STABILITY, STRAIN)]
     asks += [RowAsk(kind, node=each) for each in range(1, wanted.nodes + 1) for kind in MOTORS]
+    asks += [RowAsk(LENGTH, segment=each) for each in range(1, wanted.nodes)]
     return [*asks, RowAsk(ROD)]
 
 
@@ -266,7 +269,7 @@ def _asks(wanted: Wanted, numbers: Array, parts: Sequence[_Part]) -> tuple[Array
     display, segments, size = wanted.display, len(parts), numbers.size
     own, by_own = np.empty((segments, 2)), np.zeros((segments, 2, size))
     needs, by_needs = np.zeros((segments + 1, 3)), np.zeros((segments + 1, 3, size))
-    by_spare = np.zeros((1, size))
+    by_least, by_spare = np.zeros((segments, size)), np.zeros((1, size))
     for segment, part in enumerate(parts):
         places, strained = places_of(segments, segment), 1.0 / display.rod.max_curvature
         own[segment, 0] = wanted.room.margin - part.asks[LOWEST] / STIFFEST
@@ -277,13 +280,27 @@ def _asks(wanted: Wanted, numbers: Array, parts: Sequence[_Part]) -> tuple[Array
         for node, side in ((segment, LEFT), (segment + 1, RIGHT)):
             needs[node] += loads[side]
             by_needs[node][:, places] += by_loads[side]
-        by_spare[0, places] += _chain(wanted, numbers, segment)[:, NUMBERS - 1] / display.span
+        by_length = _chain(wanted, numbers, segment)[:, NUMBERS - 1] / display.span
+        by_spare[0, places] += by_length
+        by_least[segment, places[:-1]] = by_length[:-1]
     gives = np.array([display.drive.max_force, display.drive.max_force, display.drive.max_moment])
     motors, signs = np.abs(needs) / gives - wanted.room.part, np.sign(needs) / gives
     spare = (float(lengths_of(wanted, numbers).sum()) + display.clamp - display.rod.total_length) / display.span
-    asks = np.concatenate([own.ravel(), motors.ravel(), [spare]])
-    slopes = (by_own.reshape(2 * segments, -1), (signs[:, :, None] * by_needs).reshape(3 * segments + 3, -1), by_spare)
-    return asks, np.vstack(slopes)
+    asks = np.concatenate([own.ravel(), motors.ravel(), _too_far_apart(wanted, numbers), [spare]])
+    by_motors = (signs[:, :, None] * by_needs).reshape(3 * segments + 3, -1)
+    return asks, np.vstack((by_own.reshape(2 * segments, -1), by_motors, by_least, by_spare))
+
+
+def _too_far_apart(wanted: Wanted, numbers: Array) -> Array:
+    """By how much (n - 1,), as a part of the span, nodes are farther apart than the longest rod between them reaches.
+
+    No length that is met is longer than the display allows, so that nothing is left to be missed.
+    """
+    curved = numbers.copy()
+    curved[2 * wanted.nodes :][~is_straight(wanted, numbers)] = math.sqrt(LEAST_EXCESS)
+    least = lengths_of(wanted, curved)
+    too_far: Array = (least - wanted.display.limits.length.high) / wanted.display.span + MET
+    return too_far
 
 
 def _chain(wanted: Wanted, numbers: Array, segment: int) -> Array:

@@ -292,3 +292,26 @@ def test_points_are_taken_as_they_are():
     assert curveline.fit(points, "single", NO_PLAN).rms < 1e-4
     assert curveline.fit(points[::-1], "single", NO_PLAN).rms < 1e-4
     assert curveline.fit(points.tolist(), display(), NO_PLAN).rms < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("limits", "formula"),
+    [
+        ({"height": Range(0.0, 0.06666667)}, "0.4*x"),
+        ({"height": Range(-0.06666667, 0.0)}, "0.4*x-200"),
+        ({"angle": Range(math.radians(-33.3), math.radians(11.111116))}, "0.4*x"),
+        ({"length": Range(0.5, 0.505)}, "0.4*x"),
+        ({"length": Range(0.5, 0.5051234567)}, "150*sin(pi*x/500)"),
+    ],
+)
+def test_a_fitted_shape_keeps_the_limits_of_its_display(limits, formula):
+    narrow = replace(display(), limits=replace(display().limits, **limits))
+    found = fit_drawing(drawn(formula), narrow, NO_PLAN)
+    within = narrow.limits
+    for node in found.scene.nodes:
+        assert within.height.low - 1e-12 <= node.height <= within.height.high + 1e-12
+        assert within.angle.low - 1e-12 <= node.angle <= within.angle.high + 1e-12
+    for segment in found.scene.segments:
+        assert within.length.low - 1e-12 <= segment.length <= within.length.high + 1e-12
+    assert any(limit.name.startswith("limits.") for limit in found.limits)
+    assert len(set(found.limits)) == len(found.limits)
