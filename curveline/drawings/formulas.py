@@ -10,21 +10,26 @@ from typing import Any
 
 import numpy as np
 
-from curveline.drawings.drawing import Array, Drawing
+from curveline.drawings.drawing import LARGEST, Array, Drawing
 from curveline.drawings.lengths import in_mm
 from curveline.errors import InvalidInput
+from curveline.phrases import counted
 from curveline.units import mm, to_mm
 
 POINTS = 4001
 """Points of a formula."""
 MOST_LETTERS = 1000
 DEEPEST = 40
-FUNCTIONS: Mapping[str, Callable[..., Any]] = {
-    **{name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "abs", "tanh", "sign", "floor")},
-    "min": np.minimum,
-    "max": np.maximum,
-    "where": np.where,
+FUNCTIONS: Mapping[str, tuple[Callable[..., Any], int]] = {
+    **{
+        name: (getattr(np, name), 1)
+        for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "abs", "tanh", "sign", "floor")
+    },
+    "min": (np.minimum, 2),
+    "max": (np.maximum, 2),
+    "where": (np.where, 3),
 }
+"""What a formula may call, and with how many values: into one more numpy would write what it finds."""
 CONSTANTS = {"pi": math.pi, "e": math.e}
 _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -72,11 +77,19 @@ def heights_of(text: str, places: Mapping[str, Array], *, is_finite: bool = True
         except (TypeError, ValueError, OverflowError, ZeroDivisionError) as error:
             raise InvalidInput(f"{text!r} has no value: {error}", known) from None
     bad = np.flatnonzero(~np.isfinite(heights))
+    runs = "x runs over the display" if len(places) == 1 else "x runs over the display, y over the lines"
     if bad.size and is_finite:
-        at = ", ".join(f"{name} = {values[bad[0]]:g} mm" for name, values in places.items())
-        runs = "x runs over the display" if len(places) == 1 else "x runs over the display, y over the lines"
-        raise InvalidInput(f"{text!r} has no value at {at}", f"{runs}, in mm")
+        raise InvalidInput(f"{text!r} has no value at {_place(places, bad[0])}", f"{runs}, in mm")
+    far = np.flatnonzero(np.abs(heights) > to_mm(LARGEST))
+    if far.size:
+        message = f"{text!r} is {heights[far[0]]:.4g} mm at {_place(places, far[0])}, where no display is"
+        raise InvalidInput(message, f"write the height in mm; {runs}, in mm")
     return heights
+
+
+def _place(places: Mapping[str, Array], which: int) -> str:
+    """One of the places in words."""
+    return ", ".join(f"{name} = {values[which]:g} mm" for name, values in places.items())
 
 
 def _value(node: ast.expr, places: Mapping[str, Array], depth: int) -> Any:
@@ -103,7 +116,11 @@ def _value(node: ast.expr, places: Mapping[str, Array], depth: int) -> Any:
         and node.func.id in FUNCTIONS
         and not node.keywords
     ):
-        return FUNCTIONS[node.func.id](*(_value(each, places, depth + 1) for each in node.args))
+        function, count = FUNCTIONS[node.func.id]
+        if len(node.args) != count:
+            message = f"{node.func.id} is of {counted(count, 'value')}, not of {len(node.args)}"
+            raise InvalidInput(message, f"write {node.func.id}({', '.join('abc'[:count])})")
+        return function(*(_value(each, places, depth + 1) for each in node.args))
     raise InvalidInput(
         f"a formula cannot have {ast.unparse(node)[:60]!r}", f"it may have {' and '.join(places)}, {KNOWN}"
     )

@@ -99,7 +99,7 @@ def test_a_formula_is_as_wide_as_the_display() -> None:
     [
         "", "x +", "y", "sin(x", "__import__('os')", "x.real", "[x]", "lambda: x", "log(x - 900)", "1/0", "1/x",
         "x < 5 < 9", "9**9**9**9", "sin()", "where(x)", "'a'", "True", "1e999", "x" * 2000, "-" * 900 + "x",
-        "10**400", "1j*x", "min(x)", "sin(x, x, x)", "x\0", "9**9**9", "0**-1",
+        "10**400", "1j*x", "min(x)", "sin(x, x, x)", "x\0", "9**9**9", "0**-1", "sin(x, x)", "max(x, 40, x)",
     ],
 )  # fmt: skip
 def test_what_is_no_formula_is_refused(text: str) -> None:
@@ -109,8 +109,23 @@ def test_what_is_no_formula_is_refused(text: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "words"),
+    [("where(x<250)", "where is of 3 values, not of 1"), ("1e9*x", "1.25e\\+08 mm at x = 0.125 mm")],
+)
+def test_what_is_wrong_with_a_formula_is_told_in_its_words(text: str, words: str) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        drawing_of_formula(text, WIDTH)
+
+
+@pytest.mark.parametrize(
     ("text", "value"),
     [("where(x < 250, 10, 20)", 20.0), ("7", 7.0), ("min(x, 3) + max(x, 4)", 503.0), ("x**2 % 7", 2.0)]
 )  # fmt: skip
 def test_formulas(text: str, value: float) -> None:
     assert drawing_of_formula(text, WIDTH).points[-1, 1] * 1e3 == pytest.approx(value, abs=1e-9)
+
+
+def test_a_shift_that_goes_too_far_is_advised_against() -> None:
+    with pytest.raises(InvalidInput) as caught:
+        placed(drawing_of_formula("x", WIDTH), Placing(AS_DRAWN, 20.0), WIDTH)
+    assert "--shift-mm" in caught.value.hint
