@@ -100,8 +100,11 @@ def _check(points: Array, width: float, drawing: Drawing, placing: Placing) -> N
         return
     wide = _width(drawing)
     reach = f"it reaches from {to_mm(left):.6g} to {to_mm(right):.6g} mm, and the display from 0 to {to_mm(width):.6g}"
-    if wide >= width - slack:
-        hint = f"place it with --place {FIT}" if placing.place == AS_DRAWN else "leave --shift-mm out, or choose less"
+    shift = mm(placing.shift_mm)
+    if shift and left - shift <= slack and right - shift >= width - slack:
+        hint = "leave --shift-mm out, or choose less"
+    elif wide >= width - slack:
+        hint = f"place it with --place {FIT}" + (", and leave --shift-mm out" if shift else "")
     elif placing.place == AS_DRAWN:
         hint = f"draw it wider, or have it scaled: --place {FIT} --scale {TO_WIDTH}"
     else:

@@ -30,6 +30,8 @@ from curveline.planning.feasibility import check_home
 from curveline.planning.tours import make_plan
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.scene import PEAK, Display, Node, Scene, Segment
+from curveline.shapes.file_keys import LONGEST_NAME
+from curveline.system.files import printable
 from curveline.units import to_deg, to_mm
 
 QUICK, THOROUGH = "quick", "thorough"
@@ -169,7 +171,9 @@ class _Fitting:
 
         Where the largest distance is to be small, it is made so of each of them.
         """
-        name, is_max, found = self.request.name or self.drawing.name, self.request.minimise == MAX, []
+        is_max, found = self.request.minimise == MAX, []
+        # Files are called by names that shapes cannot have.
+        name = printable(self.request.name or self.drawing.name)[:LONGEST_NAME]
         for row in met.distinct()[:PLANNED]:
             shown = measured(self.wanted, name, self._flattened(row) if is_max else row)
             if shown is not None:

@@ -104,6 +104,9 @@ def test_a_shape_without_a_plan_is_a_no_and_is_written(run: Run, tmp_path: Path)
         (("--formula", "x", "-o", "x.gif"), "suffix"),
         (("--formula", "x", "--plan-file", "x.toml"), "ends in .json"),
         (("--formula", "x", "--plan-file", "x.json", "-o", "x.json"), "a file of its own"),
+        (("--formula", "x", "--plan-file", "x.json", "-o", "./x.json"), "a file of its own"),
+        (("--formula", "x", "-o", "x.toml", "-o", "./x.toml"), "named twice"),
+        (("--formula", "x", "--shift-mm", "9"), "leave --shift-mm out"),
         (("--formula", "x", "--plan-file", "x.json", "--no-plan"), "leave one out"),
         (("--formula", "x", "--display", "double"), "double"),
         (("--formula", "x", "--place", "fit", "--shift-mm", "900"), "display"),
@@ -165,3 +168,15 @@ def test_fewest_nodes_want_a_distance_and_a_place(run: Run, options: tuple[str, 
     done = run(*SINE, "--nodes", "5", *options)
     assert done.code == InvalidInput.exit_code
     assert words in done.err
+
+
+def test_a_file_of_any_name_is_shown_and_becomes_a_shape(run: Run, tmp_path: Path) -> None:
+    drawing = tmp_path / (40 * "long" + "\x1b[31m\n.csv")
+    drawing.write_text("x_mm,y_mm\n0,0\n250,30\n500,0\n")
+    shape = tmp_path / ("\x1b[31m" + 40 * "long" + ".toml")
+    for outputs in ((), ("-o", str(shape))):
+        done = run("fit", str(drawing), "--no-plan", "--brief", *outputs)
+        assert done.code == EXIT_DONE
+        assert "\x1b" not in done.out
+        assert len(done.out.splitlines()) == 1
+    assert len(read_shape(shape).name) == 100

@@ -206,6 +206,9 @@ def _check_files(files: Sequence[str], plan_file: str | None, *, force: bool, is
 
     for path in files:
         check_output(FIT, path, force=force)
+    named = [os.path.realpath(path) for path in files]
+    if twice := next((path for path, real in zip(files, named, strict=True) if named.count(real) > 1), None):
+        raise InvalidInput(f"{twice} is named twice by -o", "give each a file of its own")
     if plan_file is None:
         return
     if not is_planned:
@@ -213,7 +216,7 @@ def _check_files(files: Sequence[str], plan_file: str | None, *, force: bool, is
     if PLAN.suffix_of(plan_file) != PLAN_FILE:
         raise InvalidInput(f"{plan_file}: a plan to be sent ends in {PLAN_FILE}", "name it so")
     check_output(PLAN, plan_file, force=force)
-    if plan_file in files:
+    if os.path.realpath(plan_file) in named:
         raise InvalidInput(f"{plan_file} is named by -o and by --plan-file", "give each a file of its own")
 
 
