@@ -11,6 +11,7 @@ import pytest
 
 import curveline
 from curveline.bench.drawn_curves import drawings, reachable
+from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.reports.fit_text import describe
 from curveline.drawings.drawing import Drawing
 from curveline.errors import Infeasible, InvalidInput
@@ -24,6 +25,12 @@ from curveline.shapes.files import read_shape
 from tests.fitting.rows import apart, display, drawn, wanted
 
 NO_PLAN = FitRequest(is_planned=False)
+
+
+@pytest.fixture(autouse=True)
+def _at_length(monkeypatch):
+    """What is told is not brief, whatever a command asked for before in this process."""
+    monkeypatch.setattr(MANNER, "is_brief", False)
 
 
 def shown(found) -> tuple[np.ndarray, ...]:
