@@ -184,7 +184,7 @@ def manifest(found: FittedSurface) -> str:
         lines += [
             "",
             "[[lines]]",
-            f'name = "line-{line.number}"',
+            f'name = "{line.number}"',
             f'plan = "{plan_name(line) if is_planned else shape_name(line)}"',
             f'display = "{display_name(line)}"',
             '# radio = "serial:PORT"',

@@ -46,7 +46,7 @@ def test_a_folder_has_all_that_sending_needs(bow: FittedSurface, tmp_path: Path)
     addresses: set[str] = set()
     for number, line in enumerate(said["lines"], start=1):
         assert line.keys() <= KEYS
-        assert line["name"] == f"line-{number}"
+        assert line["name"] == str(number)
         assert line["current_A"] == pytest.approx(3.6)
         plan, display = read_plan(tmp_path / "bow" / line["plan"]), read_display(tmp_path / "bow" / line["display"])
         assert plan.drive.digest == display.digest
