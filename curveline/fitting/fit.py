@@ -42,7 +42,7 @@ MARGIN = 0.12
 """Part of `STIFFEST` that the lowest eigenvalue of every state keeps: with less, plans fail more often."""
 PART = 0.92
 """Of what rod and motors can give, that a shape asks for at most: the way there asks for more."""
-ROOMIER = Reserve(margin=0.2, part=0.75), Reserve(margin=0.4, part=0.55)
+ROOMIER = Reserve(MARGIN, PART), Reserve(margin=0.2, part=0.75), Reserve(margin=0.4, part=0.55)
 """What is left for the way where no row that leaves less has a plan."""
 LEAST_MARGIN = 0.05
 """What plans keep of it anyway."""
@@ -219,6 +219,8 @@ def _planned(nearest: _Searched, listener: Listener) -> tuple[_Searched, _Planne
         return nearest, first
     for room in ROOMIER:
         left = room._replace(margin=max(room.margin, fitting.request.margin))
+        if left == fitting.wanted.room:
+            continue
         roomier = replace(fitting, wanted=fitting.wanted._replace(room=left)).searched(listener)
         if roomier.candidates and (found := _first_planned(roomier.candidates, listener))[0] is not None:
             return roomier, found

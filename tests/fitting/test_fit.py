@@ -16,7 +16,7 @@ from curveline.cli.printing.reports.fit_text import describe
 from curveline.drawings.drawing import Drawing
 from curveline.errors import Infeasible, InvalidInput
 from curveline.fitting.bounds import bounds_of
-from curveline.fitting.fit import MAX, THOROUGH, FitRequest, fit_drawing
+from curveline.fitting.fit import MARGIN, MAX, THOROUGH, FitRequest, fit_drawing
 from curveline.fitting.results import document, to_json, to_shape
 from curveline.planning.tours import make_plan
 from curveline.rod.branches.continuation import STIFFEST
@@ -140,6 +140,13 @@ def test_what_is_told_is_of_the_shape_that_is_taken_where_nearer_ones_have_no_pl
     (margin,) = (limit for limit in found.limits if limit.name == "margin")
     assert margin.value >= found.margin - 0.02
     assert f"{1e3 * nearest.rms:.3g} mm RMS off, has no plan" in " ".join(" ".join(describe(found)).split())
+
+
+def test_who_asks_for_a_small_margin_gets_what_has_a_plan_at_the_usual_one():
+    target = drawn("where(x>250,100,0)")
+    usual, small = (fit_drawing(target, display(), FitRequest(margin=margin)) for margin in (MARGIN, 0.05))
+    assert small.plan is not None
+    assert small.rms <= 1.01 * usual.rms
 
 
 def test_the_next_best_is_of_the_kind_that_is_minimised():
