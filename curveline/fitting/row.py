@@ -285,7 +285,9 @@ def _asks(wanted: Wanted, numbers: Array, parts: Sequence[_Part]) -> tuple[Array
         by_least[segment, places[:-1]] = by_length[:-1]
     gives = np.array([display.drive.max_force, display.drive.max_force, display.drive.max_moment])
     motors, signs = np.abs(needs) / gives - wanted.room.part, np.sign(needs) / gives
-    spare = (float(lengths_of(wanted, numbers).sum()) + display.clamp - display.rod.total_length) / display.span
+    # What is missed by so little as counts as met is no rod that there is not.
+    taken = float(lengths_of(wanted, numbers).sum()) + display.clamp
+    spare = (taken - display.rod.total_length) / display.span + MET
     asks = np.concatenate([own.ravel(), motors.ravel(), _too_far_apart(wanted, numbers), [spare]])
     by_motors = (signs[:, :, None] * by_needs).reshape(3 * segments + 3, -1)
     return asks, np.vstack((by_own.reshape(2 * segments, -1), by_motors, by_least, by_spare))
