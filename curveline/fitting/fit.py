@@ -42,7 +42,7 @@ MARGIN = 0.12
 """Part of `STIFFEST` that the lowest eigenvalue of every state keeps: with less, plans fail more often."""
 PART = 0.92
 """Of what rod and motors can give, that a shape asks for at most: the way there asks for more."""
-ROOMIER = Reserve(MARGIN, PART), Reserve(margin=0.2, part=0.75), Reserve(margin=0.4, part=0.55)
+LARGER = Reserve(MARGIN, PART), Reserve(margin=0.2, part=0.75), Reserve(margin=0.4, part=0.55)
 """What is left for the way where no row that leaves less has a plan."""
 LEAST_MARGIN = 0.05
 """What plans keep of it anyway."""
@@ -212,18 +212,18 @@ _Planned = tuple[Plan | None, str, _Candidate]
 def _planned(nearest: _Searched, listener: Listener) -> tuple[_Searched, _Planned]:
     """The nearest candidate of a search that has a plan from home; without, why the nearest has none.
 
-    Where none has, rows with more room for a plan are sought, and the search that met the one that is taken is told.
+    Where none has, rows that leave a larger reserve are sought, and the search that met the one that is taken is told.
     """
     fitting, first = nearest.fitting, _first_planned(nearest.candidates, listener)
     if first[0] is not None:
         return nearest, first
-    for room in ROOMIER:
-        left = room._replace(margin=max(room.margin, fitting.request.margin))
-        if left == fitting.wanted.room:
+    for reserve in LARGER:
+        left = reserve._replace(margin=max(reserve.margin, fitting.request.margin))
+        if left == fitting.wanted.reserve:
             continue
-        roomier = replace(fitting, wanted=fitting.wanted._replace(room=left)).searched(listener)
-        if roomier.candidates and (found := _first_planned(roomier.candidates, listener))[0] is not None:
-            return roomier, found
+        searched = replace(fitting, wanted=fitting.wanted._replace(reserve=left)).searched(listener)
+        if searched.candidates and (found := _first_planned(searched.candidates, listener))[0] is not None:
+            return searched, found
     return nearest, first
 
 
@@ -263,7 +263,7 @@ def _told(found: _Searched, chosen: _Candidate) -> Fit:
         least_possible=bounds_of(wanted),
         limits=limits,
         sensitivity=_sensitivity(wanted, best.row),
-        margin=wanted.room.margin - max(best.row.asks_of(wanted, STABILITY)),
+        margin=wanted.reserve.margin - max(best.row.asks_of(wanted, STABILITY)),
         starts=met.starts,
         hits=met.hits(chosen.row),
         second_best=_second_best(found, chosen),

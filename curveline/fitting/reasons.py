@@ -96,7 +96,7 @@ def _of_asks(wanted: Wanted, row: FittedRow) -> Iterator[ActiveLimit]:
     """Limits of stability, strain, motors and rod."""
     display = wanted.display
     values = {
-        STABILITY: ("margin", wanted.room.margin),
+        STABILITY: ("margin", wanted.reserve.margin),
         STRAIN: ("rod.max_strain", display.rod.max_strain),
         MOTORS[0]: ("drive.max_force_N", display.drive.max_force),
         MOTORS[1]: ("drive.max_force_N", display.drive.max_force),
@@ -106,7 +106,7 @@ def _of_asks(wanted: Wanted, row: FittedRow) -> Iterator[ActiveLimit]:
     }
     found: dict[str, list[RowAsk]] = {}
     for ask, missed in zip(asked(wanted), row.asks.tolist(), strict=True):
-        if missed > -ACTIVE * (wanted.room.margin if ask.kind == STABILITY else 1.0):
+        if missed > -ACTIVE * (wanted.reserve.margin if ask.kind == STABILITY else 1.0):
             found.setdefault(values[ask.kind][0], []).append(ask)
     for name, asks in found.items():
         value = values[asks[0].kind][1]
@@ -127,7 +127,7 @@ def _without(wanted: Wanted, name: str) -> Wanted:
     display = wanted.display
     limits, rod, drive = display.limits, display.rod, display.drive
     if name == "margin":
-        return wanted._replace(room=wanted.room._replace(margin=0.0))
+        return wanted._replace(reserve=wanted.reserve._replace(margin=0.0))
     if name == "limits.height_mm":
         display = replace(display, limits=replace(limits, height=Range(limits.height.low - FREE, FREE)))
     elif name == "limits.angle_deg":

@@ -44,13 +44,13 @@ class Reserve(NamedTuple):
 
 
 class Wanted(NamedTuple):
-    """A drawing cut at the rails, and the room that its shape is to leave."""
+    """A drawing cut at the rails, and the reserve that its shape is to leave."""
 
     display: Display
     bearing: Bearing
     pieces: tuple[Array, ...]  # (k, 2) of each segment [m], seen from the foot of its left rail: see `cutting.Cut`
     fine: tuple[Array, ...]
-    room: Reserve
+    reserve: Reserve
 
     @property
     def nodes(self) -> int:
@@ -272,8 +272,8 @@ def _asks(wanted: Wanted, numbers: Array, parts: Sequence[_Part]) -> tuple[Array
     by_least, by_spare = np.zeros((segments, size)), np.zeros((1, size))
     for segment, part in enumerate(parts):
         places, strained = places_of(segments, segment), 1.0 / display.rod.max_curvature
-        own[segment, 0] = wanted.room.margin - part.asks[LOWEST] / STIFFEST
-        own[segment, 1] = strained * part.asks[SHARPEST] - wanted.room.part
+        own[segment, 0] = wanted.reserve.margin - part.asks[LOWEST] / STIFFEST
+        own[segment, 1] = strained * part.asks[SHARPEST] - wanted.reserve.part
         by_own[segment, 0, places] = -part.rates[LOWEST] / STIFFEST
         by_own[segment, 1, places] = strained * part.rates[SHARPEST]
         loads, by_loads = part.asks[LOADS:], part.rates[LOADS:]
@@ -284,7 +284,7 @@ def _asks(wanted: Wanted, numbers: Array, parts: Sequence[_Part]) -> tuple[Array
         by_spare[0, places] += by_length
         by_least[segment, places[:-1]] = by_length[:-1]
     gives = np.array([display.drive.max_force, display.drive.max_force, display.drive.max_moment])
-    motors, signs = np.abs(needs) / gives - wanted.room.part, np.sign(needs) / gives
+    motors, signs = np.abs(needs) / gives - wanted.reserve.part, np.sign(needs) / gives
     # What is missed by so little as counts as met is no rod that there is not.
     taken = float(lengths_of(wanted, numbers).sum()) + display.clamp
     spare = (taken - display.rod.total_length) / display.span + MET

@@ -81,7 +81,7 @@ def nearest_starts(wanted: Wanted, count: int) -> list[RowStart]:
     """At most so many starts of a lone segment: the stable curves of the display that are nearest to the drawing."""
     drawn, span = resampled(wanted.pieces[0], POINTS), wanted.display.span
     starts = []
-    for pose, height, angles, multipliers in nearest_curves(wanted.display, drawn, count, *wanted.room):
+    for pose, height, angles, multipliers in nearest_curves(wanted.display, drawn, count, *wanted.reserve):
         root = math.sqrt(max(pose.length - math.hypot(span, pose.y), 0.0) / span)
         numbers = within(wanted, np.array([height, height + pose.y, pose.start, pose.end, root]))
         starts.append(RowStart(numbers, ((angles, multipliers),)))

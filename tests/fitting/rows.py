@@ -15,7 +15,7 @@ from curveline.fitting.targets import width_of
 from curveline.scene import Display
 from curveline.shapes.files import read_display
 
-ROOM = Reserve(0.12, 0.92)
+RESERVE = Reserve(0.12, 0.92)
 
 
 @cache
@@ -28,11 +28,11 @@ def drawn(formula: str, name: str = "single") -> Drawing:
     return drawing_of_formula(formula, width_of(display(name)))
 
 
-def wanted(drawing: Drawing | str, name: str = "single", room: Reserve = ROOM) -> Wanted:
+def wanted(drawing: Drawing | str, name: str = "single", reserve: Reserve = RESERVE) -> Wanted:
     """A drawing, or a formula, cut for a display."""
     given = drawn(drawing, name) if isinstance(drawing, str) else drawing
     bearing = level_rod(display(name)).extensible().bearing
-    return Wanted(display(name), bearing, *cut_at_rails(given, display(name)), room)
+    return Wanted(display(name), bearing, *cut_at_rails(given, display(name)), reserve)
 
 
 def first_row(asked: Wanted, numbers: Array | None = None) -> FittedRow:

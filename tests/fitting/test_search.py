@@ -16,7 +16,7 @@ from curveline.fitting.search import search
 from curveline.fitting.starts import first_numbers, level_rod, starts_at
 from tests.fitting.rows import display, wanted
 
-ROOM = Reserve(0.05, 0.92)
+RESERVE = Reserve(0.05, 0.92)
 TABLE = {
     "60*sin(pi*x/500)": (0.045, 0.125),
     "150*sin(pi*x/500)": (0.755, 2.25),
@@ -30,8 +30,8 @@ MINIMAX = {"100*exp(-((x-250)/60)**2/2)": 9.9, "100*(1-abs(x-250)/250)": 6.5}
 """The largest distance, where it is made small."""
 
 
-def nearest(formula: str, name: str = "single", room: Reserve = ROOM):
-    asked_for = wanted(formula, name, room)
+def nearest(formula: str, name: str = "single", reserve: Reserve = RESERVE):
+    asked_for = wanted(formula, name, reserve)
     found = search(asked_for, level_rod(display(name)).extensible(), EFFORTS[QUICK], 1)
     return asked_for, found
 
@@ -82,14 +82,14 @@ def test_noise_ends_a_search_and_waves_do_not():
 def test_limits_are_kept():
     formula = "215*sin(pi*x/500)**4"
     for margin, part in ((0.05, 0.92), (0.5, 0.6)):
-        _, found = nearest(formula, room=Reserve(margin, part))
+        _, found = nearest(formula, reserve=Reserve(margin, part))
         for row in found.rows:
             assert row.asks.max() <= MET
 
 
 def test_more_room_is_never_nearer():
     formula = "where(x>250, 100, 0)"
-    distances = [nearest(formula, room=Reserve(margin, 0.92))[1].rows[0].rms for margin in (0.05, 0.12, 0.4)]
+    distances = [nearest(formula, reserve=Reserve(margin, 0.92))[1].rows[0].rms for margin in (0.05, 0.12, 0.4)]
     assert distances == sorted(distances)
 
 
@@ -102,7 +102,7 @@ def test_a_descent_ends_where_no_number_leads_lower():
 
 
 def test_a_start_without_a_row_within_limits_is_none():
-    asked_for = wanted("60*sin(pi*x/500)", room=Reserve(40.0, 0.92))
+    asked_for = wanted("60*sin(pi*x/500)", reserve=Reserve(40.0, 0.92))
     start = starts_at(asked_for, level_rod(display()).extensible(), first_numbers(asked_for))[0]
     assert descended(asked_for, *start) is None
 
