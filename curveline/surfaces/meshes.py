@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import logging
+import re
 import warnings
 from typing import Any
 
@@ -22,6 +23,9 @@ MOST_FACES = 4_000_000
 ON_EDGE = 1e-9
 """Part of a mesh's depth by which a section may be beyond it: what conversions of units leave."""
 SIDES = ((0, 1), (1, 2), (2, 0))
+STL_HEAD, STL_FACE = 84, 50
+"""Bytes of binary STL before its faces, the last four of which say how many there are, and of each face."""
+TEXT_STL = re.compile(rb"\s*solid\b[^\x00]*?\b(?:facet|endsolid)\b")
 
 
 class MeshField:
@@ -161,6 +165,8 @@ def _triangles(data: bytes, kind: str, name: str) -> Array:
         raise MissingExtra(
             "reading meshes needs trimesh, which is not installed", hint="pip install 'curveline[draw]'"
         ) from None
+    if kind == "stl":
+        _check_length(data, name)
     logging.getLogger("trimesh").disabled = True  # what it says there is no word to users
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
@@ -173,3 +179,11 @@ def _triangles(data: bytes, kind: str, name: str) -> Array:
         what = printable(str(error)[:60]) or type(error).__name__
         refuse_file(name, "damaged", f"this mesh is damaged: {what}", "export it again")
     return corners
+
+
+def _check_length(data: bytes, name: str) -> None:
+    """InvalidInput for binary STL that is shorter than it says: some readers take that for text without faces."""
+    promised = STL_HEAD + STL_FACE * int.from_bytes(data[STL_HEAD - 4 : STL_HEAD], "little")
+    if TEXT_STL.match(data) or len(data) >= max(promised, STL_HEAD):
+        return
+    refuse_file(name, "damaged", "this mesh is damaged: it is shorter than it says", "export it again")

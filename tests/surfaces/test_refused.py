@@ -67,7 +67,7 @@ def test_a_mesh_says_no_unit(write: Write) -> None:
         ("a.stl", b"", "empty"),
         ("a.stl", b" \n", "empty"),
         ("a.stl", b"solid nothing\nendsolid\n", "no-faces"),
-        ("a.stl", b"hello", "no-faces"),
+        ("a.stl", b"hello", "damaged"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\n", "no-faces"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "damaged"),
         ("a.ply", b"hello", "damaged"),
