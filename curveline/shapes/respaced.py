@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import os
 import tempfile
 import tomllib
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from curveline.drive_settings import MAX_NODES
 from curveline.errors import InvalidInput
 from curveline.scene import Display
+from curveline.shapes.changed_display import changed_text, text_of
 from curveline.shapes.file_keys import LONGEST_NAME
-from curveline.shapes.files import MAX_BYTES, builtin_displays, builtin_text, read_display
+from curveline.shapes.files import read_display
 from curveline.shapes.profile_rules import FILE
-from curveline.shapes.toml_location import KeyPath, TomlMap
-from curveline.system.files import decode_text, read_file, refuse_file
+from curveline.shapes.toml_location import KeyPath
 from curveline.units import to_mm
 
 DIGITS = 6
@@ -40,7 +38,7 @@ def respaced(display: Display, nodes: int) -> Respaced:
     """
     if not 2 <= nodes <= MAX_NODES:
         raise InvalidInput(f"a display has 2 to {MAX_NODES} nodes, not {nodes}", "choose a number in that range")
-    text = _text_of(display)
+    text = text_of(display)
     part = (display.node_count - 1) / (nodes - 1)
     limits = display.limits.length
     addresses = list(display.radio.addresses[:nodes])
@@ -56,7 +54,7 @@ def respaced(display: Display, nodes: int) -> Respaced:
     if FILE in tomllib.loads(text)["rod"]:
         named = os.path.join(os.path.dirname(display.path), tomllib.loads(text)["rod"][FILE])
         values["rod", FILE] = os.path.abspath(named)
-    changed = _changed(text, values, display.path or display.name)
+    changed = changed_text(text, values, display.path or display.name)
     return Respaced(_read(changed), changed)
 
 
@@ -70,49 +68,6 @@ def _next(addresses: list[str]) -> str:
     while (found := f"{(number := (number + 1) % ADDRESSES):010X}") in addresses:
         pass
     return found
-
-
-def _text_of(display: Display) -> str:
-    if display.path:
-        return decode_text(read_file(display.path, MAX_BYTES), display.path)
-    if display.name not in builtin_displays():
-        hint = "write it into a file, and read that with read_display"
-        raise InvalidInput(f"{display.name}: this display is in no file that could be changed", hint)
-    return builtin_text(display.name)
-
-
-def _changed(text: str, values: Mapping[KeyPath, Any], name: str) -> str:
-    """A display file with other values; InvalidInput if that would change anything else."""
-    found, changed, wanted = TomlMap(text), text, tomllib.loads(text)
-    for path, value in values.items():
-        table: Any = wanted
-        for key in path[:-1]:
-            table = table[key]
-        table[path[-1]] = value
-    for path in sorted(values, key=lambda each: -found.values.get(each, 0)):
-        begin = found.values.get(path, -1)
-        if begin >= 0:
-            changed = changed[:begin] + json.dumps(values[path], ensure_ascii=False) + changed[_end(changed, begin) :]
-    try:
-        is_right = tomllib.loads(changed) == wanted
-    except tomllib.TOMLDecodeError:
-        is_right = False
-    if not is_right:
-        keys = ", ".join(".".join(map(str, path)) for path in values)
-        refuse_file(name, "not-written", f"{keys} of this file cannot be changed", "write each of them plainly")
-    return changed
-
-
-def _end(text: str, begin: int) -> int:
-    """Where the value ends that begins at a place of a file: after the fewest letters that are one by themselves."""
-    stops = [place for place in range(begin + 1, len(text)) if text[place] in "#\n" or text[place - 1] == "]"]
-    for stop in (*stops, len(text)):
-        try:
-            tomllib.loads(f"x = {text[begin:stop]}")
-        except tomllib.TOMLDecodeError:
-            continue
-        return begin + len(text[begin:stop].rstrip())
-    return begin
 
 
 def _read(text: str) -> Display:

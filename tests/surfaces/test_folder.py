@@ -6,12 +6,14 @@ import json
 import os
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import curveline
 from curveline.errors import InvalidInput
 from curveline.plan_file import read_plan
+from curveline.shapes import changed_display
 from curveline.shapes.files import builtin_text, read_display, read_shape
 from curveline.surfaces import folder as folder_module
 from curveline.surfaces.fit_surface import FittedSurface
@@ -237,11 +239,20 @@ def test_addresses_say_which_line_it_is(tmp_path: Path) -> None:
     assert line_displays(read_display(tmp_path / "mine.toml"), 2)[1].display.radio.addresses[1] == "00000000FF"
 
 
-def test_displays_that_cannot_be_changed_are_refused(tmp_path: Path) -> None:
-    text = builtin_text("single").replace('name = "single"', 'name = """single"""')
-    (tmp_path / "mine.toml").write_text(text)
+@pytest.mark.parametrize(
+    "written", ['name = """single"""', "'name' = 'single'  # a name, [or] not", '"na\\u006de" = "single"']
+)
+def test_displays_are_changed_however_they_are_written(written: str, tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(builtin_text("single").replace('name = "single"', written))
+    found = line_displays(read_display(tmp_path / "mine.toml"), 2)
+    assert [each.display.name for each in found] == ["single-1", "single-2"]
+    assert written.partition("#")[2] in found[0].text
+
+
+def test_displays_that_cannot_be_changed_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(changed_display, "TomlMap", lambda text: SimpleNamespace(values={}))
     with pytest.raises(InvalidInput) as caught:
-        line_displays(read_display(tmp_path / "mine.toml"), 2)
+        line_displays(read_display("single"), 2)
     assert caught.value.diagnostics[0].code == "not-written"
 
 
