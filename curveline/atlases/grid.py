@@ -25,7 +25,7 @@ USUAL: Mapping[str, tuple[float, float, int] | None] = {ANGLE: None, LENGTH: Non
 USUAL_COUNT = 41
 MOST_POINTS = 1_000_000
 FORM = "write KEY, or KEY=START:STOP:COUNT, such as angle_deg=0:60:31"
-MILLIMETRES, DEGREES = "_mm", "_deg"
+MILLIMETRES = "_mm"
 
 
 @dataclass(frozen=True)

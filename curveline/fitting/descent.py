@@ -11,7 +11,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from curveline.fitting.row import MET, Array, FittedRow, HeldState, Wanted, lengths_of, limits_of, row_at, within
-from curveline.scene import Range
 
 HOLDING_OFF = 0.05, 0.5, 5.0
 """What a limit that is missed by 1 counts for [m]: first, and where that does not do."""
@@ -49,11 +48,7 @@ def _is_of_display(wanted: Wanted, numbers: Array) -> bool:
         (numbers[count : 2 * count], limits.angle),
         (lengths_of(wanted, numbers), limits.length),
     )
-    return all(_is_in(each, limit) for each, limit in given)
-
-
-def _is_in(values: Array, limit: Range) -> bool:
-    return bool(np.all((values >= limit.low - NOTHING) & (values <= limit.high + NOTHING)))
+    return all(limit.contains(value, NOTHING) for values, limit in given for value in values.tolist())
 
 
 def _downhill(wanted: Wanted, row: FittedRow, weight: float) -> FittedRow:

@@ -12,7 +12,7 @@ import numpy as np
 from curveline.fitting.row import Array, FittedRow, Wanted, lengths_of
 from curveline.rod.branches.drawn import misfits
 from curveline.rod.states.equilibrium import Equilibrium
-from curveline.scene import PEAK, STRAIGHT, VALLEY, Node, Scene, Segment
+from curveline.scene import PEAK, WANTABLE, Node, Scene, Segment
 from curveline.simulation.simulate import simulate
 from curveline.units import deg, mm, to_deg, to_mm
 
@@ -24,8 +24,6 @@ NOTHING = 1e-9
 """By how much a number in mm or degrees may be beyond a limit: floats are."""
 TOLERANCE = mm(0.02)
 """Of the curves that are measured."""
-MEANT = (PEAK, VALLEY, STRAIGHT)
-"""States that a shape can ask for."""
 
 
 class Gaps(NamedTuple):
@@ -80,7 +78,7 @@ def measured(wanted: Wanted, name: str, row: FittedRow) -> MeasuredShape | None:
     segments, states, curves, gaps = [], [], [], []
     for place, found in enumerate(simulate(scene, TOLERANCE)):
         piece, foot = wanted.fine[place], np.array([0.0, scene.nodes[place].height])
-        meant = [state for state in found.states if state.stable and state.name in MEANT and state.space is None]
+        meant = [state for state in found.states if state.stable and state.name in WANTABLE and state.space is None]
         if not meant:
             return None
         seen = [state.curve(POINTS) + foot for state in meant]

@@ -170,7 +170,7 @@ def test_another_version_makes_its_own(found: StableCurves, tmp_path: Path, monk
 
 def test_what_the_display_does_not_show_in_its_rod_makes_no_new_file(found: StableCurves, tmp_path: Path) -> None:
     curves_of(replace(SINGLE, name="other", digest="x"))
-    kept(tmp_path)
+    assert [path.name for path in kept(tmp_path).parent.iterdir()] == [kept(tmp_path).name]
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="no folder can be closed")

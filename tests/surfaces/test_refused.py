@@ -199,7 +199,8 @@ def test_a_hole_is_told_with_its_line_and_its_place() -> None:
 
 def test_what_rounding_leaves_between_faces_is_no_hole() -> None:
     left, right = box((0.0, 0.0, 0.0), (200.0, 600.0, 30.0)), box((200.005, 0.0, 0.0), (499.9, 600.0, 30.0))
-    laid(field_of(np.concatenate([left, right])), read_display("single"), Laying())
+    found = laid(field_of(np.concatenate([left, right])), read_display("single"), Laying())
+    assert len(found.depths) == 8
 
 
 def test_nothing_is_scaled_silently() -> None:
