@@ -19,7 +19,8 @@ LEFT_TO_RIGHT = """
 _version errors units phrases listening notebook system sections material scene drive_settings plan_file shapes drawings
 kernels rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
-simulation loading planning atlases fitting surfaces replay displays figures outputs driving driving/lines
+simulation loading planning atlases fitting surfaces
+cameras cameras/synthetic tracing comparing calibrating replay displays figures outputs driving driving/lines
 notebook_listener bench/methods bench api writing
 cli/printing cli/printing/progress cli/printing/help cli/printing/reports cli cli/commands cli/app
 """
@@ -43,6 +44,9 @@ ONLY_IN = {
         "rod",
         "atlases",
         "bench",
+        "calibrating",
+        "cameras",
+        "comparing",
         "drawings",
         "figures",
         "fitting",
@@ -52,6 +56,7 @@ ONLY_IN = {
         "replay",
         "simulation",
         "surfaces",
+        "tracing",
     },
     "pydantic": {"shapes"},
     "typer": {"cli"},
