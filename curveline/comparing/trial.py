@@ -24,6 +24,7 @@ class TrialOutcome(StrEnum):
     NOT_ELASTIC = "not-elastic"
     TOO_LITTLE_SEEN = "too-little-seen"
     AMBIGUOUS = "ambiguous"
+    NO_STATE = "none-of-states"
 
 
 @dataclass(frozen=True)
