@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from curveline.bench.history import read_bench as read_bench
     from curveline.bench.measuring import measure as measure
     from curveline.bench.measuring import measure_link as measure_link
+    from curveline.comparing.agreement import CompareRequest as CompareRequest
+    from curveline.comparing.compare import compare as compare
+    from curveline.comparing.reading import Photographed as Photographed
+    from curveline.comparing.reading import read_trials as read_trials
     from curveline.drawings.drawing import Drawing as Drawing
     from curveline.drawings.formulas import drawing_of_formula as drawing_of_formula
     from curveline.drawings.placing import Placing as Placing
@@ -112,6 +116,10 @@ _HOMES = {
     "HowToReadSurface": "surfaces.how_to_read",
     "Laying": "surfaces.laying",
     "write_surface": "writing",
+    "read_trials": "comparing.reading",
+    "compare": "comparing.compare",
+    "CompareRequest": "comparing.agreement",
+    "Photographed": "comparing.reading",
     "check_display": "api",
     "calibrate_set": "api",
     **dict.fromkeys(("measure", "measure_link"), "bench.measuring"),

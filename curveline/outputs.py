@@ -113,6 +113,14 @@ SURFACE = ResultKind(
 )
 """Of a surface, but for its folder; also the path of the file, and the command as typed."""
 
+COMPARISON = ResultKind(
+    _with_pictures(
+        {".json": "curveline.comparing.results:to_json", ".csv": "curveline.comparing.results:to_csv"},
+        "curveline.figures.comparisons:draw",
+    )
+)
+"""Of trials beside the model; also the command as typed."""
+
 FALL = ResultKind(
     _with_pictures({FILM: "curveline.figures.falls:animate"}, "curveline.figures.falls:draw"),
     advice="a fall is filmed in a file that ends in .gif, or shown in a strobe picture:",

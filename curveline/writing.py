@@ -32,6 +32,7 @@ def write(
     | `Plan` | .json, to be sent or played; .svg, .png, .pdf, .gif |
     | `Fit` | .toml, the shape; .json, .svg, .png, .pdf |
     | `FittedSurface` | .json, .svg, .png, .pdf; its folder is written by `write_surface` |
+    | `Comparison` | .json, .csv, .svg, .png, .pdf |
     | `Loading`, `LoadMap` | .json, .svg, .png, .pdf |
     | `Atlas` | .npz, .json, .svg, .png, .pdf |
     | `SnapFall` | .gif, .svg, .png, .pdf |
@@ -59,12 +60,13 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
     """The kind of a result, and what its encoders take."""
     from curveline.atlases.atlas import Atlas
     from curveline.bench.report import BenchReport
+    from curveline.comparing.agreement import Comparison
     from curveline.displays.of_plan import display_of
     from curveline.fitting.fit import Fit
     from curveline.loading.falling import SnapFall
     from curveline.loading.load_map import LoadMap
     from curveline.loading.snap_through import Loading
-    from curveline.outputs import ATLAS, FALL, FIT, LOADING, PLAN, PLAN_FILE, SIMULATION, SURFACE, TRADE
+    from curveline.outputs import ATLAS, COMPARISON, FALL, FIT, LOADING, PLAN, PLAN_FILE, SIMULATION, SURFACE, TRADE
     from curveline.plan_file import Plan
     from curveline.simulation.results import ShapeReport
     from curveline.simulation.shape_batch import ShapeBatch
@@ -75,8 +77,8 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
         return PLAN, (result,) if is_plan else (result, display_of(result), lambda done: None)
     if isinstance(result, Fit | FittedSurface):
         return FIT if isinstance(result, Fit) else SURFACE, (result, path)
-    if isinstance(result, Atlas):
-        return ATLAS, (result,)
+    if isinstance(result, Atlas | Comparison):
+        return ATLAS if isinstance(result, Atlas) else COMPARISON, (result,)
     if isinstance(result, Loading | LoadMap):
         return LOADING, (result,)
     if isinstance(result, SnapFall | BenchReport):

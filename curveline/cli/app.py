@@ -15,7 +15,21 @@ import typer
 
 from curveline._version import __version__
 from curveline.cli import completion
-from curveline.cli.commands import atlas, bench, fit, load, plan, rod, send, shapes, simulate, status, stop, surface
+from curveline.cli.commands import (
+    atlas,
+    bench,
+    compare,
+    fit,
+    load,
+    plan,
+    rod,
+    send,
+    shapes,
+    simulate,
+    status,
+    stop,
+    surface,
+)
 from curveline.cli.commands.calibrate import set as set_
 from curveline.cli.commands.display import check
 from curveline.cli.commands.display import show as show_display
@@ -105,7 +119,7 @@ def _group(name: str, what: str, panel: str, commands: Sequence[Callable[..., No
 COMMANDS: dict[str, Sequence[Callable[..., None]]] = {
     COMPUTING: (simulate.simulate, fit.fit, surface.surface, plan.plan, load.load, atlas.atlas),
     DRIVING: (send.send, status.status, stop.stop, rod.rod),
-    SETTING_UP: (shapes.shapes, bench.bench),
+    SETTING_UP: (shapes.shapes, compare.compare, bench.bench),
 }
 for _panel, _commands in COMMANDS.items():
     for _command in _commands:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from curveline.comparing.folders import files_of, is_photograph
 from curveline.comparing.trial import ShapeTrials, Trial
@@ -13,7 +14,22 @@ from curveline.shapes.files import read_shape
 from curveline.system.files import AnyPath
 
 
-def read_trials(what: Sequence[AnyPath], listener: Listener = SILENT) -> tuple[ShapeTrials, ...]:
+@dataclass(frozen=True)
+class Photographed:
+    """How photographs among trials were made, and what becomes of them.
+
+    `camera` is the camera file, None for that of the folder; `overlays` a folder into which each picture is drawn with
+    what was seen in it, None for none. Pictures there are replaced where `is_replacing`.
+    """
+
+    camera: AnyPath | None = None
+    overlays: AnyPath | None = None
+    is_replacing: bool = False
+
+
+def read_trials(
+    what: Sequence[AnyPath], photographed: Photographed | None = None, listener: Listener = SILENT
+) -> tuple[ShapeTrials, ...]:
     """The trials of a shape, [shape, trial, ...], or those of all shapes in some folders, [folder, ...].
 
     A folder has files such as level-up-peak-1.csv, or a folder level-up-peak with the files of its trials; the shapes
