@@ -14,7 +14,9 @@ class ModelledDisplay(Protocol):
     """A display that is modelled; `rod` names the states that its segments were last seen in, `disk` may be full.
 
     `clamp` [N mm/deg] and `play` [deg] are how its bearings give in truth; None for what its file says. `set_share` is
-    the part of a curvature that its rod has kept: see `replay.monte_carlo.Setup.kept`.
+    the part of a curvature that its rod has kept: see `replay.monte_carlo.Setup.kept`; `curvature` [1/m] is what the
+    free rod is bent besides, and `stiffness` the part by which its EI exceeds that of the file. A `hand` will snap the
+    rod of that segment over, from 1, at the end of the next run; None if none will.
     """
 
     rod: list[str]
@@ -22,6 +24,9 @@ class ModelledDisplay(Protocol):
     clamp: float | None
     play: float | None
     set_share: float
+    curvature: float
+    stiffness: float
+    hand: int | None
 
     @property
     def known_rod(self) -> tuple[str, ...]:

@@ -58,6 +58,7 @@ def play_back_run(played: PlayedPlan, display: ModelledDisplay | None, begin: fl
         listener.note(f"which curve the rod took is not known: {error.message}")
         display.rod = []
         return None, ()
+    from curveline.replay.playback import touched
     from curveline.replay.tour_checks import CarriedOut, play_back
 
     described = _with_set(in_truth(described, display, played.plan), played)
@@ -65,6 +66,8 @@ def play_back_run(played: PlayedPlan, display: ModelledDisplay | None, begin: fl
     motion = [(seconds - begin, counts) for seconds, counts in display.motion()]
     before = [(BEFORE, counts) for counts in played.way]
     playback, checks = play_back(CarriedOut(played.plan, described, played.first), [*before, *motion], display.rod)
+    if display.hand is not None:
+        playback, display.hand = touched(described, playback, motion[-1], display.hand), None
     display.rod = list(playback.states)
     return playback, checks
 
@@ -84,7 +87,12 @@ def in_truth(described: Display, display: ModelledDisplay, plan: Plan) -> Displa
     if display.clamp is not None:
         stiffness = nmm(display.clamp) / deg(1.0)
     play = play if display.play is None else deg(display.play)
-    rod = described.rod
+    rod = replace(
+        described.rod,
+        youngs_modulus=described.rod.youngs_modulus * (1.0 + display.stiffness),
+        shear_modulus=described.rod.shear_modulus * (1.0 + display.stiffness),
+        natural_curvature=described.rod.natural_curvature + display.curvature,
+    )
     if display.set_share:
         from curveline.replay.kept_curvature import with_kept
         from curveline.replay.monte_carlo import kept_before

@@ -7,7 +7,7 @@ makes it; it follows its state while that stays stable, and falls downhill when 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -66,6 +66,22 @@ def replay(display: Display, motion: Motion, before: Sequence[str] = ()) -> Play
         for place, names in _snaps(starts[-1], rods, events):
             snaps.append(Snap(course[place][0], segment + 1, *names))
     return Playback(tuple(starts), tuple(ends), tuple(sorted(snaps, key=lambda snap: snap.seconds)))
+
+
+def touched(display: Display, playback: Playback, at: tuple[float, tuple[Counts, ...]], number: int) -> Playback:
+    """The same, but that a hand snapped the rod of segment `number`, from 1, into its other state in the end.
+
+    `at` is when [s] the nodes came to rest, and where. Of a rod that has no other state there nothing changes.
+    """
+    seconds, counts = at
+    drive, place = drive_settings(display), number - 1
+    rod = clamped_rod(display, *segment_at(display, drive, counts[place : place + 2], place))
+    before = playback.states[place]
+    others = [state.name for state in showable_states(rod, DEFAULT_TOLERANCE).states if state.name != before]
+    if not is_slack(rod) or not others:
+        return playback
+    states = (*playback.states[:place], others[-1], *playback.states[number:])
+    return replace(playback, states=states, snaps=(*playback.snaps, Snap(seconds, number, before, others[-1])))
 
 
 def _course(motion: Motion, segment: int) -> Iterator[tuple[float, tuple[Counts, ...]]]:

@@ -67,6 +67,8 @@ def _open(spec: MockSpec, drive: DriveSettings, runs: Path, chip: MockChip | Non
             f"the mock radio was asked for {spec.nodes} nodes, but the display {drive.display!r} has {count}",
             hint="leave `nodes=` out, or name a display file with that many nodes",
         )
+    if spec.hand is not None and not 1 <= spec.hand < count:
+        raise InvalidInput(f"there is no segment {spec.hand} for 'hand': the display has {count - 1}")
     for mishap in spec.mishaps:
         if mishap.node > count:
             raise InvalidInput(f"there is no node {mishap.node} for {mishap.key!r}: the display has {count}")
@@ -104,6 +106,7 @@ class MockRadio:
         self._rod, self._rod_at = state.rod, state.rod_at
         self._chip = chip or MockChip(spec, drive.data_rate)
         self.clamp, self.play, self.set_share = spec.clamp, spec.play, spec.set
+        self.curvature, self.stiffness, self.hand = spec.curvature, spec.stiffness, spec.hand
         self._store = store
         self._closed = False
         self._stations = self._build(drive, state, spec)

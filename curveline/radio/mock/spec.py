@@ -22,7 +22,9 @@ class MockSpec:
     """What kind of display and air to model; `spread` is the largest part by which a motor is slower than told.
 
     `clamp` [N mm/deg] and `play` [deg] are how its bearings give, whatever the display's file says; `set` is the part
-    that its rod has kept of the curvature of the states in which it was, or of those that are not wanted. With `keys`
+    that its rod has kept of the curvature of the states in which it was, or of those that are not wanted. `curvature`
+    [1/m] is what its free rod is bent besides, `stiffness` by what part its EI exceeds that of the file; a hand snaps
+    the rod of segment `hand` over, from 1, once the nodes have come to rest. With `keys`
     the nodes hold the master key of the site's key file instead of the mock's open one; with `repower` all of them are
     switched off and on before anything else.
     """
@@ -38,6 +40,9 @@ class MockSpec:
     clamp: float | None = None
     play: float | None = None
     set: float = 0.0
+    curvature: float = 0.0
+    stiffness: float = 0.0
+    hand: int | None = None
     mishaps: tuple[Mishap, ...] = ()
 
 
@@ -142,6 +147,20 @@ def _share(text: str) -> float:
     return value
 
 
+def _curvature(text: str) -> float:
+    value = float(text)
+    if not -20.0 <= value <= 20.0:
+        raise ValueError
+    return value
+
+
+def _excess(text: str) -> float:
+    value = float(text)
+    if not -90.0 <= value <= 900.0:
+        raise ValueError
+    return 0.01 * value
+
+
 def _whole(text: str) -> int:
     if not re.fullmatch(r"[0-9]{1,9}", text):
         raise ValueError
@@ -162,6 +181,9 @@ _READERS: Mapping[str, tuple[Callable[[str], object], str]] = {
     "clamp": (_stiffness, "<N mm per degree>"),
     "play": (_play, "<degrees from 0 to 45>"),
     "set": (_share, "<number from -1 to 1>"),
+    "curvature": (_curvature, "<1/m, from -20 to 20>"),
+    "stiffness": (_excess, "<percent from -90 to 900>"),
+    "hand": (_whole, "<number of a segment>"),
 }
 _NODE = "=(?P<node>[1-9][0-9]{0,2})"
 _STEP = "@step(?P<step>[1-9][0-9]{0,4})"
