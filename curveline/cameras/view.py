@@ -12,6 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+MAX_NEWTON = 20
+NEAR = 1e-14
+"""Steps to take the distortion of a lens out of a direction, and how small the last one is."""
 
 
 @dataclass(frozen=True)
@@ -27,11 +30,45 @@ class Lens:
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)  # k1, k2, p1, p2, k3
     rms: float = 0.0  # [px] of the corners that it was calibrated on
     focal_length: float | None = None  # [m] as pictures tell it; None if they do not
+    equivalent: float | None = (
+        None  # [m] the same for a frame of 36 x 24 mm, which tells of digital zoom; None as above
+    )
 
     @property
     def matrix(self) -> Array:
         """The camera matrix (3, 3)."""
         return np.array([[self.focal[0], 0.0, self.centre[0]], [0.0, self.focal[1], self.centre[1]], [0.0, 0.0, 1.0]])
+
+    def pixels(self, rays: Array) -> Array:
+        """Where directions `rays (n, 2)`, x and y at z = 1 before the camera, are in the picture: (n, 2) [px]."""
+        pixels: Array = self._bent(rays)[0] * self.focal + self.centre
+        return pixels
+
+    def rays(self, pixels: Array) -> Array:
+        """Directions (n, 2), x and y at z = 1 before the camera, that `pixels (n, 2)` show; Newton's method."""
+        bent = (np.asarray(pixels, dtype=float) - self.centre) / self.focal
+        rays: Array = bent.copy()
+        for _ in range(MAX_NEWTON):
+            there, ((xx, xy), (yx, yy)) = self._bent(rays)
+            off = bent - there
+            step = np.column_stack([yy * off[:, 0] - xy * off[:, 1], xx * off[:, 1] - yx * off[:, 0]])
+            rays += step / (xx * yy - xy * yx)[:, None]
+            if np.abs(step).max(initial=0.0) < NEAR:
+                break
+        return rays
+
+    def _bent(self, rays: Array) -> tuple[Array, tuple[tuple[Array, Array], tuple[Array, Array]]]:
+        """Where the lens lets directions appear (n, 2), and how that changes with them, ((xx, xy), (yx, yy))."""
+        k1, k2, p1, p2, k3 = self.distortion
+        x, y = rays[:, 0], rays[:, 1]
+        square = x * x + y * y
+        radial = 1.0 + square * (k1 + square * (k2 + square * k3))
+        slope = 2.0 * (k1 + square * (2.0 * k2 + square * 3.0 * k3))
+        across, up = radial * x + 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x), radial * y
+        up = up + p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y
+        mixed = slope * x * y + 2.0 * (p1 * x + p2 * y)
+        straight = radial + slope * x * x + 2.0 * p1 * y + 6.0 * p2 * x, radial + slope * y * y + 6.0 * p1 * y
+        return np.column_stack([across, up]), ((straight[0], mixed), (mixed, straight[1] + 2.0 * p2 * x))
 
 
 @dataclass(frozen=True)
@@ -49,25 +86,13 @@ class View:
         return eye
 
     def pixels(self, points: Array) -> Array:
-        """Where `points (n, 3)` [m] are in the picture: (n, 2) [px]."""
-        import cv2
-
-        turned, _ = cv2.Rodrigues(self.rotation)
-        found, _ = cv2.projectPoints(
-            np.ascontiguousarray(points), turned, self.translation, self.lens.matrix, np.array(self.lens.distortion)
-        )
-        return np.asarray(found, dtype=float).reshape(-1, 2)
+        """Where `points (n, 3)` [m], which must be before the camera, are in the picture: (n, 2) [px]."""
+        seen = points @ self.rotation.T + self.translation
+        return self.lens.pixels(seen[:, :2] / seen[:, 2:])
 
     def in_plane(self, pixels: Array, depth: float = 0.0) -> Array:
         """Where `pixels (n, 2)` show the plane z = `depth` [m] of the display: x and y (n, 2) [m]."""
-        import cv2
-
-        straight = cv2.undistortPoints(
-            np.ascontiguousarray(pixels, dtype=float).reshape(-1, 1, 2),
-            self.lens.matrix,
-            np.array(self.lens.distortion),
-        ).reshape(-1, 2)
-        rays = np.column_stack([straight, np.ones(len(straight))]) @ self.rotation
+        rays = np.column_stack([self.lens.rays(pixels), np.ones(len(pixels))]) @ self.rotation
         eye = self.eye
         found: Array = eye[:2] + rays[:, :2] * ((depth - eye[2]) / rays[:, 2])[:, None]
         return found

@@ -3,28 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 import numpy.typing as npt
 
+from curveline.cameras.outcomes import TrialOutcome as TrialOutcome
 from curveline.scene import Scene
 
 Array = npt.NDArray[np.float64]
-
-
-class TrialOutcome(StrEnum):
-    """What came of a trial: `SEEN` if its points can be used; else why not."""
-
-    SEEN = "seen"
-    NO_TAGS = "no-tags"
-    TAGS_DISAGREE = "tags-disagree"
-    BLURRED = "blurred"
-    ROD_NOT_SEEN = "rod-not-seen"
-    NOT_ELASTIC = "not-elastic"
-    TOO_LITTLE_SEEN = "too-little-seen"
-    AMBIGUOUS = "ambiguous"
-    NO_STATE = "none-of-states"
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,146 @@
+"""From a picture of a display to where its camera stood, by the tags on its frame; or why that cannot be told.
+
+Every corner of every tag counts, by least squares. A tag that was glued elsewhere than the camera file says is told by
+the others, if there are enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from curveline.cameras.outcomes import TrialOutcome
+from curveline.cameras.pose_error import covariance_of, errors_at
+from curveline.cameras.tag_detection import detect_tags
+from curveline.cameras.tag_edges import Grey, edges_of
+from curveline.cameras.tag_fit import TOLERANCE, Placed, SeenTag, consensus, corners_of, off, place
+from curveline.cameras.view import Array, Frame, Lens, View
+from curveline.errors import InvalidInput
+from curveline.phrases import counted
+from curveline.units import mm, to_mm
+
+LEAST_TAGS = 2
+ENOUGH_TO_TELL = 4
+"""Tags with which the others say of one that it is off."""
+MOST_BLUR = mm(4.0)
+"""[m] on the display, from a tenth of an edge's contrast to nine tenths, beyond which a rod is not told any more."""
+
+
+@dataclass(frozen=True)
+class FoundView:
+    """Where a camera stood when it took a picture."""
+
+    view: View
+    tags: tuple[SeenTag, ...]  # by which that was found
+    left_out: tuple[SeenTag, ...]  # which are not where the camera file has them
+    covariance: Array  # (6, 6) of a turn [rad] and a shift [m] of what the camera sees
+    error: float  # [m] standard error of a position in the rod's plane, along x or y, over the field of the tags
+    blur: float  # [m] on the display, from a tenth of the contrast of a tag's edge to nine tenths
+    notes: tuple[str, ...] = ()  # what is odd, in sentences
+
+    def errors_at(self, points: Array) -> Array:
+        """Standard errors (n,) [m], along x or y, of positions `points (n, 2)` [m] in the rod's plane."""
+        return errors_at(self.view, self.covariance, points)
+
+
+@dataclass(frozen=True)
+class ViewFailure:
+    """Why a picture does not tell where its camera stood."""
+
+    outcome: TrialOutcome
+    reason: str  # in a sentence
+
+
+def find_view(grey: Grey, lens: Lens, frame: Frame) -> FoundView | ViewFailure:
+    """Where the camera stood that took a picture, grey levels (rows, columns), with `lens` before the tags of `frame`.
+
+    InvalidInput for a picture of another size than the lens was calibrated for; MissingExtra without OpenCV.
+    """
+    if grey.shape != lens.size[::-1]:
+        message = f"the picture has {grey.shape[1]} x {grey.shape[0]} pixels, the lens {lens.size[0]} x {lens.size[1]}"
+        raise InvalidInput(message, "calibrate the lens with pictures of this size")
+    known = {tag.number: tag for tag in frame.tags}
+    detected = detect_tags(grey, known)
+    seen, notes = [], []
+    for number in sorted(known.keys() & detected.keys()):
+        if len(detected[number]) > 1:
+            notes.append(f"tag {number} is seen {len(detected[number])} times, and not used")
+            continue
+        edges = edges_of(grey, detected[number][0], lens)
+        if edges is not None:
+            seen.append(SeenTag(known[number], edges.corners, edges.width, edges.noise))
+    if len(seen) < LEAST_TAGS:
+        return ViewFailure(TrialOutcome.NO_TAGS, _too_few(seen, detected, frame, notes))
+    blur = float(np.median([_blur(each, frame) for each in seen]))
+    if blur > MOST_BLUR:
+        width = float(np.median([each.width for each in seen]))
+        reason = f"the edges of the tags are {width:.1f} pixels wide, {to_mm(blur):.1f} mm on the display: "
+        return ViewFailure(TrialOutcome.BLURRED, f"{reason}at most {to_mm(MOST_BLUR):g} mm can be used")
+    placed = _agreeing(lens, frame, seen)
+    if isinstance(placed, ViewFailure):
+        return placed
+    left_out = tuple(each for each in seen if each not in placed.tags)
+    notes += [f"tag {each.tag.number} is left out: {_by_how_much(placed.view, each, frame)}" for each in left_out]
+    covariance = covariance_of(placed, frame)
+    error = float(np.sqrt(np.square(errors_at(placed.view, covariance, _field(frame))).mean()))
+    return FoundView(placed.view, placed.tags, left_out, covariance, error, blur, tuple(notes))
+
+
+def _agreeing(lens: Lens, frame: Frame, seen: Sequence[SeenTag]) -> Placed | ViewFailure:
+    """The camera by all tags, or by all but one that is off; or which are."""
+    whole = place(lens, frame, seen)
+    if whole is not None and _worst(whole, frame) <= TOLERANCE:
+        return whole
+    if len(seen) >= ENOUGH_TO_TELL:
+        fewer = [place(lens, frame, [other for other in seen if other is not each]) for each in seen]
+        able = [each for each in fewer if each is not None]
+        best = min(able, key=lambda each: _worst(each, frame), default=None)
+        if best is not None and _worst(best, frame) <= TOLERANCE:
+            return best
+    numbers = ", ".join(str(each.tag.number) for each in seen)
+    agreed = consensus(lens, frame, seen) if len(seen) >= ENOUGH_TO_TELL else None
+    if agreed is None or len(agreed.tags) == len(seen):
+        reason = f"tags {numbers} are not where the camera file has them, and too few agree to say which is off"
+        return ViewFailure(TrialOutcome.TAGS_DISAGREE, reason)
+    wrong = [each for each in seen if each not in agreed.tags]
+    said = "; ".join(f"tag {each.tag.number} {_by_how_much(agreed.view, each, frame)}" for each in wrong)
+    rest = ", ".join(str(each.tag.number) for each in agreed.tags)
+    return ViewFailure(TrialOutcome.TAGS_DISAGREE, f"by tags {rest}, which agree: {said}")
+
+
+def _worst(placed: Placed, frame: Frame) -> float:
+    return max(off(placed.view, each, frame) for each in placed.tags)
+
+
+def _by_how_much(view: View, seen: SeenTag, frame: Frame) -> str:
+    """How a tag is off, in words."""
+    found = view.in_plane(seen.corners, frame.depth)
+    middle = found.mean(axis=0)
+    shift = to_mm(float(np.hypot(*(middle - seen.tag.centre))))
+    where = f"its middle is at x = {to_mm(middle[0]):.1f}, y = {to_mm(middle[1]):.1f} mm"
+    return f"is off by {shift:.1f} mm, {where}" if shift >= 1.0 else f"is turned or of another size, {where}"
+
+
+def _blur(seen: SeenTag, frame: Frame) -> float:
+    """The width of a tag's edges on the display [m]."""
+    sides = np.hypot(*(seen.corners - np.roll(seen.corners, 1, axis=0)).T)
+    return seen.width * frame.size / float(sides.mean())
+
+
+def _field(frame: Frame) -> npt.NDArray[np.float64]:
+    """Points (n, 2) [m] all over the field that the tags enclose."""
+    corners = np.concatenate([corners_of(tag, frame)[:, :2] for tag in frame.tags])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return np.stack(np.meshgrid(*np.linspace(low, high, 7).T), axis=-1).reshape(-1, 2)
+
+
+def _too_few(seen: Sequence[SeenTag], detected: dict[int, list[Array]], frame: Frame, notes: Sequence[str]) -> str:
+    """What was found in place of enough tags."""
+    said = f"{counted(len(seen), 'tag')} of {len(frame.tags)} found, {LEAST_TAGS} are needed"
+    others = sorted(detected.keys() - {tag.number for tag in frame.tags})
+    if others:
+        said += f"; the camera file does not have tags {', '.join(map(str, others[:8]))}, which are seen"
+    return "; ".join([said, *notes])

@@ -1,0 +1,121 @@
+"""The edges of a tag to a few hundredths of a pixel, and how sharp they are.
+
+OpenCV finds the corners of a tag to some tenths of a pixel. A tag has four long straight edges between black and white,
+and each tells with every pixel along it where it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from curveline.cameras.view import Array, Lens
+
+Grey = npt.NDArray[np.uint8]
+
+MODULES = 8
+"""Squares along an edge of a tag of the family 36h11: six of its pattern and the black border on both sides."""
+PIECES = 8
+"""Into which an edge is cut: each is averaged along itself, and tells one point."""
+STEP = 0.25
+"""[px] between samples across an edge."""
+LEAST_CONTRAST = 12.0
+"""[grey levels] between black and white, below which an edge is none."""
+LEAST_REACH = 2.0
+MOST_REACH = 24.0
+"""[px] to look on either side of an edge, within the black square of a border and the white one outside."""
+OF_A_BLUR = 0.7978845608
+"""Area between a step and the same step blurred by a Gaussian, in standard deviations: sqrt(2 / pi)."""
+TEN_TO_NINETY = 2.563
+"""From a tenth to nine tenths of a blurred step, in standard deviations."""
+
+
+@dataclass(frozen=True)
+class TagEdges:
+    """The edges of a tag in a picture."""
+
+    corners: Array  # (4, 2) [px] upper left, upper right, lower right, lower left, of the tag as it is numbered
+    width: float  # [px] of the least sharp pair of opposite edges, from a tenth of their contrast to nine tenths
+    noise: float  # [px] standard error of a corner, from how the points of an edge lie about its line
+
+
+def edges_of(grey: Grey, rough: Array, lens: Lens) -> TagEdges | None:
+    """The edges near `rough (4, 2)` corners [px]; None where there are no four edges of a tag."""
+    lines, widths, scatter = [], [], []
+    for side in range(4):
+        begin, end = rough[side], rough[(side + 1) % 4]
+        found = _points_on(grey, begin, end, MOST_REACH)
+        if found is not None:  # again, nearer: what is beside the edge says nothing of it
+            found = _points_on(grey, begin, end, 2.5 * found[1] / TEN_TO_NINETY + 1.5)
+        if found is None:
+            return None
+        points, width = found
+        line, off = _line_through(lens.rays(points))
+        lines.append(line)
+        widths.append(width)
+        scatter.append(off * lens.focal[0])
+    crossings = np.array([np.cross(lines[side - 1], lines[side]) for side in range(4)])
+    if np.abs(crossings[:, 2]).min() < 1e-9:
+        return None
+    corners = lens.pixels(crossings[:, :2] / crossings[:, 2:])
+    if not np.isfinite(corners).all() or np.abs(corners - rough).max() > MOST_REACH:
+        return None
+    # A line's end is told about twice as well as one of its points.
+    noise = float(np.sqrt(np.mean(np.square(scatter)) * 4.0 / PIECES))
+    return TagEdges(corners, max(widths[0] + widths[2], widths[1] + widths[3]) / 2.0, noise)
+
+
+def _points_on(grey: Grey, begin: Array, end: Array, reach: float) -> tuple[Array, float] | None:
+    """Points (n, 2) [px] on the edge between two corners, and its width [px]; None where there is no edge."""
+    along = end - begin
+    length = float(np.hypot(*along))
+    module = length / MODULES
+    reach = min(max(reach, LEAST_REACH), MOST_REACH, 0.75 * module)
+    if module < LEAST_REACH:
+        return None
+    outwards = np.array([along[1], -along[0]]) / length
+    across = np.arange(-reach, reach + STEP / 2.0, STEP)
+    each = max(2, int(0.85 * length / PIECES))
+    places = np.linspace(0.09, 0.91, PIECES * each)
+    at = begin + places[:, None] * along
+    sampled = _sampled(grey, at[:, None, :] + across[None, :, None] * outwards)
+    profiles = sampled.reshape(PIECES, each, -1).mean(axis=1)
+    ends = max(2, len(across) // 6)
+    dark, light = profiles[:, :ends].mean(axis=1), profiles[:, -ends:].mean(axis=1)
+    if (light - dark).min() < LEAST_CONTRAST:
+        return None
+    shares = (profiles - dark[:, None]) / (light - dark)[:, None]
+    where = across[-1] - STEP * (shares.sum(axis=1) - 0.5)  # what is dark up to there has the same area as all of it
+    if np.abs(where).max() > 0.8 * reach:
+        return None
+    points = at.reshape(PIECES, each, 2).mean(axis=1) + where[:, None] * outwards
+    return points, _width(shares, across, where)
+
+
+def _sampled(grey: Grey, at: Array) -> Array:
+    """Grey levels (...) at places (..., 2) [px] between pixels; OpenCV would round these to a thirty-second."""
+    rows, columns = grey.shape
+    x, y = np.clip(at[..., 0], 0.0, columns - 1.001), np.clip(at[..., 1], 0.0, rows - 1.001)
+    left, top = x.astype(int), y.astype(int)
+    right, low = x - left, y - top
+    upper = grey[top, left] * (1.0 - right) + grey[top, left + 1] * right
+    lower = grey[top + 1, left] * (1.0 - right) + grey[top + 1, left + 1] * right
+    levels: Array = upper * (1.0 - low) + lower * low
+    return levels
+
+
+def _width(shares: Array, across: Array, where: Array) -> float:
+    """From a tenth of an edge to nine tenths of it [px], by its area beside a step: noise has no say in that."""
+    beyond = across[None, :] > where[:, None]
+    area = STEP * np.where(beyond, 1.0 - shares, shares).sum(axis=1)
+    return max(0.0, TEN_TO_NINETY * float(np.median(area)) / OF_A_BLUR)
+
+
+def _line_through(rays: Array) -> tuple[Array, float]:
+    """The line (3,) through directions (n, 2), and how far these are from it, as a root mean square."""
+    middle = rays.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(rays - middle)
+    normal = axes[1]
+    return np.append(normal, -normal @ middle), float(sizes[1] / np.sqrt(len(rays) - 2))
