@@ -1,0 +1,69 @@
+"""Where a synthetic camera stands, and what it looks at."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from curveline.cameras.setup import CameraSetup, SeenNode
+from curveline.cameras.view import Frame, Lens, SeenRod, Tag, View
+from curveline.scene import Display
+from curveline.units import mm
+
+Array = npt.NDArray[np.float64]
+
+RACK = SeenRod(back=mm(2.2), depth=mm(10.0), teeth=mm(2.25), pitch=mm(np.pi), side=1, fibre=mm(0.08))
+"""What is seen of the rack that the built-in displays are made with; backing and depth are estimates."""
+NODE = SeenNode(half_width=mm(32.0), half_height=mm(28.0))
+TAG = mm(50.0)
+ASIDE, UP, BEHIND = mm(75.0), mm(255.0), mm(25.0)
+"""Where the tags of the synthetic frame are: beside the outer rails, above and below, behind the rod's middle."""
+MARGIN = mm(60.0)
+"""What a picture shows beyond the tags at least."""
+
+
+def default_setup(display: Display, lens: Lens) -> CameraSetup:
+    """A frame with a tag at each corner, and the rod of the built-in displays, before a camera with a lens."""
+    width = display.span * (display.node_count - 1)
+    corners = [(-ASIDE, UP), (width + ASIDE, UP), (width + ASIDE, -UP), (-ASIDE, -UP)]
+    tags = tuple(Tag(number, corner) for number, corner in enumerate(corners))
+    return CameraSetup(lens, Frame(tags, TAG, -BEHIND), RACK, NODE, "synthetic")
+
+
+def looking_at(lens: Lens, middle: Array, eye: Array, roll: float = 0.0) -> View:
+    """A camera at `eye (3,)` that looks at `middle (3,)` [m], turned about its own axis by `roll` [rad]."""
+    ahead = (middle - eye) / np.linalg.norm(middle - eye)
+    right = np.cross(ahead, [np.sin(roll), np.cos(roll), 0.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(ahead, right), ahead])
+    return View(lens, rotation, -rotation @ eye)
+
+
+def default_view(display: Display, size: tuple[int, int] = (1920, 1440)) -> View:
+    """A camera that sees all of a display, a little from the left and from above."""
+    return seen_from(display, size, 0.0, np.array([-0.06, 0.05, 0.0]))
+
+
+def seen_from(display: Display, size: tuple[int, int], pixel: float, beside: Array, bent: float = 0.0) -> View:
+    """A camera that sees all of a display, at `pixel` [m] or more, from `beside (3,)`: parts of its distance, and roll.
+
+    `bent` is the first coefficient of its lens.
+    """
+    width = display.span * (display.node_count - 1)
+    need = np.array([width + 2.0 * (ASIDE + TAG + MARGIN), 2.0 * (UP + 0.5 * TAG + MARGIN)])
+    pixel = max(pixel, float(np.max(need / size)))
+    focal = 1.15 * max(size)
+    lens = Lens(size, (focal, focal), (0.5 * size[0] - 0.5, 0.5 * size[1] - 0.5), (bent, -0.3 * bent, 0.0, 0.0, 0.0))
+    away, middle = focal * pixel, np.array([0.5 * width, 0.0, 0.0])
+    eye = middle + away * np.array([beside[0], beside[1], 1.0])
+    return looking_at(lens, middle, eye, float(beside[2]))
+
+
+def standpoint_of(display: Display, seed: int) -> View:
+    """A camera as a seed has it: 0.3 to 0.95 mm a pixel, 1920 to 4032 pixels wide, tilted, with a lens that bends."""
+    source = np.random.default_rng([seed, 31])
+    sizes = [(1920, 1440), (1920, 1440), (2592, 1944), (3264, 2448), (4032, 3024)]
+    size = sizes[int(source.integers(len(sizes)))]
+    pixel = mm(source.uniform(0.3, 0.9))
+    beside = np.array([*source.normal(0.0, 0.09, 2), source.normal(0.0, 0.02)])
+    return seen_from(display, size, pixel, beside, source.normal(0.0, 0.06))
