@@ -7,18 +7,22 @@ ends that; only a hand on the rod itself goes unnoticed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
+from typing import Any
 
 from curveline.drive_settings import DriveSettings
 from curveline.driving.interrupted import PLAN_NAME
+from curveline.driving.last_look import seen_last
 from curveline.driving.modelled import known_rod
 from curveline.driving.tours import granted
 from curveline.errors import Infeasible, InvalidInput
 from curveline.phrases import in_words
 from curveline.plan_file import MAX_BYTES, NodeTarget, Plan, from_json
+from curveline.radio.host.journal import FILE_NAME, read_journal
 from curveline.radio.host.line_records import parts_of, run_of
 from curveline.radio.host.node_status import NodeStatus
 from curveline.radio.host.preflight import START_TOLERANCE, run_tag
@@ -93,11 +97,22 @@ def _last_run(radio: Radio, drive: DriveSettings, nodes: Sequence[NodeStatus], r
         ):
             continue
         if was_last_run(radio, drive, tag):
-            return Shown(states_after(plan, step), f"run {name}")
+            return _after_run(runs, name, plan, step)
         asked.add(tag)
         if len(asked) == RUNS_ASKED:
             break
     return Shown()
+
+
+def _after_run(runs: Path, name: str, plan: Plan, step: int) -> Shown:
+    """What the display shows after a run: what a camera saw then, or else what the plan proves."""
+    records: list[Mapping[str, Any]] = []
+    with suppress(InvalidInput):
+        records = read_journal(runs / name / FILE_NAME)
+    seen = seen_last(records, plan.drive.node_count - 1)
+    if seen is None or step < len(plan.steps):
+        return Shown(states_after(plan, step), f"run {name}")
+    return Shown(tuple("" if each in UNNAMED else each for each in seen), f"a picture after run {name}")
 
 
 def _plans(runs: Path, drive: DriveSettings) -> Iterator[tuple[str, Plan]]:

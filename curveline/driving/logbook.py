@@ -14,7 +14,7 @@ from curveline.driving.runs import LAST, Run, advice_of, cause_of, moment, read_
 from curveline.errors import InvalidInput
 from curveline.notebook import html_of
 from curveline.phrases import local_time
-from curveline.radio.host.journal import FILE_NAME, find_run, read_journal
+from curveline.radio.host.journal import FILE_NAME, LOOK, find_run, read_journal
 from curveline.radio.host.line_records import LINE, is_of_lines
 from curveline.radio.host.run_folder import folder_names
 
@@ -135,6 +135,11 @@ def _what(record: Mapping[str, Any], step: int) -> str:
         return f"gone on with{who}, at step {step}"
     if kind == "halt":
         return f"halted: {text(record.get('message')) or 'no reason is given'}"
+    if kind == LOOK:
+        states = record.get("states")
+        seen = ", ".join(map(text, states)) if isinstance(states, list) else ""
+        why = f"cannot tell what the display shows: {text(record.get('reason')) or text(record.get('outcome'))}"
+        return f"seen in a picture: {seen}" if seen else why
     known = {
         "release": "released",
         "barrier": "done by all nodes",

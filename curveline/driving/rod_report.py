@@ -83,6 +83,18 @@ def _with_set(described: Display, played: PlayedPlan) -> Display:
 
 def in_truth(described: Display, display: ModelledDisplay, plan: Plan) -> Display:
     """The display as it is in a run of a plan, where that differs from what its file says."""
+    real = with_terms(described, display)
+    if not display.set_share:
+        return real
+    from curveline.replay.kept_curvature import with_kept
+    from curveline.replay.monte_carlo import kept_before
+
+    kept = kept_before(described, plan)
+    return real if kept is None else replace(real, rod=with_kept(real.rod, kept, display.set_share))
+
+
+def with_terms(described: Display, display: ModelledDisplay) -> Display:
+    """The display as it is in truth, but for the set of its rod."""
     stiffness, play = described.clamp_stiffness, described.clamp_play
     if display.clamp is not None:
         stiffness = nmm(display.clamp) / deg(1.0)
@@ -93,12 +105,6 @@ def in_truth(described: Display, display: ModelledDisplay, plan: Plan) -> Displa
         shear_modulus=described.rod.shear_modulus * (1.0 + display.stiffness),
         natural_curvature=described.rod.natural_curvature + display.curvature,
     )
-    if display.set_share:
-        from curveline.replay.kept_curvature import with_kept
-        from curveline.replay.monte_carlo import kept_before
-
-        kept = kept_before(described, plan)
-        rod = rod if kept is None else with_kept(rod, kept, display.set_share)
     return replace(described, clamp_stiffness=stiffness, clamp_play=play, rod=rod)
 
 

@@ -17,7 +17,7 @@ from curveline.driving.live import LIVE_NAME, read_live
 from curveline.errors import InvalidInput
 from curveline.notebook import html_of
 from curveline.phrases import local_time
-from curveline.radio.host.journal import FILE_NAME, is_open, read_journal
+from curveline.radio.host.journal import FILE_NAME, LOOK, is_open, read_journal
 from curveline.radio.host.line_records import MOST_LINES, begun, is_of_lines, line_folder, of_line, parts_of, run_of
 from curveline.radio.host.resume import FINAL, SEND_AGAIN, resume_point
 from curveline.radio.host.run_folder import folder_names
@@ -221,7 +221,7 @@ def _line(folder: Path, number: int, records: Sequence[Mapping[str, Any]], heade
 
 def _told(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
     """A run that nobody is sending, as its records tell it."""
-    last = records[-1] if records else {}
+    last: Mapping[str, Any] = next((each for each in reversed(records) if each.get("type") != LOOK), {})
     if not records or records[0].get("type") != "start":
         return replace(run, ending=RunEnding.NOT_BEGUN, reason=text(last.get("message")), advice=SEND_AGAIN)
     start = records[0]
@@ -237,12 +237,11 @@ def _told(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
     if last.get("type") == "end":
         return replace(run, ending=RunEnding.DONE)
     endings = {"pause": RunEnding.PAUSED, "halt": RunEnding.HALTED}
-    return _with_way_on(replace(run, ending=endings.get(text(last.get("type")), RunEnding.CUT_OFF)), records)
+    return _with_way_on(replace(run, ending=endings.get(text(last.get("type")), RunEnding.CUT_OFF)), last, records)
 
 
-def _with_way_on(run: Run, records: Sequence[Mapping[str, Any]]) -> Run:
-    """A run that did not come to its end, and whether it can go on."""
-    last = records[-1]
+def _with_way_on(run: Run, last: Mapping[str, Any], records: Sequence[Mapping[str, Any]]) -> Run:
+    """A run that did not come to its end, its `last` record of the link, and whether it can go on."""
     reason = text(last.get("message")) if run.ending is RunEnding.HALTED else ""
     cause = cause_of(last)
     try:

@@ -47,7 +47,9 @@ class Canvas:
             corners = [np.round(fine * 2**BITS).astype(np.int32)]
             cv2.fillPoly(mask, corners, 65535, cv2.LINE_8, BITS)
             cv2.fillPoly(tone, corners, round(min(max(level, 0.0), 255.0) * LEVELS), cv2.LINE_8, BITS)
-        small = [cv2.resize(each.astype(np.float32), (wide, high), interpolation=cv2.INTER_AREA) for each in (tone, mask)]
+        small = [
+            cv2.resize(each.astype(np.float32), (wide, high), interpolation=cv2.INTER_AREA) for each in (tone, mask)
+        ]
         here = self.greys[top : top + high, left : left + wide]
         here *= 1.0 - cover * small[1] / 65535.0
         here += cover * small[0] / LEVELS

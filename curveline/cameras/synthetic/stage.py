@@ -116,7 +116,8 @@ def _wave(x: float, y: float, width: int, source: np.random.Generator) -> Array:
     """A cable that hangs or lies about, (n, 2) [px]."""
     along = np.linspace(-0.5, 0.5, 60) * width * source.uniform(0.2, 0.9)
     across = sum(
-        width * source.normal(0.0, 0.03) * np.sin(2.0 * np.pi * (k * along / width + source.uniform())) for k in (1, 2, 3)
+        width * source.normal(0.0, 0.03) * np.sin(2.0 * np.pi * (k * along / width + source.uniform()))
+        for k in (1, 2, 3)
     )
     return _turned(np.column_stack([along, across]), source.uniform(0.0, np.pi)) + [x, y]
 

@@ -32,6 +32,9 @@ BODY_LIMIT = 999_999
 SIZE_LIMIT = 200_000_000
 """More than the record of any run; what is larger is not one."""
 
+LOOK = "look"
+"""Type of a record of what a camera saw once a run was done; it belongs to no step."""
+
 LOCK_TRIES = 5
 LOCK_RETRY_S = 0.02
 """Whoever only looks whether a run is being sent has its lock for an instant."""

@@ -15,6 +15,7 @@ from curveline.drive_settings import AXES
 from curveline.errors import InvalidInput
 from curveline.plan_file import Plan
 from curveline.radio.host.actions import Record
+from curveline.radio.host.journal import LOOK
 from curveline.radio.host.peer import Peer
 from curveline.radio.host.preflight import START_TOLERANCE, check_fit, node_facts, run_tag
 from curveline.radio.host.stop_causes import Cause, Halt
@@ -88,6 +89,8 @@ class _Story:
     def take(self, number: int, record: Record) -> None:
         """The record `number` (from 1)."""
         kind = record.get("type")
+        if kind == LOOK:
+            return
         if kind == "halt":
             self._halt = record
         elif kind == "resume" and not self._ended:
