@@ -29,6 +29,7 @@ from curveline.cli.commands import (
     status,
     stop,
     surface,
+    watch,
 )
 from curveline.cli.commands.calibrate import set as set_
 from curveline.cli.commands.display import check
@@ -118,7 +119,7 @@ def _group(name: str, what: str, panel: str, commands: Sequence[Callable[..., No
 
 COMMANDS: dict[str, Sequence[Callable[..., None]]] = {
     COMPUTING: (simulate.simulate, fit.fit, surface.surface, plan.plan, load.load, atlas.atlas),
-    DRIVING: (send.send, status.status, stop.stop, rod.rod),
+    DRIVING: (send.send, watch.watch, status.status, stop.stop, rod.rod),
     SETTING_UP: (shapes.shapes, compare.compare, bench.bench),
 }
 for _panel, _commands in COMMANDS.items():

@@ -53,6 +53,15 @@ DisplayOption = Annotated[
         help="A built-in display, or a display file.",
     ),
 ]
+CameraOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE",
+        rich_help_panel="Looking at the display",
+        show_default="that of a mock display",
+        help="The camera file of the pictures: see `curveline camera`.",
+    ),
+]
 YesOption = Annotated[bool, typer.Option("-y", "--yes", help="Do not ask before anything moves.")]
 ForceOption = Annotated[
     bool, typer.Option("-f", "--force", rich_help_panel=RESULTS, help="Overwrite files that exist.")

@@ -9,6 +9,7 @@ import typer
 from curveline.cli import completion
 from curveline.cli.options import (
     BriefOption,
+    CameraOption,
     JsonOption,
     RadioOption,
     RunsOption,
@@ -18,6 +19,7 @@ from curveline.cli.options import (
 )
 
 WHAT = "What to send"
+LOOKING = "Looking at the display"
 
 
 def send(
@@ -64,6 +66,36 @@ def send(
             "--touched", rich_help_panel=WHAT, help="Somebody touched the rod: which curve it is in is not known."
         ),
     ] = False,
+    verify: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COMMAND|FOLDER",
+            rich_help_panel=LOOKING,
+            help="Look at the display after each shape: a command in which {} stands for the picture, a folder into "
+            "which a camera puts one, or `mock`, the camera of a mock display.",
+        ),
+    ] = None,
+    camera: CameraOption = None,
+    recover: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            max=20,
+            metavar="N",
+            rich_help_panel=LOOKING,
+            show_default="ask",
+            help="Lead a wrong state back through the funnel, at most N times a shape.",
+        ),
+    ] = None,
+    pictures: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DIR",
+            rich_help_panel=LOOKING,
+            show_default="that of the run",
+            help="Folder of the pictures, named for `curveline compare`.",
+        ),
+    ] = None,
     radio: RadioOption = None,
     yes: YesOption = False,
     takeover: Annotated[
@@ -79,13 +111,16 @@ def send(
     """Take a display through a plan, to a shape or several in a row, or home, or go on with a run that was broken off.
 
     Shapes are planned from where the display stands and what it shows. A folder with a lines.toml is several displays
-    in one run. Ctrl-C pauses once all nodes have done their step; again, it holds at once; again, it is an emergency
-    stop.
+    in one run. With --verify each shape is a run of its own, and the next is sent when a picture shows it; a wrong
+    state is what the way back is planned from, and exit code 1. Ctrl-C pauses once all nodes have done their step;
+    again, it holds at once; again, it is an emergency stop.
     """
     from curveline.cli.run import Means, Named, rehearse, send_wish, wish_of_named, with_run
+    from curveline.cli.verify import Verifying
 
     means = Means(radio or "", runs_folder(runs), touched=touched, takeover=takeover, asks=not yes)
     named = with_run(Named(tuple(what or ()), resume, display, home).checked(), means.runs)
+    verifying = Verifying(verify, camera, recover, pictures).checked(named, is_dry=dry_run)
     if named.folder or named.resume is not None:
         from curveline.cli import lines
 
@@ -98,4 +133,8 @@ def send(
         rehearse(wish, means, as_json=json)
         return
     require_radio(radio)
+    if verifying is not None:
+        from curveline.cli.verify import send_verified_wish
+
+        raise typer.Exit(send_verified_wish(wish, verifying, means, as_json=json))
     raise typer.Exit(send_wish(wish, means, as_json=json))

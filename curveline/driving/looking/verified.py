@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +38,7 @@ class VerifyRequest:
     camera: CameraUse  # how they were made
     recoveries: int = 0
     pictures: Path | None = None
+    touched: bool = False  # nothing is known of the rod before the first shape
     agrees: Callable[[Look], bool] = lambda look: True
 
     def __post_init__(self) -> None:
@@ -110,7 +111,7 @@ def send_verified(
     control = control or Control()
     done: list[VerifiedShape] = []
     for each in what:
-        done.append(_sent(session, each, request, control))
+        done.append(_sent(session, each, replace(request, touched=request.touched and not done), control))
         if not done[-1].is_wanted:
             break
     return VerifiedTour(tuple(done), len(what))
@@ -121,7 +122,8 @@ def _sent(session: Session, what: Scene | Plan, request: VerifyRequest, control:
     runs: list[RunResult] = []
     looks: list[Look] = []
     while True:
-        runs.append(session.send(scene if runs else what, control=control))
+        touched = request.touched and not runs
+        runs.append(session.send(scene if runs else what, touched=touched, control=control))
         if control.request is not OperatorRequest.NONE:
             break
         looks.append(look_after(session, runs[-1], scene, request))

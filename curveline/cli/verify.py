@@ -1,0 +1,128 @@
+"""What `curveline send --verify` does: sends shape by shape, shows what the camera saw, asks before it leads back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from curveline.cli import consent
+from curveline.cli.printing import screen
+from curveline.cli.run import Means, Named
+from curveline.cli.terminal import TERMINAL
+from curveline.driving.session import connect
+from curveline.driving.tours import Tour
+from curveline.driving.wishes import Wish
+from curveline.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, InvalidInput
+from curveline.plan_file import Plan
+from curveline.radio.host.actions import Policy
+from curveline.radio.host.link import Control
+
+if TYPE_CHECKING:
+    from curveline.driving.looking.looks import Look
+    from curveline.driving.looking.verified import VerifiedTour, VerifyRequest
+    from curveline.driving.session import Session
+    from curveline.scene import Display, Scene
+
+OFFERED = 3
+"""How often a way back is offered for a shape."""
+
+
+@dataclass(frozen=True)
+class Verifying:
+    """What the options of `send` say about looking at the display."""
+
+    source: str | None
+    camera: str | None
+    recover: int | None
+    pictures: str | None
+
+    def checked(self, named: Named, *, is_dry: bool) -> Verifying | None:
+        """The same, None if nobody wants to look; InvalidInput for options that go with nothing else."""
+        if self.source is None:
+            if self.camera is None and self.recover is None and self.pictures is None:
+                return None
+            hint = 'say where they come from, such as --verify "rpicam-still -n -o {}"'
+            raise InvalidInput("--camera, --recover and --pictures are for pictures of the display", hint)
+        if is_dry:
+            raise InvalidInput("--verify looks at what was sent, and --dry-run sends nothing", "leave one out")
+        if named.folder or named.resume is not None:
+            hint = "send the shapes of one display, or its plan"
+            raise InvalidInput("--verify is for shapes and plans of one display", hint)
+        if not named.files:
+            raise InvalidInput("--verify looks at shapes, and home is none", "name a shape")
+        return self
+
+
+def send_verified_wish(wish: Wish, verifying: Verifying, means: Means, *, as_json: bool) -> int:
+    """Send what is wished with a look after each shape, and say what was seen; the exit code."""
+    from curveline.driving.looking.verified import send_verified
+
+    if means.asks:
+        consent.require_terminal("sending moves the display, and ", "add --yes to agree")
+    display = _display_of(wish)
+    control = Control(Policy(takeover=means.takeover), tell=screen.note)
+    with connect(means.spec, _driven(wish), runs=means.runs, listener=TERMINAL) as session:
+        request = _request(verifying, session, display, asks=means.asks)
+        if means.asks and not consent.agrees("Move the display?"):
+            screen.note("nothing was sent")
+            return EXIT_NO
+        found = send_verified(session, _parts(wish), replace(request, touched=means.touched), control)
+        _show(found, as_json=as_json)
+        if isinstance(wish, Tour) and wish.ends_home and found.is_wanted:
+            session.home(control)
+    if found.is_interrupted:
+        return EXIT_INTERRUPTED
+    return EXIT_DONE if found.is_wanted else EXIT_NO
+
+
+def _parts(wish: Wish) -> tuple[Scene | Plan, ...]:
+    """What is sent one after the other."""
+    if isinstance(wish, Tour):
+        return wish.scenes
+    return (wish if isinstance(wish, Plan) else wish.plan,)
+
+
+def _driven(wish: Wish) -> Display | Plan:
+    return wish.display if isinstance(wish, Tour) else wish if isinstance(wish, Plan) else wish.plan
+
+
+def _display_of(wish: Wish) -> Display:
+    """The display that is looked at."""
+    from curveline.displays.of_plan import display_of
+
+    driven = _driven(wish)
+    return display_of(driven, TERMINAL) if isinstance(driven, Plan) else driven
+
+
+def _request(verifying: Verifying, session: Session, display: Display, *, asks: bool) -> VerifyRequest:
+    """How the display is looked at."""
+    from curveline.driving.looking.opening import camera_for, source_for
+    from curveline.driving.looking.verified import VerifyRequest
+
+    pictures = None if verifying.pictures is None else Path(verifying.pictures)
+    if pictures is not None and not pictures.is_dir():
+        raise InvalidInput(f"{pictures}: there is no such folder", f"make it first: mkdir -p {pictures}")
+    use = camera_for(verifying.source or "", verifying.camera, display)
+    source = source_for(verifying.source or "", use, session, display)
+    if verifying.recover is not None or not asks:
+        return VerifyRequest(source, use, verifying.recover or 0, pictures)
+    return VerifyRequest(source, use, OFFERED, pictures, agrees=_agrees)
+
+
+def _agrees(look: Look) -> bool:
+    """Whether somebody wants a wrong state led back."""
+    return consent.agrees("Lead it back through the funnel?")
+
+
+def _show(found: VerifiedTour, *, as_json: bool) -> None:
+    if as_json:
+        screen.emit(found.document())
+        return
+    for each in found.shapes:
+        runs = len(each.runs)
+        again = f" after {runs} runs" if runs > 1 else ""
+        seen = each.looks[-1].line() if each.looks else "was interrupted"
+        screen.result(f"{each.scene.name}{again}: {seen}")
+    if not found.is_wanted and not found.is_interrupted:
+        screen.advise("send the shape again: that plans from what was seen; with --recover N it is led back by itself")
