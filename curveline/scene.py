@@ -273,6 +273,22 @@ class RadioSettings:
 
 
 @dataclass(frozen=True)
+class Offsets(_Measured):
+    """How much further than told each node turns, and how much more rod each segment has; empty for none."""
+
+    angles: tuple[float, ...] = ()  # [rad] one per node
+    lengths: tuple[float, ...] = ()  # [m] one per segment
+
+    def angle(self, node: int) -> float:
+        """That of a node, from 0 [rad]."""
+        return self.angles[node] if self.angles else 0.0
+
+    def length(self, segment: int) -> float:
+        """That of a segment, from 0 [m]."""
+        return self.lengths[segment] if self.lengths else 0.0
+
+
+@dataclass(frozen=True)
 class Display(_Measured):
     """A row of nodes `span` apart, the rod that runs through them, and what they can do."""
 
@@ -291,6 +307,12 @@ class Display(_Measured):
     clamp_stiffness: float = math.inf  # [N m/rad] of a bearing, against a turn of the rod at its mouth
     clamp_play: float = 0.0  # [rad] by which the rod turns there, either way, before it meets that stiffness
     errors: DisplayErrors = DisplayErrors()  # what it may be in truth
+    offsets: Offsets = Offsets()  # between what it is told and what it does
+
+    @property
+    def as_told(self) -> Display:
+        """The same display that does what it is told."""
+        return replace(self, offsets=Offsets())
 
     def material_at(self, node: int, feed: float) -> float:
         """What of the rod a `node`, from 0, holds that has fed `feed` [m]: arc length from the rod's left end [m].

@@ -28,6 +28,8 @@ from curveline.units import HOUR, WEEK, deg, to_deg, to_mm, to_nmm
 
 SET_AFTER = (HOUR, 8.0 * HOUR, WEEK)
 """Times in a shape of which a check says how much of the bend they set [s]."""
+DIGITS = 9
+"""Decimals that are left of a number that went to SI and back."""
 KINDS_HEAD = ("from home into", "states", "possible", "reason")
 
 
@@ -67,6 +69,7 @@ class DisplayCheck:
                 "addresses": list(display.radio.addresses),
             },
             "errors": as_plain(display.errors),
+            "offsets": offsets_as_given(display),
             "warnings": [each._asdict() for each in self.warnings],
         }
 
@@ -83,13 +86,20 @@ class DisplayCheck:
 
 def check_of(display: Display) -> DisplayCheck:
     """Work out what a display can do, and look for what is odd in its file."""
-    ability = ability_of(display)
+    ability = ability_of(display.as_told)
     return DisplayCheck(display, ability, tuple(suspicions(display, ability)))
 
 
 def clamp_stiffness_as_given(display: Display) -> float | None:
     """Moment with which a bearing tilts by one degree [N mm], None for a rigid one."""
     return None if math.isinf(display.clamp_stiffness) else to_nmm(display.clamp_stiffness * deg(1.0))
+
+
+def offsets_as_given(display: Display) -> dict[str, list[float]]:
+    """What nodes and segments do beside what they are told, by the keys of a display file; empty if nothing is."""
+    offsets = display.offsets
+    given = {"angle_deg": list(map(to_deg, offsets.angles)), "length_mm": list(map(to_mm, offsets.lengths))}
+    return {key: [round(each, DIGITS) for each in values] for key, values in given.items() if values}
 
 
 def rod_document(display: Display) -> dict[str, Any]:

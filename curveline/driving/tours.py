@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from curveline.errors import InvalidInput
 from curveline.listening import SILENT, Listener
 from curveline.phrases import in_words
-from curveline.scene import Display, Scene
+from curveline.scene import Display, Offsets, Scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -64,6 +64,8 @@ def plan_tour(tour: Tour, begin: Whereabouts, listener: Listener = SILENT) -> Pl
     """A plan from where a display stands, where the segments are in the states `shows`, "" where not known."""
     from curveline.planning.tours import make_home_plan, make_round_trip, make_tour
 
+    if tour.display.offsets != Offsets():
+        listener.note("plans take nodes to be where they are told: the offsets of this display are in none")
     with _planning(listener) as tell:
         if not tour.scenes:
             return make_home_plan(tour.display, begin.counts, begin.shows, tell)

@@ -92,13 +92,14 @@ def measured(wanted: Wanted, name: str, row: FittedRow) -> MeasuredShape | None:
 
 
 def _scene(wanted: Wanted, name: str, row: FittedRow) -> Scene:
-    """A row as a shape, its numbers as a file has them; the states have no names yet."""
-    count = wanted.nodes
-    heights, angles = row.numbers[:count], row.numbers[count : 2 * count]
+    """A row as a shape, its numbers as a file has them: as nodes are told them. The states have no names yet."""
+    count, offsets = wanted.nodes, wanted.display.offsets
+    heights = row.numbers[:count]
+    angles = row.numbers[count : 2 * count] - [offsets.angle(node) for node in range(count)]
     limits = wanted.display.limits
     lifted = [mm(_rounded(to_mm(each), to_mm(limits.height.low), to_mm(limits.height.high))) for each in heights]
     turned = [deg(_rounded(to_deg(each), to_deg(limits.angle.low), to_deg(limits.angle.high))) for each in angles]
-    lengths = lengths_of(wanted, row.numbers)
+    lengths = lengths_of(wanted, row.numbers) - [offsets.length(segment) for segment in range(count - 1)]
     fed = [mm(_rounded(to_mm(each), to_mm(limits.length.low), to_mm(limits.length.high))) for each in lengths]
     nodes, segments = tuple(map(Node, lifted, turned)), tuple(Segment(each, PEAK) for each in fed)
     return Scene(name, wanted.display, nodes, segments)

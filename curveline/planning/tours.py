@@ -20,6 +20,7 @@ remedies        with which number of the display one could
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from curveline.drive_settings import drive_settings
 from curveline.errors import Infeasible, InvalidInput
@@ -72,6 +73,7 @@ def make_tour(scenes: Sequence[Scene], start: Start = None, shows: Sequence[str]
 
     As `make_plan`, and InvalidInput if the shapes are not of one display.
     """
+    scenes = _as_told(scenes)
     verifier = Verifier(scenes[0].display, tell)
     _check_numbers(verifier, scenes, start, shows)
     begin = _begin(verifier, start, shows)
@@ -84,6 +86,7 @@ def make_round_trip(
     scenes: Sequence[Scene], start: Start = None, shows: Sequence[str] = (), tell: Tell = _nobody
 ) -> Plan:
     """As `make_tour`, and home after the last shape."""
+    scenes = _as_told(scenes)
     verifier = Verifier(scenes[0].display, tell)
     _check_numbers(verifier, scenes, start, shows)
     begin = _begin(verifier, start, shows)
@@ -103,6 +106,11 @@ def start_at(scene: Scene) -> tuple[tuple[Counts, ...], tuple[str, ...]]:
     """The encoder counts, and the states, of a display that shows `scene`."""
     targets = targets_of(drive_settings(scene.display), layout_of(scene))
     return tuple(target.counts for target in targets), tuple(segment.state for segment in scene.segments)
+
+
+def _as_told(scenes: Sequence[Scene]) -> list[Scene]:
+    """The scenes on displays whose motors are where they are told: margins allow for tenths of a degree."""
+    return [replace(scene, display=scene.display.as_told) for scene in scenes]
 
 
 def _home(display: Display, scenes: tuple[Scene, ...]) -> Trip:

@@ -249,6 +249,27 @@ class ErrorsTable(Table):
     set_percent: list[Kept] | None = _range([0.0, 10.0], "of the other state's curvature that the rod keeps")
 
 
+Turned = Annotated[float, Field(ge=-10.0, le=10.0)]
+Longer = Annotated[float, Field(ge=-20.0, le=20.0)]
+
+
+class OffsetsTable(Table):
+    """`[offsets]` of a display file: between what the display is told and what it does."""
+
+    angle_deg: list[Turned] | None = Field(
+        default=None,
+        max_length=MAX_NODES,
+        examples=[[0.2, -0.1]],
+        description="by which each node turns further than it is told",
+    )
+    length_mm: list[Longer] | None = Field(
+        default=None,
+        max_length=MAX_NODES,
+        examples=[[0.3]],
+        description="by which each segment has more rod than it is told",
+    )
+
+
 class DisplayTable(Table):
     """A display file."""
 
@@ -270,6 +291,9 @@ class DisplayTable(Table):
     drive: DriveTable = Field(description="the table of the motors")
     radio: RadioTable = Field(description="the table of the radio's settings")
     errors: ErrorsTable = Field(default=ErrorsTable(), description="the table of what the display may be in truth")
+    offsets: OffsetsTable = Field(
+        default=OffsetsTable(), description="the table of how the display differs from what it is told"
+    )
 
 
 class LineTable(Table):

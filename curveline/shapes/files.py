@@ -21,6 +21,7 @@ from curveline.scene import (
     Limits,
     Load,
     Node,
+    Offsets,
     RadioSettings,
     Range,
     Scene,
@@ -28,7 +29,15 @@ from curveline.scene import (
     Vector,
 )
 from curveline.shapes.error_keys import check_errors, errors_of
-from curveline.shapes.file_keys import DisplayTable, DriveTable, LimitsTable, LoadTable, NodeTable, ShapeTable
+from curveline.shapes.file_keys import (
+    DisplayTable,
+    DriveTable,
+    LimitsTable,
+    LoadTable,
+    NodeTable,
+    OffsetsTable,
+    ShapeTable,
+)
 from curveline.shapes.library import builtin_shapes, given_shape
 from curveline.shapes.profile_rules import profile_of
 from curveline.shapes.rod_rules import rod_of
@@ -203,7 +212,12 @@ def _display(data: bytes, path: str, folder: str) -> Display:
         ),
         digest=hashlib.sha256(data + beside).hexdigest(),
         errors=errors_of(model.errors),
+        offsets=_offsets(model.offsets),
     )
+
+
+def _offsets(table: OffsetsTable) -> Offsets:
+    return Offsets(tuple(map(deg, table.angle_deg or ())), tuple(map(mm, table.length_mm or ())))
 
 
 def _clamp_stiffness(per_degree: float | None) -> float:

@@ -33,6 +33,7 @@ def check_display(document: Document) -> None:
     _check_clamp(document)
     _check_addresses(document)
     _check_edges(document)
+    _check_offsets(document)
     check_rod(document)
     check_profile(document)
 
@@ -130,6 +131,16 @@ def _check_edges(document: Document) -> None:
     document.problem(path, "too-many-edges", message, hint)
 
 
+def _check_offsets(document: Document) -> None:
+    nodes = document.number("nodes")
+    for key, what, fewer in (("angle_deg", "node", 0), ("length_mm", "segment", 1)):
+        given = document.get("offsets", key)
+        if nodes is None or given is None or len(given) == int(nodes) - fewer:
+            continue
+        message = f"{key} lists {len(given)} for {counted(int(nodes) - fewer, what)}"
+        document.problem(("offsets", key), "offset-count", message, f"list one per {what}, left to right")
+
+
 def _turns_per_second(document: Document, axis: str, unit: str) -> float | None:
     """How fast the gearbox of an axis turns at its full speed; None if the file does not say, or not well."""
     speed = document.number("drive", f"{axis}_{unit}_per_s")
@@ -175,6 +186,7 @@ def _check_reach(document: Document, segment: int, display: Display) -> None:
         return
     span, clamp = to_mm(display.span), to_mm(display.clamp)
     shortest = math.hypot(span + end[0] - start[0], end[1] - start[1], end[2] - start[2]) + clamp
+    shortest -= to_mm(display.offsets.length(segment))
     state = document.get("segments", segment, "state")
     least = shortest - (0.0 if state not in (STRAIGHT, None) else to_mm(TAUT))
     if length > least:
@@ -199,8 +211,8 @@ def _clamp_face(document: Document, node: int, display: Display, side: float) ->
     if height is None or angle is None:
         return None
     reach = side * to_mm(display.clamp)
-    flat = reach * math.cos(deg(yaw))
-    return flat * math.cos(deg(angle)), height + flat * math.sin(deg(angle)), reach * math.sin(deg(yaw))
+    flat, turned = reach * math.cos(deg(yaw)), deg(angle) + display.offsets.angle(node)
+    return flat * math.cos(turned), height + flat * math.sin(turned), reach * math.sin(deg(yaw))
 
 
 def _check_total(document: Document, display: Display) -> None:

@@ -18,6 +18,7 @@ from curveline.shapes.file_keys import (
     ErrorsTable,
     LimitsTable,
     NodeTable,
+    OffsetsTable,
     RadioTable,
     RodTable,
     ShapeTable,
@@ -57,6 +58,7 @@ SECTIONS: Mapping[str, type[Table]] = {
     "drive": DriveTable,
     "radio": RadioTable,
     "errors": ErrorsTable,
+    "offsets": OffsetsTable,
 }
 WIDTH = 34
 """Columns before a comment."""

@@ -104,16 +104,20 @@ def profile_of(profile: Profile | None) -> Array:
 
 
 def scene_rod(scene: Scene, index: int) -> ClampedRod:
-    """The rod of the segment after node `index`, with all that the scene says of it.
+    """The rod of the segment after node `index`, with all that the scene says of it, and its display's offsets.
 
     Full turns that both clamps make leave the rod as it was, so that they are not made.
     """
-    left, right = nodes = scene.nodes[index], scene.nodes[index + 1]
+    left, right = scene.nodes[index], scene.nodes[index + 1]
+    offsets = scene.display.offsets
     common = 2.0 * math.pi * math.trunc((left.roll + right.roll) / (4.0 * math.pi))
+    nodes = (
+        replace(left, angle=left.angle + offsets.angle(index)),
+        replace(right, angle=right.angle + offsets.angle(index + 1)),
+    )
+    length = scene.segments[index].length + offsets.length(index)
     return replace(
-        clamped_rod(
-            scene.display, nodes, scene.segments[index].length, begin_of(scene, index), dead_loads(scene, index)
-        ),
+        clamped_rod(scene.display, nodes, length, begin_of(scene, index), dead_loads(scene, index)),
         yaw=(left.yaw, right.yaw),
         roll=(left.roll - common, right.roll - common),
         lateral_curvature=scene.display.rod.lateral_curvature,

@@ -49,7 +49,14 @@ class SweptPoses:
         return np.column_stack(columns)
 
     def poses(self, segment: int, numbers: Numbers) -> Array:
-        """What the nodes of a segment impose, (m, 6) as `Pose` has it."""
+        """What the nodes of a segment impose, (m, 6) as `Pose` has it, with the offsets of their display."""
+        offsets = self.scene.display.offsets
+        more = (0.0, 0.0, offsets.angle(segment), offsets.angle(segment + 1), offsets.length(segment), 0.0)
+        poses: Array = self._told(segment, numbers) + np.array(more)
+        return poses
+
+    def _told(self, segment: int, numbers: Numbers) -> Array:
+        """The same as the nodes are told, of which rules speak."""
         heights = [self._at("nodes", node, "height_mm", numbers) for node in (segment, segment + 1)]
         angles = [self._at("nodes", node, "angle_deg", numbers) for node in (segment, segment + 1)]
         length = self._at("segments", segment, "length_mm", numbers)
@@ -86,6 +93,7 @@ class SweptPoses:
             across = x - half * (np.cos(start) + np.cos(end))
             shortest = np.hypot(across, y - half * (np.sin(start) + np.sin(end))) + display.clamp
             good &= length > shortest * (1.0 + MARGIN)
+            length = self._told(segment, numbers)[:, 4]
             total += length
             for load in self.scene.loads:
                 if load.segment == segment:

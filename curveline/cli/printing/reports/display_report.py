@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from curveline.cli.printing import screen
 from curveline.cli.printing.tables import fitting
 from curveline.displays.capability import AxisReach, Held, longest_budget, reaches, straight_budget
-from curveline.displays.check import DisplayCheck, clamp_stiffness_as_given, rod_document
+from curveline.displays.check import DisplayCheck, clamp_stiffness_as_given, offsets_as_given, rod_document
 from curveline.material.history import duration_text
 from curveline.phrases import wrapped
 from curveline.scene import Display
@@ -33,6 +33,7 @@ def describe(checked: DisplayCheck) -> Iterator[str]:
         yield f"bearings tilt by {to_deg(display.clamp_play):g} deg either way at no moment"
     if ranges := in_words(display.errors):
         yield from wrapped(f"may be in truth, the same in a whole run: {ranges}")
+    yield from _offset_lines(display)
     yield from _rod_lines(display)
     yield from _table(BUDGET_HEAD, list(_budget_rows(display)))
     yield from _axis_lines(display)
@@ -47,6 +48,14 @@ def describe(checked: DisplayCheck) -> Iterator[str]:
         yield from wrapped(f"hint: {each.hint}", 2)
     if not checked.warnings:
         yield "nothing looks odd"
+
+
+def _offset_lines(display: Display) -> Iterator[str]:
+    given = offsets_as_given(display)
+    if turned := given.get("angle_deg"):
+        yield from wrapped(f"nodes turn further than they are told by {', '.join(f'{each:g}' for each in turned)} deg")
+    if longer := given.get("length_mm"):
+        yield from wrapped(f"segments have more rod than told by {', '.join(f'{each:g}' for each in longer)} mm")
 
 
 def _rod_lines(display: Display) -> Iterator[str]:
