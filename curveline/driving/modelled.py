@@ -15,8 +15,9 @@ class ModelledDisplay(Protocol):
 
     `clamp` [N mm/deg] and `play` [deg] are how its bearings give in truth; None for what its file says. `set_share` is
     the part of a curvature that its rod has kept: see `replay.monte_carlo.Setup.kept`; `curvature` [1/m] is what the
-    free rod is bent besides, and `stiffness` the part by which its EI exceeds that of the file. A `hand` will snap the
-    rod of that segment over, from 1, at the end of the next run; None if none will.
+    free rod is bent besides, and `stiffness` the part by which its EI exceeds that of the file. In a picture its nodes
+    are `scatter` times as far off as those of a good display. A `hand` will snap the rod of that segment over, from 1,
+    at the end of the next run; None if none will.
     """
 
     rod: list[str]
@@ -26,6 +27,7 @@ class ModelledDisplay(Protocol):
     set_share: float
     curvature: float
     stiffness: float
+    scatter: float
     hand: int | None
 
     @property

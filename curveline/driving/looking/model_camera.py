@@ -11,7 +11,9 @@ from curveline.driving.looking.picture_sources import MODEL, NoPicture
 from curveline.driving.modelled import ModelledDisplay
 from curveline.driving.rod_report import with_terms
 from curveline.errors import InvalidInput
+from curveline.scene import Offsets
 from curveline.system.files import write_file
+from curveline.units import deg, mm
 
 if TYPE_CHECKING:
     from curveline.cameras.setup import CameraSetup
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
     from curveline.radio.protocol.codes import Counts
     from curveline.scene import Display, Scene
 
+SCATTER_ANGLE, SCATTER_LENGTH = deg(0.5), mm(0.4)
+"""Standard deviations of how far a node turns, and how much rod a segment has, beside what was told: with these trials
+are apart as those of the paper's display, 0.75 mm."""
 FORM = "mock, or mock: with a tier (clean, lab or hard) and a seed, such as mock:lab,7"
 
 
@@ -51,15 +56,33 @@ class ModelCamera:
         from curveline.cameras.synthetic.photograph import photograph_of
         from curveline.cameras.synthetic.standpoints import view_through
 
-        real = with_terms(self.display, self.modelled)
-        scene, curves = shown_by(real, self.modelled.positions(), self.modelled.known_rod)
         faults = replace(self.faults, seed=self.faults.seed + self.taken)
+        real = scattered(with_terms(self.display, self.modelled), self.modelled.scatter, faults.seed)
+        scene, curves = shown_by(real, self.modelled.positions(), self.modelled.known_rod)
         self.taken += 1
         view = view_through(self.setup.lens, self.display)
         picture = path.with_name(path.name + ".png")
         _, data = cv2.imencode(".png", photograph_of(scene, curves, self.setup, view, faults))
         write_file(picture, data.tobytes(), force=True)
         return picture
+
+
+def scattered(display: Display, times: float, seed: int) -> Display:
+    """The display with nodes that are off by chance, as `SCATTER_ANGLE` and `SCATTER_LENGTH` have it, so many times."""
+    import numpy as np
+
+    if times == 0.0:
+        return display
+    random, told = np.random.default_rng([seed, 41]), display.offsets
+    angles = times * SCATTER_ANGLE * random.standard_normal(display.node_count)
+    lengths = times * SCATTER_LENGTH * random.standard_normal(display.node_count - 1)
+    return replace(
+        display,
+        offsets=Offsets(
+            tuple(told.angle(node) + float(by) for node, by in enumerate(angles)),
+            tuple(told.length(segment) + float(by) for segment, by in enumerate(lengths)),
+        ),
+    )
 
 
 def shown_by(display: Display, counts: Sequence[Counts], states: Sequence[str]) -> tuple[Scene, list[Array]]:

@@ -107,6 +107,7 @@ class MockRadio:
         self._chip = chip or MockChip(spec, drive.data_rate)
         self.clamp, self.play, self.set_share = spec.clamp, spec.play, spec.set
         self.curvature, self.stiffness, self.hand = spec.curvature, spec.stiffness, spec.hand
+        self.scatter = spec.scatter
         self._store = store
         self._closed = False
         self._stations = self._build(drive, state, spec)

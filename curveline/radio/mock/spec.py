@@ -23,7 +23,8 @@ class MockSpec:
 
     `clamp` [N mm/deg] and `play` [deg] are how its bearings give, whatever the display's file says; `set` is the part
     that its rod has kept of the curvature of the states in which it was, or of those that are not wanted. `curvature`
-    [1/m] is what its free rod is bent besides, `stiffness` by what part its EI exceeds that of the file; a hand snaps
+    [1/m] is what its free rod is bent besides, `stiffness` by what part its EI exceeds that of the file, and its nodes
+    are `scatter` times as far off as those of a good display are in a trial; a hand snaps
     the rod of segment `hand` over, from 1, once the nodes have come to rest. With `keys`
     the nodes hold the master key of the site's key file instead of the mock's open one; with `repower` all of them are
     switched off and on before anything else.
@@ -42,6 +43,7 @@ class MockSpec:
     set: float = 0.0
     curvature: float = 0.0
     stiffness: float = 0.0
+    scatter: float = 0.0
     hand: int | None = None
     mishaps: tuple[Mishap, ...] = ()
 
@@ -154,6 +156,13 @@ def _curvature(text: str) -> float:
     return value
 
 
+def _times(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value <= 10.0:
+        raise ValueError
+    return value
+
+
 def _excess(text: str) -> float:
     value = float(text)
     if not -90.0 <= value <= 900.0:
@@ -183,6 +192,7 @@ _READERS: Mapping[str, tuple[Callable[[str], object], str]] = {
     "set": (_share, "<number from -1 to 1>"),
     "curvature": (_curvature, "<1/m, from -20 to 20>"),
     "stiffness": (_excess, "<percent from -90 to 900>"),
+    "scatter": (_times, "<number from 0 to 10>"),
     "hand": (_whole, "<number of a segment>"),
 }
 _NODE = "=(?P<node>[1-9][0-9]{0,2})"
