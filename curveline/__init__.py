@@ -47,6 +47,10 @@ if TYPE_CHECKING:
     from curveline.driving.lines.from_python import home_lines as home_lines
     from curveline.driving.lines.from_python import resume_lines as resume_lines
     from curveline.driving.lines.from_python import send_lines as send_lines
+    from curveline.driving.looking.verified import VerifyRequest as VerifyRequest
+    from curveline.driving.looking.verified import send_verified as send_verified
+    from curveline.driving.looking.watching import WatchRequest as WatchRequest
+    from curveline.driving.looking.watching import watch as watch
     from curveline.driving.run_listener import RunListener as RunListener
     from curveline.driving.session import connect as connect
     from curveline.driving.site_keys import new_keys as new_keys
@@ -126,6 +130,8 @@ _HOMES = {
     **dict.fromkeys(("keep_bench", "read_bench"), "bench.history"),
     "compare_bench": "bench.comparison",
     "connect": "driving.session",
+    **dict.fromkeys(("send_verified", "VerifyRequest"), "driving.looking.verified"),
+    **dict.fromkeys(("watch", "WatchRequest"), "driving.looking.watching"),
     **dict.fromkeys(("send_lines", "home_lines", "resume_lines", "dry_run_lines"), "driving.lines.from_python"),
     **dict.fromkeys(("status", "stop", "rod_now", "runs", "log"), "api"),
     "write": "writing",

@@ -21,6 +21,7 @@ from curveline.displays.check import DisplayCheck
 from curveline.driving.adoption import Adoption
 from curveline.driving.logbook import RunLog
 from curveline.driving.one_node import OneNode
+from curveline.driving.looking.verified import VerifiedTour
 from curveline.driving.run_result import RunResult
 from curveline.driving.runs import Run
 from curveline.driving.session import Session
@@ -47,6 +48,7 @@ STANDS_FOR: dict[str, Any] = {
     "batch": ShapeBatch,
     "bench": BenchReport,
     "checked": DisplayCheck,
+    "comparison": Comparison,
     "control": curveline.Control,
     "curveline": curveline,
     "curves": StableCurves,
@@ -65,6 +67,7 @@ STANDS_FOR: dict[str, Any] = {
     "state": Equilibrium,
     "surface": FittedSurface,
     "sweep": SweepReport,
+    "tour": VerifiedTour,
     "trials": Trials,
 }
 """What the names on the page stand for."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from curveline.cli import consent
@@ -19,10 +19,9 @@ from curveline.radio.host.actions import Policy
 from curveline.radio.host.link import Control
 
 if TYPE_CHECKING:
+    from curveline.scene import Scene
     from curveline.driving.looking.looks import Look
     from curveline.driving.looking.verified import VerifiedTour, VerifyRequest
-    from curveline.driving.session import Session
-    from curveline.scene import Display, Scene
 
 OFFERED = 3
 """How often a way back is offered for a shape."""
@@ -53,21 +52,35 @@ class Verifying:
             raise InvalidInput("--verify looks at shapes, and home is none", "name a shape")
         return self
 
+    def request(self, means: Means) -> VerifyRequest:
+        """How the display is looked at; nobody who cannot be asked is offered a way back."""
+        from curveline.driving.looking.verified import VerifyRequest
+
+        asked = VerifyRequest(self.source or "", self.camera, self.recover or 0, self.pictures, means.touched)
+        if self.recover is not None or not means.asks:
+            return asked
+        return replace(asked, recoveries=OFFERED, agrees=_agrees)
+
 
 def send_verified_wish(wish: Wish, verifying: Verifying, means: Means, *, as_json: bool) -> int:
     """Send what is wished with a look after each shape, and say what was seen; the exit code."""
-    from curveline.driving.looking.verified import send_verified
+    from curveline.driving.looking.verified import looked_at
 
     if means.asks:
         consent.require_terminal("sending moves the display, and ", "add --yes to agree")
-    display = _display_of(wish)
+    driven = wish.display if isinstance(wish, Tour) else _plan_of(wish)
+    parts: Sequence[Scene | Plan] = wish.scenes if isinstance(wish, Tour) else (_plan_of(wish),)
     control = Control(Policy(takeover=means.takeover), tell=screen.note)
-    with connect(means.spec, _driven(wish), runs=means.runs, listener=TERMINAL) as session:
-        request = _request(verifying, session, display, asks=means.asks)
+    with (
+        connect(means.spec, driven, runs=means.runs, listener=TERMINAL) as session,
+        looked_at(session, parts, verifying.request(means)) as looking,
+    ):
         if means.asks and not consent.agrees("Move the display?"):
             screen.note("nothing was sent")
             return EXIT_NO
-        found = send_verified(session, _parts(wish), replace(request, touched=means.touched), control)
+        while len(looking.tour.shapes) < len(parts) and looking.send_next(control):
+            pass
+        found = looking.tour
         _show(found, as_json=as_json)
         if isinstance(wish, Tour) and wish.ends_home and found.is_wanted:
             session.home(control)
@@ -76,38 +89,11 @@ def send_verified_wish(wish: Wish, verifying: Verifying, means: Means, *, as_jso
     return EXIT_DONE if found.is_wanted else EXIT_NO
 
 
-def _parts(wish: Wish) -> tuple[Scene | Plan, ...]:
-    """What is sent one after the other."""
-    if isinstance(wish, Tour):
-        return wish.scenes
-    return (wish if isinstance(wish, Plan) else wish.plan,)
-
-
-def _driven(wish: Wish) -> Display | Plan:
-    return wish.display if isinstance(wish, Tour) else wish if isinstance(wish, Plan) else wish.plan
-
-
-def _display_of(wish: Wish) -> Display:
-    """The display that is looked at."""
-    from curveline.displays.of_plan import display_of
-
-    driven = _driven(wish)
-    return display_of(driven, TERMINAL) if isinstance(driven, Plan) else driven
-
-
-def _request(verifying: Verifying, session: Session, display: Display, *, asks: bool) -> VerifyRequest:
-    """How the display is looked at."""
-    from curveline.driving.looking.opening import camera_for, source_for
-    from curveline.driving.looking.verified import VerifyRequest
-
-    pictures = None if verifying.pictures is None else Path(verifying.pictures)
-    if pictures is not None and not pictures.is_dir():
-        raise InvalidInput(f"{pictures}: there is no such folder", f"make it first: mkdir -p {pictures}")
-    use = camera_for(verifying.source or "", verifying.camera, display)
-    source = source_for(verifying.source or "", use, session, display)
-    if verifying.recover is not None or not asks:
-        return VerifyRequest(source, use, verifying.recover or 0, pictures)
-    return VerifyRequest(source, use, OFFERED, pictures, agrees=_agrees)
+def _plan_of(wish: Wish) -> Plan:
+    """The plan that is wished, where no shapes are; runs that go on are not looked at."""
+    if not isinstance(wish, Plan):
+        raise InvalidInput("--verify is for shapes and plans of one display")
+    return wish
 
 
 def _agrees(look: Look) -> bool:

@@ -13,12 +13,11 @@ from curveline.cli.options import (
     CameraOption,
     RadioOption,
     RunsOption,
-    require_radio,
     runs_folder,
 )
 from curveline.cli.printing import screen
 from curveline.cli.terminal import TERMINAL
-from curveline.errors import EXIT_DONE, EXIT_NO, InvalidInput
+from curveline.errors import EXIT_DONE, EXIT_NO
 from curveline.phrases import local_time
 
 if TYPE_CHECKING:
@@ -52,16 +51,14 @@ def watch(
 
     Exit code 1 says that the last of --count pictures does not show the shape as wanted.
     """
-    from curveline.driving.looking.opening import open_watch
+    from curveline.driving.looking.watching import WatchRequest
+    from curveline.driving.looking.watching import watch as look_again
 
-    if not 0.0 <= every_s <= 86_400.0:
-        raise InvalidInput(f"no camera is asked every {every_s:g} s", "choose 0 to 86400")
-    spec = require_radio(radio) if source.startswith("mock") else ""
+    request = WatchRequest(camera, every_s, radio or "mock", runs_folder(runs))
     last: Sighting | None = None
-    with open_watch(source, shape, camera, (spec, runs_folder(runs)), TERMINAL) as watching:
-        for sighting in islice(watching(every_s), count):
-            _show(sighting, last, as_json=json)
-            last = sighting
+    for sighting in islice(look_again(source, shape, request, TERMINAL), count):
+        _show(sighting, last, as_json=json)
+        last = sighting
     raise typer.Exit(EXIT_DONE if last is not None and last.look.is_wanted else EXIT_NO)
 
 

@@ -2,48 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+import os
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from curveline._version import __version__
 from curveline.displays.of_plan import display_of
 from curveline.driving.looking.looks import Look, keep_look, look_at
+from curveline.driving.looking.opening import camera_for, source_for
 from curveline.driving.looking.standing import scene_at
 from curveline.driving.modelled import modelled
 from curveline.errors import InvalidInput
 from curveline.plan_file import Plan
 from curveline.radio.host.link import Control, OperatorRequest
+from curveline.scene import Scene
+from curveline.shapes.inputs import read_input
 
 if TYPE_CHECKING:
     from curveline.comparing.photographed import CameraUse
     from curveline.driving.looking.picture_sources import PictureSource
     from curveline.driving.run_result import RunResult
     from curveline.driving.session import Session
-    from curveline.scene import Scene
+    from curveline.scene import Display
+    from curveline.system.files import AnyPath
 
 MOST_RECOVERIES = 20
 
 
 @dataclass(frozen=True)
 class VerifyRequest:
-    """How a display is looked at.
+    """How a display is looked at after each shape.
 
-    A wrong state is led back, and looked at again, at most `recoveries` times for a shape; before each of them `agrees`
-    is asked. Pictures go into the folder of their run, or into `pictures` by the names of shapes and numbers.
+    `source` is a command in which {} stands for the picture, a folder into which a camera puts one, `mock` for the
+    camera of a mock display, or a source of one's own; `camera` the camera file, which a mock display needs none of. A
+    wrong state is led back, and looked at again, at most `recoveries` times for a shape; before each of them `agrees`
+    is asked. Pictures go into the folder of their run, or into `pictures`, by the names of shapes and numbers. With
+    `touched` nothing is taken to be known of the rod before the first shape.
     """
 
-    source: PictureSource  # where pictures come from
-    camera: CameraUse  # how they were made
+    source: str | PictureSource
+    camera: AnyPath | CameraUse | None = None
     recoveries: int = 0
-    pictures: Path | None = None
-    touched: bool = False  # nothing is known of the rod before the first shape
+    pictures: AnyPath | None = None
+    touched: bool = False
     agrees: Callable[[Look], bool] = lambda look: True
 
     def __post_init__(self) -> None:
         if not 0 <= self.recoveries <= MOST_RECOVERIES:
             raise InvalidInput(f"no shape is recovered {self.recoveries} times", f"choose 0 to {MOST_RECOVERIES}")
+        if self.pictures is not None and not os.path.isdir(self.pictures):
+            folder = os.fspath(self.pictures)
+            raise InvalidInput(f"{folder}: there is no such folder", f"make it first: mkdir -p {shlex.quote(folder)}")
 
 
 @dataclass(frozen=True)
@@ -101,58 +114,104 @@ class VerifiedTour:
 
 
 def send_verified(
-    session: Session, what: Sequence[Scene | Plan], request: VerifyRequest, control: Control | None = None
+    session: Session,
+    what: Sequence[AnyPath | Scene | Plan],
+    request: VerifyRequest,
+    control: Control | None = None,
 ) -> VerifiedTour:
     """Send shapes, or plans, one after the other, and look at the display after each.
 
     Where it shows another state than the wanted one, that is what the next plan begins with: it leads through the
-    funnel. NoPicture if the camera gives none; LinkError as `Session.send`.
+    funnel. InvalidInput for a camera that does not exist, NoPicture if it gives none; LinkError as `Session.send`.
     """
     control = control or Control()
-    done: list[VerifiedShape] = []
-    for each in what:
-        done.append(_sent(session, each, replace(request, touched=request.touched and not done), control))
-        if not done[-1].is_wanted:
-            break
-    return VerifiedTour(tuple(done), len(what))
+    with looked_at(session, what, request) as looking:
+        for _ in range(len(looking.what)):
+            if not looking.send_next(control):
+                break
+    return looking.tour
 
 
-def _sent(session: Session, what: Scene | Plan, request: VerifyRequest, control: Control) -> VerifiedShape:
-    scene = _end_of(what) if isinstance(what, Plan) else what
-    runs: list[RunResult] = []
-    looks: list[Look] = []
-    while True:
-        touched = request.touched and not runs
-        runs.append(session.send(scene if runs else what, touched=touched, control=control))
-        if control.request is not OperatorRequest.NONE:
-            break
-        looks.append(look_after(session, runs[-1], scene, request))
-        left = request.recoveries - len(runs) + 1
-        if looks[-1].is_wanted or left <= 0 or not request.agrees(looks[-1]):
-            break
-        session.listener.note(f"recovering: planned anew from what was seen, {len(runs)} of {request.recoveries}")
-    return VerifiedShape(scene, tuple(runs), tuple(looks))
+@contextmanager
+def looked_at(session: Session, what: Sequence[AnyPath | Scene | Plan], request: VerifyRequest) -> Iterator[Looking]:
+    """As `send_verified`, ready to send: what there is to refuse was refused, and nothing has moved."""
+    given = [each if isinstance(each, Scene | Plan) else read_input(each) for each in what]
+    if not given:
+        raise InvalidInput("there is nothing to send and to look at", "name a shape, or a plan")
+    display = _display_of(given[0], session)
+    use = camera_for(request.source, request.camera, display)
+    source = source_for(request.source, use, session, display)
+    yield Looking(session, tuple(given), request, _Eye(source, use))
 
 
-def _end_of(plan: Plan) -> Scene:
-    """The shape in which a plan ends; InvalidInput if the file of its display is gone."""
+@dataclass(frozen=True)
+class _Eye:
+    """A camera that is ready, and how its pictures are made."""
+
+    source: PictureSource
+    use: CameraUse
+
+
+class Looking:
+    """Shapes that are sent one after the other, each looked at."""
+
+    def __init__(self, session: Session, what: tuple[Scene | Plan, ...], request: VerifyRequest, eye: _Eye) -> None:
+        self.what = what
+        self._session = session
+        self._request = request
+        self._eye = eye
+        self._done: list[VerifiedShape] = []
+
+    @property
+    def tour(self) -> VerifiedTour:
+        """What was sent so far."""
+        return VerifiedTour(tuple(self._done), len(self.what))
+
+    def send_next(self, control: Control) -> bool:
+        """Send what is next, and lead it back as often as that is allowed; whether it was seen as wanted."""
+        what = self.what[len(self._done)]
+        scene = _end_of(what, self._session) if isinstance(what, Plan) else what
+        runs: list[RunResult] = []
+        looks: list[Look] = []
+        touched = self._request.touched and not self._done
+        while True:
+            runs.append(self._session.send(scene if runs else what, touched=touched and not runs, control=control))
+            if control.request is not OperatorRequest.NONE:
+                break
+            looks.append(self._look_after(runs[-1], scene))
+            left = self._request.recoveries - len(runs) + 1
+            if looks[-1].is_wanted or left <= 0 or not self._request.agrees(looks[-1]):
+                break
+            note = f"recovering: planned anew from what was seen, {len(runs)} of {self._request.recoveries}"
+            self._session.listener.note(note)
+        self._done.append(VerifiedShape(scene, tuple(runs), tuple(looks)))
+        return self._done[-1].is_wanted
+
+    def _look_after(self, run: RunResult, scene: Scene) -> Look:
+        """Take a picture after a run, name what it shows, and keep that in the record of the run."""
+        picture = self._eye.source.take(_place(self._request, run.folder, scene))
+        look = look_at(picture, scene, self._eye.use)
+        display = modelled(self._session.radio)
+        keep_look(run.folder, look, None if display is None else display.disk)
+        self._session.listener.note(look.line())
+        return look
+
+
+def _display_of(what: Scene | Plan, session: Session) -> Display:
+    """The display that is looked at; InvalidInput if its file is gone."""
+    return display_of(what, session.listener) if isinstance(what, Plan) else what.display
+
+
+def _end_of(plan: Plan, session: Session) -> Scene:
+    """The shape in which a plan ends."""
     last = plan.steps[-1].targets if plan.steps else plan.start
-    return scene_at(display_of(plan), [target.counts for target in last], plan.wanted, plan.name)
-
-
-def look_after(session: Session, run: RunResult, scene: Scene, request: VerifyRequest) -> Look:
-    """Take a picture after a run, name what it shows, and keep that in the record of the run."""
-    picture = request.source.take(_place(request, run.folder, scene))
-    look = look_at(picture, scene, request.camera)
-    display = modelled(session.radio)
-    keep_look(run.folder, look, None if display is None else display.disk)
-    session.listener.note(look.line())
-    return look
+    counts = [target.counts for target in last]
+    return scene_at(display_of(plan, session.listener), counts, plan.wanted, plan.name)
 
 
 def _place(request: VerifyRequest, run: Path, scene: Scene) -> Path:
     """Where a picture goes, without its suffix: a number that is free."""
-    folder = request.pictures or run
+    folder = run if request.pictures is None else Path(request.pictures)
     stem = Path(scene.path).stem or "look"
     taken = {each.stem for each in folder.iterdir()}
     number = next(number for number in range(1, len(taken) + 2) if f"{stem}-{number}" not in taken)

@@ -54,7 +54,7 @@ def test_a_command_that_fails_says_why(tmp_path: Path, command: str, said: str) 
 
 def test_a_command_that_hangs_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(picture_sources, "COMMAND_S", 0.2)
-    with pytest.raises(NoPicture, match="within 0.2 s"):
+    with pytest.raises(NoPicture, match=r"within 0\.2 s"):
         open_source(python("import time; time.sleep(30)"), silent).take(tmp_path / "look")
 
 

@@ -16,7 +16,7 @@ from curveline.driving.last_look import seen_last
 from curveline.driving.looking import looks
 from curveline.driving.looking.looks import Look
 from curveline.driving.looking.verified import VerifiedTour, VerifyRequest, send_verified
-from curveline.driving.looking.watching import watch
+from curveline.driving.looking.watching import WatchRequest, watch
 from curveline.driving.session import Session
 from curveline.errors import InvalidInput
 from curveline.radio.host.link import Control, OperatorRequest, read_status
@@ -156,10 +156,10 @@ def test_odd_records_of_looks_tell_nothing(states: object) -> None:
     assert seen_last([{"type": "end"}], 1) is None
 
 
-def test_watching_says_when_a_rod_was_snapped_over(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_watching_says_when_a_rod_was_snapped_over(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     camera = Camera(monkeypatch, ["peak", "peak", "blurred", "valley", "peak"])
     seen = []
-    for sighting in watch(camera, curveline.read_shape(PEAK), USE, every=0.0):
+    for sighting in watch(camera, PEAK, WatchRequest(USE, every=0.0, runs=tmp_path)):
         seen.append(sighting)
         if len(seen) == 5:
             break
