@@ -13,7 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from curveline.cameras.outcomes import TrialOutcome
+from curveline.cameras.photographs import Photograph, lens_of
 from curveline.cameras.pose_error import covariance_of, errors_at
+from curveline.cameras.setup import CameraSetup
 from curveline.cameras.tag_detection import detect_tags
 from curveline.cameras.tag_edges import Grey, edges_of
 from curveline.cameras.tag_fit import TOLERANCE, Placed, SeenTag, consensus, corners_of, off, place
@@ -52,6 +54,14 @@ class ViewFailure:
 
     outcome: TrialOutcome
     reason: str  # in a sentence
+
+
+def view_of(photograph: Photograph, setup: CameraSetup) -> FoundView | ViewFailure:
+    """Where the camera of `setup` stood that took a photograph; the view's lens is turned as the photograph is.
+
+    InvalidInput for a photograph that another lens took, as of `lens_of`; MissingExtra without OpenCV.
+    """
+    return find_view(photograph.grey, lens_of(photograph, setup.lens), setup.frame)
 
 
 def find_view(grey: Grey, lens: Lens, frame: Frame) -> FoundView | ViewFailure:

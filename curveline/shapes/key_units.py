@@ -15,6 +15,7 @@ _UNITS = {
     "percent": "%",
     "Nmm2": "N mm^2",
     "Nmm": "N mm",
+    "px": "pixels",
     "mm": "mm",
     "deg": "deg",
     "times_s": "s",

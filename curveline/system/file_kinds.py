@@ -29,6 +29,7 @@ RESULT = FileKind("a result of curveline", "name the shape that it was computed 
 BENCH = FileKind("a record of a benchmark", "`curveline bench --compare {}` compares with it")
 READINGS = FileKind("readings of strips", "`curveline calibrate set {}` takes them")
 LINES = FileKind("the manifest of a folder of lines", "`curveline send` takes the folder that it is in")
+CAMERA = FileKind("a camera file", "`curveline camera pose PICTURE --camera {}` takes it")
 KEY_FILE = FileKind("the key file of a site", "keep it to yourself: set CURVELINE_KEYS={} to use it")
 IMAGE = FileKind("a program for a node", "`curveline keys node N --hex {} -o FILE` takes it")
 
@@ -48,6 +49,8 @@ def kind_of(text: str) -> FileKind | None:
         return IMAGE
     if re.search(r"(?m)^[ \t]*\[\[lines\]\]", head):
         return LINES
+    if re.search(r"(?m)^[ \t]*\[(lens|frame)\]", head):
+        return CAMERA
     marks = [{"".join(found) for found in re.findall(pattern, head)} for pattern in (_OF_SHAPES, _OF_DISPLAYS)]
     if not all(marks):
         for kind, found in zip((SHAPE, DISPLAY), marks, strict=True):
