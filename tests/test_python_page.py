@@ -20,8 +20,8 @@ from curveline.bench.report import BenchReport
 from curveline.displays.check import DisplayCheck
 from curveline.driving.adoption import Adoption
 from curveline.driving.logbook import RunLog
-from curveline.driving.one_node import OneNode
 from curveline.driving.looking.verified import VerifiedTour
+from curveline.driving.one_node import OneNode
 from curveline.driving.run_result import RunResult
 from curveline.driving.runs import Run
 from curveline.driving.session import Session

@@ -19,9 +19,9 @@ from curveline.radio.host.actions import Policy
 from curveline.radio.host.link import Control
 
 if TYPE_CHECKING:
-    from curveline.scene import Scene
     from curveline.driving.looking.looks import Look
     from curveline.driving.looking.verified import VerifiedTour, VerifyRequest
+    from curveline.scene import Scene
 
 OFFERED = 3
 """How often a way back is offered for a shape."""

@@ -12,10 +12,10 @@ from statistics import fmean
 from typing import Any
 
 from curveline.comparing.naming import ModelCurve
-from curveline.comparing.trial import Array, Trial, TrialOutcome
 from curveline.errors import InvalidInput
 from curveline.notebook import html_of, svg_of
 from curveline.scene import Scene
+from curveline.trial import Array, Trial, TrialOutcome
 from curveline.units import to_mm
 
 HEAD = ("shape", "trials", "state", "MSD mm", "RMSE mm", "across mm", "as wanted")

@@ -17,8 +17,8 @@ from curveline.comparing.agreement import (
 )
 from curveline.comparing.measures import common_span, heights_at, mean_deviation, rms_across, rms_over
 from curveline.comparing.naming import ModelCurve, model_curves, named
-from curveline.comparing.trial import Array, ShapeTrials
 from curveline.listening import SILENT, Listener
+from curveline.trial import Array, ShapeTrials
 
 NOWHERE = np.zeros(0)
 

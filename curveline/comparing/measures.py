@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from curveline.comparing.trial import Array
 from curveline.fitting.measured import Gaps, mean_square
+from curveline.trial import Array
 
 PLACES = 501
 """Places over the common span, equally far apart, and points along a curve."""

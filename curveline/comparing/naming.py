@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.comparing.measures import rms_across
-from curveline.comparing.trial import Array, Trial, TrialOutcome
 from curveline.scene import Scene
 from curveline.simulation.simulate import simulate
+from curveline.trial import Array, Trial, TrialOutcome
 from curveline.units import millimetres, mm
 
 TOLERANCE = mm(0.02)

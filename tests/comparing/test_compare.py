@@ -15,11 +15,11 @@ from curveline.comparing.agreement import CompareRequest, Comparison
 from curveline.comparing.compare import compare
 from curveline.comparing.reading import read_trials
 from curveline.comparing.results import to_csv
-from curveline.comparing.trial import ShapeTrials, Trial, TrialCurve, TrialOutcome
 from curveline.errors import InvalidInput
 from curveline.scene import Segment
 from curveline.shapes.files import read_shape
 from curveline.simulation.simulate import simulate
+from curveline.trial import ShapeTrials, Trial, TrialCurve, TrialOutcome
 from curveline.units import mm, to_mm
 
 from .made_trials import SIXTEEN, curve, write_table, write_trials

@@ -98,7 +98,7 @@ def compare(
     for path in files:
         check_output(COMPARISON, path, force=force)
     request = CompareRequest(ddof, _metres(range_mm, "--range-mm"), _metres(max_rmse_mm, "--max-rmse-mm"))
-    trials = read_trials(what, Photographed(camera, overlays, is_replacing=force), TERMINAL)
+    trials = read_trials(what, Photographed(camera, overlays), TERMINAL)
     found = compare_trials(trials, request, TERMINAL)
     argv = tuple(sys.argv[1:])
     for path in files:

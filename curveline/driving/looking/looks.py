@@ -9,11 +9,11 @@ from typing import Any
 
 from curveline.comparing.naming import model_curves, named
 from curveline.comparing.photographed import CameraUse, trial_in
-from curveline.comparing.trial import Trial, TrialOutcome
 from curveline.phrases import in_words
 from curveline.radio.host.journal import LOOK, Disk, ReopenedJournal
 from curveline.scene import Scene
 from curveline.system.files import printable
+from curveline.trial import Trial, TrialOutcome
 
 
 @dataclass(frozen=True)

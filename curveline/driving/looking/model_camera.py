@@ -18,9 +18,9 @@ from curveline.units import deg, mm
 if TYPE_CHECKING:
     from curveline.cameras.setup import CameraSetup
     from curveline.cameras.synthetic.faults import PictureFaults
-    from curveline.comparing.trial import Array
     from curveline.radio.protocol.codes import Counts
     from curveline.scene import Display, Scene
+    from curveline.trial import Array
 
 SCATTER_ANGLE, SCATTER_LENGTH = deg(0.5), mm(0.4)
 """Standard deviations of how far a node turns, and how much rod a segment has, beside what was told: with these trials

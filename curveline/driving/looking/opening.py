@@ -24,7 +24,7 @@ def camera_for(source: str | PictureSource, camera: AnyPath | CameraUse | None, 
     if isinstance(camera, CameraUse):
         return camera
     if camera is not None:
-        return camera_use(camera)
+        return camera_use(camera, display)
     if isinstance(source, str) and is_model(source):
         from curveline.cameras.synthetic.standpoints import default_setup, default_view
 

@@ -10,7 +10,6 @@ import pytest
 
 import curveline
 from curveline.comparing.photographed import CameraUse
-from curveline.comparing.trial import Trial, TrialCurve, TrialOutcome
 from curveline.driving.known_states import shown_states
 from curveline.driving.last_look import seen_last
 from curveline.driving.looking import looks
@@ -21,6 +20,7 @@ from curveline.driving.session import Session
 from curveline.errors import InvalidInput
 from curveline.radio.host.link import Control, OperatorRequest, read_status
 from curveline.scene import Scene
+from curveline.trial import Trial, TrialCurve, TrialOutcome
 
 PEAK, VALLEY = "level-up-peak", "level-up-valley"
 USE = CameraUse(setup=None)  # type: ignore[arg-type]

@@ -10,9 +10,9 @@ from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.tables import fitting
 from curveline.comparing.agreement import Comparison, NamedTrial, ShapeAgreement
 from curveline.comparing.results import percent
-from curveline.comparing.trial import TrialOutcome
 from curveline.phrases import counted, in_words, wrapped
 from curveline.system.files import printable
+from curveline.trial import TrialOutcome
 from curveline.units import to_mm
 
 HEAD = ("shape", "trials", "state", "MSD mm", "%", "RMSE mm", "%", "across mm")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from curveline.cameras.outcomes import TrialOutcome as TrialOutcome
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.scene import Scene
 
 Array = npt.NDArray[np.float64]
