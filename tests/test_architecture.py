@@ -20,7 +20,8 @@ _version errors units phrases listening notebook system sections material scene 
 kernels rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
 radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
 simulation loading planning atlases fitting surfaces
-cameras cameras/synthetic trial tracing comparing calibrating replay displays figures outputs driving driving/lines driving/looking
+cameras cameras/synthetic trial tracing comparing calibrating
+replay displays figures outputs driving driving/lines driving/looking
 notebook_listener bench/methods bench api writing
 cli/printing cli/printing/progress cli/printing/help cli/printing/reports cli cli/commands cli/app
 """

@@ -17,6 +17,7 @@ import curveline
 from curveline.atlases.atlas import Atlas
 from curveline.atlases.curves import StableCurves
 from curveline.bench.report import BenchReport
+from curveline.comparing.agreement import Comparison
 from curveline.displays.check import DisplayCheck
 from curveline.driving.adoption import Adoption
 from curveline.driving.logbook import RunLog

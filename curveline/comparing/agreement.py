@@ -9,15 +9,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
-from typing import Any
 
+from curveline._version import __version__
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.comparing.naming import ModelCurve
 from curveline.errors import InvalidInput
 from curveline.notebook import html_of, svg_of
 from curveline.scene import Scene
-from curveline.trial import Array, Trial, TrialOutcome
+from curveline.simulation.results import Document, provenance
+from curveline.trial import Array, Trial
 from curveline.units import to_mm
 
+DIGITS = 4
+"""Behind the point, of lengths in mm."""
 HEAD = ("shape", "trials", "state", "MSD mm", "RMSE mm", "across mm", "as wanted")
 
 
@@ -156,11 +160,9 @@ class Comparison:
         """Mean over the shapes in the wanted states [m]."""
         return _mean([each.rmse for each in self.agreeing])
 
-    def document(self, argv: tuple[str, ...] = ()) -> dict[str, Any]:
-        """What `curveline compare --json` prints."""
-        from curveline.comparing.results import document
-
-        return document(self, argv)
+    def document(self, argv: tuple[str, ...] = ()) -> Document:
+        """What `curveline compare --json` prints, as plain data; `argv` is the command as typed."""
+        return _document(self, argv)
 
     def rows(self) -> list[tuple[object, ...]]:
         """A row of plain values per shape, as `HEAD` names them."""
@@ -185,3 +187,69 @@ class Comparison:
 def _mean(values: Sequence[float | None]) -> float | None:
     known = [each for each in values if each is not None]
     return fmean(known) if known and len(known) == len(values) else None
+
+
+def _document(found: Comparison, argv: tuple[str, ...]) -> Document:
+    return {
+        "curveline": __version__,
+        "agrees": found.is_good,
+        "agreeing": [each.scene.name for each in found.agreeing],
+        "msd_mm": in_mm(found.msd),
+        "rmse_mm": in_mm(found.rmse),
+        "shapes": [_shape(each, argv) for each in found.shapes],
+    }
+
+
+def _shape(found: ShapeAgreement, argv: tuple[str, ...]) -> Document:
+    request = found.request
+    asked = {"ddof": request.ddof, "max_rmse_mm": in_mm(request.max_rmse)}
+    numbers = {"msd": found.msd, "rmse": found.rmse, "across": found.across}
+    return {
+        "shape": found.scene.name,
+        "wanted": [segment.state for segment in found.scene.segments],
+        "states": list(found.states),
+        "is_wanted": found.is_wanted,
+        "is_near": found.is_near,
+        **{f"{name}_mm": in_mm(value) for name, value in numbers.items()},
+        **{f"{name}_percent": percent(value, found.vertical_range) for name, value in numbers.items()},
+        "vertical_range_mm": to_mm(found.vertical_range),
+        "ddof": request.ddof,
+        "trials": [_trial(each) for each in found.trials],
+        "segments": [_segment(each) for each in found.segments],
+        "provenance": provenance(found.scene, asked, argv),
+    }
+
+
+def percent(length: float | None, whole: float) -> float | None:
+    """A length as percentage of a whole."""
+    return None if length is None else 100.0 * length / whole
+
+
+def _trial(found: NamedTrial) -> Document:
+    trial = found.trial
+    return {
+        "source": trial.source,
+        "outcome": trial.outcome.value,
+        "reason": trial.reason or None,
+        "states": list(found.states),
+        "counts": found.counts,
+        "sigma_mm": [in_mm(curve.sigma) if curve.sigma else None for curve in trial.curves],
+    }
+
+
+def _segment(found: SegmentAgreement) -> Document:
+    return {
+        "wanted": found.wanted,
+        "state": found.state,
+        "msd_mm": in_mm(found.msd),
+        "misfits": [_misfit(each) for each in found.misfits],
+    }
+
+
+def _misfit(found: StateMisfit) -> Document:
+    return {"state": found.name, "rmse_mm": in_mm(found.rmse), "across_mm": in_mm(found.across)}
+
+
+def in_mm(length: float | None) -> float | None:
+    """A length as documents have it; None if it is not known."""
+    return None if length is None else round(to_mm(length), DIGITS)

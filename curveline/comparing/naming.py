@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.comparing.measures import rms_across
 from curveline.scene import Scene
 from curveline.simulation.simulate import simulate
-from curveline.trial import Array, Trial, TrialOutcome
+from curveline.trial import Array, Trial
 from curveline.units import millimetres, mm
 
 TOLERANCE = mm(0.02)

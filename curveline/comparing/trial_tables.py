@@ -6,11 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.drawings.sketch import HowToRead
 from curveline.drawings.tables import read
 from curveline.scene import Scene
 from curveline.system.files import AnyPath, read_file, refuse_file
-from curveline.trial import Array, Trial, TrialCurve, TrialOutcome
+from curveline.trial import Array, Trial, TrialCurve
 from curveline.units import to_mm
 
 MAX_BYTES = 64_000_000

@@ -80,7 +80,7 @@ METADATA: dict[str, dict[str, Any]] = {
 
 
 @dataclass(frozen=True)
-class Frame:
+class PanelFrame:
     """What a panel shows, in its own units, such as mm."""
 
     left: float
@@ -89,14 +89,14 @@ class Frame:
     high: float
 
     @classmethod
-    def around(cls, places: Iterable[Sequence[float]], room: float) -> Frame:
+    def around(cls, places: Iterable[Sequence[float]], room: float) -> PanelFrame:
         """The least one that has `room` beyond all places (x, y); of no places a square about the origin."""
         known = [(float(x), float(y)) for x, y in places] or [(0.0, 0.0)]
         across, up = zip(*known, strict=True)
         return cls(min(across) - room, max(across) + room, min(up) - room, max(up) + room)
 
     @classmethod
-    def over(cls, frames: Sequence[Frame]) -> Frame:
+    def over(cls, frames: Sequence[PanelFrame]) -> PanelFrame:
         """The least one that has several in it."""
         return cls(
             min(each.left for each in frames),
@@ -110,12 +110,12 @@ class Frame:
         """Height over width."""
         return (self.high - self.low) / (self.right - self.left)
 
-    def within(self, least: float, most: float) -> Frame:
+    def within(self, least: float, most: float) -> PanelFrame:
         """The same in the middle of one that is at least and at most so steep."""
         wanted = min(max(self.steepness, least), most)
         taller = max(0.0, wanted * (self.right - self.left) - (self.high - self.low))
         wider = max(0.0, (self.high - self.low) / wanted - (self.right - self.left))
-        return Frame(
+        return PanelFrame(
             self.left - 0.5 * wider, self.right + 0.5 * wider, self.low - 0.5 * taller, self.high + 0.5 * taller
         )
 

@@ -18,7 +18,7 @@ from curveline.figures.common import (
     HUB,
     X_LABEL,
     Y_LABEL,
-    Frame,
+    PanelFrame,
     by_kind,
     bytes_of,
     colour_of,
@@ -85,7 +85,7 @@ def _panels(shapes: Sequence[ShapeAgreement]) -> list[list[ShapeAgreement]]:
     return list(found.values())
 
 
-def _frame(shapes: Sequence[ShapeAgreement]) -> Frame:
+def _frame(shapes: Sequence[ShapeAgreement]) -> PanelFrame:
     """One frame for all panels, so that heights can be compared."""
     points = [to_mm(1.0) * each.points for shape in shapes for part in shape.segments for each in part.curves]
     pivots = [
@@ -93,7 +93,7 @@ def _frame(shapes: Sequence[ShapeAgreement]) -> Frame:
         for shape in shapes
         for place, node in enumerate(shape.scene.nodes)
     ]
-    return Frame.around(np.vstack([*points, *pivots]), ROOM).within(0.2, STEEPEST)
+    return PanelFrame.around(np.vstack([*points, *pivots]), ROOM).within(0.2, STEEPEST)
 
 
 def _draw_panel(axis: Axes, shapes: Sequence[ShapeAgreement], width: float) -> None:

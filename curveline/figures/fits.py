@@ -14,7 +14,7 @@ from curveline.figures.common import (
     THIN,
     WIDTH,
     Y_LABEL,
-    Frame,
+    PanelFrame,
     by_kind,
     bytes_of,
     clamp_shown,
@@ -111,7 +111,7 @@ def _draw_curves(panel: Axes, found: Fit, width: float) -> None:
     dress(panel, Y_LABEL)
     panel.set_xlabel("")
     everything = [to_mm(1.0) * points for points in (*found.curves, *found.drawn)]
-    Frame.around(np.vstack(everything).tolist(), ROOM * to_mm(display.span)).show_in(panel)
+    PanelFrame.around(np.vstack(everything).tolist(), ROOM * to_mm(display.span)).show_in(panel)
 
 
 def _mark(panel: Axes, number: int, place: tuple[float, float]) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from curveline.figures.common import FORCE, Y_LABEL, Frame, clamp_shown, draw_node, dress, within
+from curveline.figures.common import FORCE, Y_LABEL, PanelFrame, clamp_shown, draw_node, dress, within
 from curveline.loading.pushes import Push, Stand
 from curveline.rod.problem import Array
 from curveline.scene import Scene
@@ -33,7 +33,7 @@ def dress_segment(panel: Axes, scene: Scene, push: Push, places: Array) -> None:
         node = scene.nodes[index]
         tangent = math.cos(node.angle), math.sin(node.angle)
         draw_node(panel, (index * scene.display.span, node.height), tangent, clamp_shown(scene.display))
-    Frame.around(places.tolist(), ROOM * to_mm(scene.display.span)).within(FLATTEST, STEEPEST).show_in(panel)
+    PanelFrame.around(places.tolist(), ROOM * to_mm(scene.display.span)).within(FLATTEST, STEEPEST).show_in(panel)
     panel.set_title(title_of(scene, push, 3.6))
     dress(panel, Y_LABEL)
 

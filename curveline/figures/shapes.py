@@ -21,7 +21,7 @@ from curveline.figures.common import (
     WIDTH,
     X_LABEL,
     Y_LABEL,
-    Frame,
+    PanelFrame,
     by_kind,
     bytes_of,
     clamp_shown,
@@ -56,7 +56,7 @@ START_HEIGHT = 8.0  # [inch] of a figure before its panels are measured
 
 
 @dataclass(frozen=True)
-class View:
+class FigureView:
     """A direction from which a shape is seen: its curves (points, 2) [mm], and pivots and tangents of its nodes."""
 
     label: str
@@ -70,13 +70,13 @@ def _from_above(report: ShapeReport, index: int, state: Equilibrium) -> Array:
     return curve
 
 
-FRONT = View(
+FRONT = FigureView(
     label=Y_LABEL,
     of=curve_mm,
     height=lambda node: node.height,
     tangent=lambda node: (math.cos(node.yaw) * math.cos(node.angle), math.cos(node.yaw) * math.sin(node.angle)),
 )
-ABOVE = View(
+ABOVE = FigureView(
     label="z [mm]",
     of=_from_above,
     height=lambda _: 0.0,
@@ -90,8 +90,8 @@ class _Place:
     """What stands in a panel: a shape, seen from somewhere, how much of the plane is in sight, over which columns."""
 
     report: ShapeReport
-    view: View
-    frame: Frame
+    view: FigureView
+    frame: PanelFrame
     columns: range
 
 
@@ -157,7 +157,7 @@ def _lines(reports: Sequence[ShapeReport], across: int) -> Iterator[Sequence[Sha
 def _on_scale(place: _Place, places: Sequence[_Place]) -> _Place:
     """A place with the frame that all of its display have, seen from where it is."""
     alike = [each.frame for each in places if each.view is place.view and _display_of(each) == _display_of(place)]
-    return replace(place, frame=Frame.over(alike))
+    return replace(place, frame=PanelFrame.over(alike))
 
 
 def _display_of(place: _Place) -> str:
@@ -171,7 +171,7 @@ def _as_high(row: Sequence[_Place], least: float) -> list[_Place]:
     return [replace(place, frame=place.frame.within(each, each)) for place, each in zip(row, steep, strict=True)]
 
 
-def _is_seen(report: ShapeReport, view: View) -> bool:
+def _is_seen(report: ShapeReport, view: FigureView) -> bool:
     return view is FRONT or _is_deep(report)
 
 
@@ -180,14 +180,14 @@ def _is_deep(report: ShapeReport) -> bool:
     return any(deepest(state) > state.error for segment in report.segments for state in segment.states)
 
 
-def _frame(report: ShapeReport, view: View) -> Frame:
+def _frame(report: ShapeReport, view: FigureView) -> PanelFrame:
     """All that is drawn of a shape, with room around it."""
     span = to_mm(report.scene.display.span)
     places = [(index * span, to_mm(view.height(node))) for index, node in enumerate(report.scene.nodes)]
     for index, segment in enumerate(report.segments):
         for state in segment.states:
             places += view.of(report, index, state).tolist()
-    return Frame.around(places, ROOM * span)
+    return PanelFrame.around(places, ROOM * span)
 
 
 def _draw_place(panel: Axes, place: _Place, width: float) -> None:

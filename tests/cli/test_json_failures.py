@@ -25,6 +25,7 @@ from .test_help import ALL
 
 PEAK = str(SHAPES / "level-up-peak.toml")
 READINGS = str(SHAPES.parent / "tests" / "data" / "strip.csv")
+TRIAL = str(SHAPES.parent / "tests" / "data" / "level-up-peak-1.csv")
 RADIO = ("--radio", "mock")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "simulate": ("simulate", PEAK),
@@ -34,6 +35,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "load": ("load", PEAK),
     "atlas": ("atlas", "single"),
     "send": ("send", PEAK, *RADIO, "--yes"),
+    "watch": ("watch", "mock", PEAK, *RADIO, "--count", "1"),
     "status": ("status", *RADIO),
     "stop": ("stop", *RADIO),
     "rod": ("rod", *RADIO),
@@ -43,13 +45,14 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "display check": ("display", "check", "single"),
     "runs": ("runs", "--display", "single"),
     "runs show": ("runs", "show", "last"),
+    "compare": ("compare", PEAK, TRIAL),
     "calibrate set": ("calibrate", "set", READINGS),
     "keys show": ("keys", "show"),
     "shapes": ("shapes",),
     "bench": ("bench", "--quick", PEAK),
 }
 """Every command that can answer in JSON, as it is typed to do something."""
-LINKED = {"send", "status", "stop", "node status", "node clear", "node home"}
+LINKED = {"send", "watch", "status", "stop", "node status", "node clear", "node home"}
 each_command = pytest.mark.parametrize("name", COMMANDS)
 
 

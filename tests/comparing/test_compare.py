@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import curveline
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.comparing.agreement import CompareRequest, Comparison
 from curveline.comparing.compare import compare
 from curveline.comparing.reading import read_trials
@@ -19,7 +20,7 @@ from curveline.errors import InvalidInput
 from curveline.scene import Segment
 from curveline.shapes.files import read_shape
 from curveline.simulation.simulate import simulate
-from curveline.trial import ShapeTrials, Trial, TrialCurve, TrialOutcome
+from curveline.trial import ShapeTrials, Trial, TrialCurve
 from curveline.units import mm, to_mm
 
 from .made_trials import SIXTEEN, curve, write_table, write_trials

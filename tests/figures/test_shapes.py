@@ -16,7 +16,7 @@ from matplotlib.image import imread
 import curveline
 from curveline.errors import MissingExtra
 from curveline.figures import common, shapes
-from curveline.figures.common import COLOURS, GREY, PIXELS_PER_INCH, THICK, THIN, WIDTH, Frame
+from curveline.figures.common import COLOURS, GREY, PIXELS_PER_INCH, THICK, THIN, WIDTH, PanelFrame
 from curveline.simulation.results import Settings, ShapeReport, curve_mm
 
 SHAPES = Path(__file__).parents[2] / "shapes"
@@ -123,7 +123,7 @@ def test_panels_of_any_label_are_true_to_aspect_and_fill_their_places() -> None:
     for high in (0.3, 2.0):
         with common.new_figure(5.0, 7.0, "svg") as figure:
             panel = figure.subplots()
-            Frame(0.0, 12345.0, 0.0, 12345.0 * high).show_in(panel)
+            PanelFrame(0.0, 12345.0, 0.0, 12345.0 * high).show_in(panel)
             common.fit_height(figure, [[panel]])
             common.bytes_of(figure, "svg")
             box, place = panel.get_position(), panel.get_position(original=True)
@@ -150,10 +150,10 @@ def test_long_rows_are_wide_and_flat_ones_have_a_scale(reports: list[ShapeReport
     assert image.shape[1] == round(WIDTH * PIXELS_PER_INCH)
     assert shapes._panel_width([replace(roof, segments=roof.segments * 2)], 1) == 8 * shapes.PER_SEGMENT
     assert shapes._panel_width([replace(roof, segments=roof.segments * 20)], 1) == shapes.WIDEST
-    flat = Frame(0.0, 100.0, 0.0, 1.0).within(0.1, 1.0)
+    flat = PanelFrame(0.0, 100.0, 0.0, 1.0).within(0.1, 1.0)
     assert (flat.left, flat.right) == (0.0, 100.0)
     assert (flat.low, flat.high) == pytest.approx((-4.5, 5.5))
-    tall = Frame(0.0, 1.0, 0.0, 4.0).within(0.1, 1.0)
+    tall = PanelFrame(0.0, 1.0, 0.0, 4.0).within(0.1, 1.0)
     assert (tall.left, tall.right, tall.low, tall.high) == pytest.approx((-1.5, 2.5, 0.0, 4.0))
 
 

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.comparing.naming import model_curves, named
 from curveline.comparing.photographed import CameraUse, trial_in
 from curveline.phrases import in_words
 from curveline.radio.host.journal import LOOK, Disk, ReopenedJournal
 from curveline.scene import Scene
 from curveline.system.files import printable
-from curveline.trial import Trial, TrialOutcome
+from curveline.trial import Trial
 
 
 @dataclass(frozen=True)

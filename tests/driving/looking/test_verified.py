@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import curveline
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.comparing.photographed import CameraUse
 from curveline.driving.known_states import shown_states
 from curveline.driving.last_look import seen_last
@@ -20,7 +21,7 @@ from curveline.driving.session import Session
 from curveline.errors import InvalidInput
 from curveline.radio.host.link import Control, OperatorRequest, read_status
 from curveline.scene import Scene
-from curveline.trial import Trial, TrialCurve, TrialOutcome
+from curveline.trial import Trial, TrialCurve
 
 PEAK, VALLEY = "level-up-peak", "level-up-valley"
 USE = CameraUse(setup=None)  # type: ignore[arg-type]

@@ -74,9 +74,28 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
             "curveline send shapes/level-up-peak.toml --radio serial:/dev/ttyACM0",
             "plan from where the display stands, ask, and send",
         ),
+        (
+            'curveline send level-up-peak --radio serial:/dev/ttyACM0 --verify "rpicam-still -n -o {}" '
+            "--camera camera.toml --recover 2",
+            "take a picture when it is done, and lead a wrong state back",
+        ),
         ("curveline send roof", "several displays in one run, as roof/lines.toml says"),
         ("curveline send --resume last --radio mock", "go on with a run that was cut short"),
         ("curveline send --home --radio mock --yes", "bring the display home, without a question"),
+    ),
+    "curveline watch": (
+        (
+            'curveline watch "rpicam-still -n -o {}" level-up-peak --camera camera.toml --every-s 10',
+            "say when somebody snaps the rod over",
+        ),
+        ("curveline watch mock level-up-peak --radio mock --count 1", "what the mock display shows now"),
+    ),
+    "curveline compare": (
+        ("curveline compare trials -o panel.svg", "all trials of a folder beside the model, and a figure of them"),
+        (
+            "curveline compare level-up-peak monday.csv tuesday.csv --max-rmse-mm 7",
+            "two trials of a shape; exit code 1 if they are more than 7 mm off",
+        ),
     ),
     "curveline status": (
         ("curveline status --radio mock", "every node in a row of a table"),

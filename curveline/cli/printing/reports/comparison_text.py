@@ -5,14 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.cli.printing import screen
 from curveline.cli.printing.manner import MANNER
 from curveline.cli.printing.tables import fitting
-from curveline.comparing.agreement import Comparison, NamedTrial, ShapeAgreement
-from curveline.comparing.results import percent
+from curveline.comparing.agreement import Comparison, NamedTrial, ShapeAgreement, percent
 from curveline.phrases import counted, in_words, wrapped
 from curveline.system.files import printable
-from curveline.trial import TrialOutcome
 from curveline.units import to_mm
 
 HEAD = ("shape", "trials", "state", "MSD mm", "%", "RMSE mm", "%", "across mm")
