@@ -1,0 +1,1 @@
+"""A rod, its bearings and its nodes as trials of several shapes have them."""

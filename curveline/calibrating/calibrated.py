@@ -1,0 +1,176 @@
+"""What a calibration found: numbers with intervals, what these shapes cannot tell, and what to measure next."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from curveline.calibrating.request import CalibrationRequest
+from curveline.calibrating.unknowns import ANGLE, ASYMMETRY, GIVE, LENGTH, SCALE, SHIFT_X, SHIFT_Y, TURN, WEIGHT
+from curveline.notebook import html_of, svg_of
+from curveline.scene import Display
+from curveline.units import to_deg, to_mm
+
+HEAD = ("shape", "state", "trials", "before mm", "after mm")
+NAMES = {
+    WEIGHT: "gravity length",
+    GIVE: "bearings give",
+    ASYMMETRY: "bending asymmetry",
+    ANGLE: "angle of node {}",
+    LENGTH: "length of segment {}",
+    SHIFT_X: "camera, to the right",
+    SHIFT_Y: "camera, up",
+    TURN: "camera, turned",
+    SCALE: "camera, larger",
+}
+"""What each kind of number is called; nodes and segments count from 1."""
+UNITS = {
+    WEIGHT: "mm", GIVE: "mm", ASYMMETRY: "%", ANGLE: "deg", LENGTH: "mm",
+    SHIFT_X: "mm", SHIFT_Y: "mm", TURN: "deg", SCALE: "%",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number that was fitted, in SI, and between which it lies at 95 %, grouped by shape.
+
+    It `is_told` if that is near enough to be of use. If not, `mixed_with` is what these shapes hardly tell it apart
+    from, "" if there is no one such number. The gravity length may have no upper end: infinite.
+    """
+
+    kind: str  # such as "give", see `NAMES`
+    number: int  # of the node or segment, from 0
+    value: float  # [m], [rad] or a part of 1
+    low: float  # lower end
+    high: float  # upper end
+    is_told: bool
+    mixed_with: str = ""
+
+    @property
+    def name(self) -> str:
+        """What it is called in a report."""
+        return NAMES[self.kind].format(self.number + 1)
+
+    @property
+    def unit(self) -> str:
+        """In which it is reported."""
+        return UNITS[self.kind]
+
+    @property
+    def as_given(self) -> tuple[float, float, float]:
+        """Value and both ends in that unit."""
+        convert = {"mm": to_mm, "deg": to_deg}.get(self.unit, _percent)
+        return convert(self.value), convert(self.low), convert(self.high)
+
+
+@dataclass(frozen=True)
+class ShapeRow:
+    """What trials of a shape in one state are off, across the curve, by the file as it was and by the one found [m].
+
+    `before` is None if the file's display has no such state.
+    """
+
+    name: str  # of the shape
+    segment: int  # from 0
+    state: str
+    trials: int
+    before: float | None
+    after: float
+
+
+@dataclass(frozen=True)
+class NextShape:
+    """The shape whose trials would tell most of the number that is known least, as many as the others have.
+
+    `share` is how large its interval would be expected to be then, over what it is now.
+    """
+
+    shape: str
+    about: str  # name of that number
+    share: float
+
+
+@dataclass(frozen=True, eq=False)
+class RodCalibration:
+    """A display as trials of its shapes have it.
+
+    `display` is as its file has it, `calibrated` with what was found; it has no asymmetry, which simulation does not
+    know: where there is one, the `estimates` are those with it and the file has the best numbers without.
+    """
+
+    display: Display
+    calibrated: Display
+    estimates: tuple[Estimate, ...]
+    rows: tuple[ShapeRow, ...]
+    left: tuple[tuple[str, str], ...]  # trials that were not used, and why
+    next_shape: NextShape | None
+    request: CalibrationRequest  # as asked for
+    rms: float  # [m] across the curves, with the camera's frame as found
+    has_asymmetry: bool = False  # among the estimates
+    shapes: int = 0  # that were used
+
+    @property
+    def before(self) -> float | None:
+        """Root mean square of what trials were off [m], over the rows; None if the file misses a state."""
+        return _whole([row.before for row in self.rows], [row.trials for row in self.rows])
+
+    @property
+    def after(self) -> float:
+        """The same by the calibrated display [m], the camera's frame left as it is."""
+        whole = _whole([row.after for row in self.rows], [row.trials for row in self.rows])
+        return math.nan if whole is None else whole
+
+    @property
+    def untold(self) -> tuple[Estimate, ...]:
+        """The numbers that these shapes do not tell."""
+        return tuple(each for each in self.estimates if not each.is_told)
+
+    def estimate(self, kind: str, number: int = 0) -> Estimate:
+        """The number of a kind, of a node or segment from 0; KeyError if it was not fitted."""
+        for each in self.estimates:
+            if (each.kind, each.number) == (kind, number):
+                return each
+        raise KeyError(kind)
+
+    def document(self, argv: tuple[str, ...] = ()) -> dict[str, Any]:
+        """What `curveline calibrate rod --json` prints."""
+        from curveline.calibrating.results import document
+
+        return document(self, argv)
+
+    def display_text(self) -> str:
+        """The display file with what was found, comments kept; InvalidInput if it cannot be changed."""
+        from curveline.calibrating.display_file import calibrated_text
+
+        return calibrated_text(self)
+
+    def with_next(self, next_shape: NextShape | None) -> RodCalibration:
+        """The same, with what to measure next."""
+        return replace(self, next_shape=next_shape)
+
+    def _repr_svg_(self) -> str | None:
+        return svg_of("curveline.figures.calibrations:draw", self)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (row.name, row.state, row.trials, None if row.before is None else to_mm(row.before), to_mm(row.after))
+            for row in self.rows
+        ]
+        remarks = [
+            f"{each.name}: {each.as_given[0]:.4g} {each.unit}, {each.as_given[1]:.4g} to {each.as_given[2]:.4g}"
+            for each in self.estimates
+        ]
+        return html_of(f"{self.display.name}, calibrated", [HEAD, *rows], self._repr_svg_(), remarks=remarks)
+
+
+def _percent(part: float) -> float:
+    return 100.0 * part
+
+
+def _whole(values: list[float | None], counts: list[int]) -> float | None:
+    known = [value for value in values if value is not None]
+    if not known or len(known) < len(values):
+        return None
+    total = math.fsum(count * value * value for count, value in zip(counts, known, strict=True))
+    return math.sqrt(total / sum(counts))
