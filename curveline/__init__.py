@@ -11,6 +11,7 @@ from curveline._version import __version__
 
 if TYPE_CHECKING:
     from curveline.api import after as after
+    from curveline.api import calibrate_rod as calibrate_rod
     from curveline.api import calibrate_set as calibrate_set
     from curveline.api import check_display as check_display
     from curveline.api import fall as fall
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from curveline.bench.history import read_bench as read_bench
     from curveline.bench.measuring import measure as measure
     from curveline.bench.measuring import measure_link as measure_link
+    from curveline.calibrating.droop import Droop as Droop
+    from curveline.calibrating.request import CalibrationRequest as CalibrationRequest
     from curveline.comparing.agreement import CompareRequest as CompareRequest
     from curveline.comparing.compare import compare as compare
     from curveline.comparing.reading import Photographed as Photographed
@@ -120,6 +123,8 @@ _HOMES = {
     "HowToReadSurface": "surfaces.how_to_read",
     "Laying": "surfaces.laying",
     "write_surface": "writing",
+    "CalibrationRequest": "calibrating.request",
+    "Droop": "calibrating.droop",
     "read_trials": "comparing.reading",
     "compare": "comparing.compare",
     "CompareRequest": "comparing.agreement",

@@ -18,6 +18,8 @@ from curveline.system.arguments import expect
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from curveline.calibrating.calibrated import RodCalibration
+    from curveline.calibrating.request import CalibrationRequest
     from curveline.displays.check import DisplayCheck
     from curveline.driving.halting import Halting
     from curveline.driving.logbook import RunLog
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from curveline.simulation.results import Settings, ShapeReport
     from curveline.simulation.sweep_report import SweepReport
     from curveline.system.files import AnyPath
+    from curveline.trial import ShapeTrials
 
 
 def _scene(shape: str | os.PathLike[str] | Scene, listener: Listener) -> Scene:
@@ -263,6 +266,25 @@ def calibrate_set(readings: str | os.PathLike[str] | Sequence[DrumReading], disp
     if display is not None:
         write_set(display, fit.keys)
     return fit
+
+
+def calibrate_rod(
+    trials: Sequence[ShapeTrials], request: CalibrationRequest | None = None, listener: Listener = SILENT
+) -> RodCalibration:
+    """What a display is really like, by trials of at least two of its shapes, as `read_trials` gives them.
+
+    `request` has a droop test, whether the rod may bend harder to one side, and shapes to measure next. Of what comes
+    back `estimates` are the numbers, with intervals at 95 % grouped by shape and whether they are told; `calibrated` is
+    the display with them, which `write` keeps in a file; `rows` say how far trials were off before and after [m];
+    `next_shape` what to measure next. Raises InvalidInput for trials that cannot be calibrated with, Infeasible if they
+    show none of the shapes' states.
+    """
+    from curveline.calibrating.calibrate import calibrate_trials
+    from curveline.trial import ShapeTrials
+
+    for each in trials:
+        expect(each, ShapeTrials, "trials, as `read_trials` gives them,")
+    return calibrate_trials(trials, request, listener)
 
 
 def status(

@@ -121,6 +121,15 @@ COMPARISON = ResultKind(
 )
 """Of trials beside the model; also the command as typed."""
 
+CALIBRATION = ResultKind(
+    _with_pictures(
+        {SHAPE_FILE: "curveline.calibrating.display_file:to_display", ".json": "curveline.calibrating.results:to_json"},
+        "curveline.figures.calibrations:draw",
+    ),
+    advice="a calibrated display is .toml, its figure .svg, .png or .pdf; name a file that ends in",
+)
+"""Of a calibrated display; also the path of the file, and the command as typed."""
+
 FALL = ResultKind(
     _with_pictures({FILM: "curveline.figures.falls:animate"}, "curveline.figures.falls:draw"),
     advice="a fall is filmed in a file that ends in .gif, or shown in a strobe picture:",

@@ -33,6 +33,7 @@ def write(
     | `Fit` | .toml, the shape; .json, .svg, .png, .pdf |
     | `FittedSurface` | .json, .svg, .png, .pdf; its folder is written by `write_surface` |
     | `Comparison` | .json, .csv, .svg, .png, .pdf |
+    | `RodCalibration` | .toml, the display; .json, .svg, .png, .pdf |
     | `Loading`, `LoadMap` | .json, .svg, .png, .pdf |
     | `Atlas` | .npz, .json, .svg, .png, .pdf |
     | `SnapFall` | .gif, .svg, .png, .pdf |
@@ -60,13 +61,26 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
     """The kind of a result, and what its encoders take."""
     from curveline.atlases.atlas import Atlas
     from curveline.bench.report import BenchReport
+    from curveline.calibrating.calibrated import RodCalibration
     from curveline.comparing.agreement import Comparison
     from curveline.displays.of_plan import display_of
     from curveline.fitting.fit import Fit
     from curveline.loading.falling import SnapFall
     from curveline.loading.load_map import LoadMap
     from curveline.loading.snap_through import Loading
-    from curveline.outputs import ATLAS, COMPARISON, FALL, FIT, LOADING, PLAN, PLAN_FILE, SIMULATION, SURFACE, TRADE
+    from curveline.outputs import (
+        ATLAS,
+        CALIBRATION,
+        COMPARISON,
+        FALL,
+        FIT,
+        LOADING,
+        PLAN,
+        PLAN_FILE,
+        SIMULATION,
+        SURFACE,
+        TRADE,
+    )
     from curveline.plan_file import Plan
     from curveline.simulation.results import ShapeReport
     from curveline.simulation.shape_batch import ShapeBatch
@@ -75,6 +89,8 @@ def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> t
     if isinstance(result, Plan):
         is_plan = PLAN.suffix_of(path) == PLAN_FILE
         return PLAN, (result,) if is_plan else (result, display_of(result), lambda done: None)
+    if isinstance(result, RodCalibration):
+        return CALIBRATION, (result, path)
     if isinstance(result, Fit | FittedSurface):
         return FIT if isinstance(result, Fit) else SURFACE, (result, path)
     if isinstance(result, Atlas | Comparison):

@@ -14,11 +14,12 @@ import numpy.typing as npt
 from curveline.calibrating.bent_rod import EDGES, BentSegment
 from curveline.calibrating.calibrate import calibrated_display
 from curveline.calibrating.unknowns import Unknowns
-from curveline.comparing.trial import ShapeTrials, Trial, TrialCurve, TrialOutcome
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.rod.problem import mesh
 from curveline.scene import Scene
 from curveline.shapes.files import read_shape
 from curveline.simulation.simulate import simulate
+from curveline.trial import ShapeTrials, Trial, TrialCurve
 from curveline.units import deg, mm
 
 Array = npt.NDArray[np.float64]
@@ -29,7 +30,7 @@ EIGHT = tuple(
     for state in ("peak", "valley")
 )
 """Peaks and valleys of four ways to hold the rod."""
-TURNED, FED, LIFTED = deg(0.45), mm(0.45), mm(0.45)
+TURNED, FED, LIFTED = deg(0.47), mm(0.47), mm(0.47)
 """What nodes do otherwise each time, standard deviations: trials of a shape then differ by 0.75 mm (MSD)."""
 TRACED, ALIKE = mm(0.12), mm(40.0)
 """Error of a traced curve, and the way over which it is alike."""

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from curveline.calibrating.unknowns import GIVE, LIFT, STEPS, Unknowns, weight_of
-from curveline.comparing.trial import Array
 from curveline.rod.branches.control_path import counts_along, problem_at, straight_path
 from curveline.rod.branches.standing import state_near
 from curveline.rod.clamped_rod import ClampedRod
@@ -27,6 +26,7 @@ from curveline.rod.states.planar_states import find_states
 from curveline.rod.states.slack import is_slack
 from curveline.scene import Scene
 from curveline.simulation.simulate import scene_rod
+from curveline.trial import Array
 from curveline.units import mm
 
 EDGES = 192

@@ -17,12 +17,13 @@ from curveline.calibrating.request import AUTO, FITTED, NONE, CalibrationRequest
 from curveline.calibrating.sorting import Sorted, sorted_by_state
 from curveline.calibrating.telling import estimates_of
 from curveline.calibrating.unknowns import ASYMMETRY, WEIGHT, Unknowns, weight_of
-from curveline.comparing.trial import Array, ShapeTrials, TrialOutcome
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.errors import Infeasible, InvalidInput
 from curveline.listening import SILENT, Listener
 from curveline.rod.models.choice import beyond
 from curveline.scene import Display
 from curveline.simulation.simulate import scene_rod
+from curveline.trial import Array, ShapeTrials
 from curveline.units import mm
 
 LEAST_SHAPES = 2

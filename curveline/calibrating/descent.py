@@ -11,7 +11,7 @@ import numpy.typing as npt
 from curveline.calibrating.bent_rod import Bent
 from curveline.calibrating.misfit import REST, Misfit, SeenSegment, misfit_at, weights_of, whitened
 from curveline.calibrating.unknowns import Unknowns
-from curveline.comparing.trial import Array
+from curveline.trial import Array
 
 ITERATIONS = 40
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-10, 1e8

@@ -12,7 +12,7 @@ from curveline.calibrating.calibrated import RodCalibration
 from curveline.calibrating.unknowns import ASYMMETRY, WEIGHT
 from curveline.shapes.changed_display import text_of
 from curveline.shapes.toml_location import TomlMap
-from curveline.system.files import refuse_file
+from curveline.system.files import AnyPath, refuse_file
 from curveline.units import deg, to_deg, to_mm, to_nmm, to_nmm2
 
 STIFFNESS, MODULUS = "bending_stiffness_Nmm2", "youngs_modulus_GPa"
@@ -125,3 +125,8 @@ def _remarks(found: RodCalibration) -> list[str]:
 
 def _short(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
+
+
+def to_display(found: RodCalibration, path: AnyPath = "", argv: tuple[str, ...] = ()) -> bytes:
+    """The display file."""
+    return calibrated_text(found).encode()

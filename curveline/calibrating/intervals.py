@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from curveline.calibrating.descent import Fitted, information
-from curveline.comparing.trial import Array
 from curveline.material.drum_fit import T_975
+from curveline.trial import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,8 @@ import numpy as np
 
 from curveline.calibrating.bent_rod import Bent, BentSegment, states_of
 from curveline.calibrating.unknowns import FRAME, LIKELY, Unknowns
-from curveline.comparing.trial import Array
 from curveline.rod.branches.drawn import misfits
+from curveline.trial import Array
 from curveline.units import deg, mm
 
 POINTS = 41

@@ -12,11 +12,11 @@ from curveline.calibrating.descent import Fitted, Sought, information
 from curveline.calibrating.intervals import Uncertainty
 from curveline.calibrating.misfit import SeenSegment, as_seen, misfit_at, resampled
 from curveline.calibrating.telling import good_of
-from curveline.comparing.trial import Array
 from curveline.errors import CurvelineError
 from curveline.scene import Scene
 from curveline.shapes.files import read_shape
 from curveline.shapes.library import builtin_shapes
+from curveline.trial import Array
 
 TRIALS = 3
 """Of a shape, if the others have no more."""

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from curveline.calibrating.bent_rod import Bent, BentSegment, states_of
 from curveline.calibrating.misfit import SeenSegment, as_seen, resampled
 from curveline.calibrating.unknowns import Unknowns
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.comparing.measures import rms_across
-from curveline.comparing.trial import Array, ShapeTrials, TrialOutcome
+from curveline.trial import Array, ShapeTrials
 
 FARTHEST = 0.1
 """Of the span: a curve that is farther than that from every state is of none."""

@@ -14,7 +14,7 @@ from curveline.calibrating.calibrated import NAMES, Estimate
 from curveline.calibrating.descent import Fitted
 from curveline.calibrating.intervals import Uncertainty
 from curveline.calibrating.unknowns import ANGLE, ASYMMETRY, GIVE, LENGTH, SCALE, SHIFT_X, SHIFT_Y, TURN, WEIGHT
-from curveline.comparing.trial import Array
+from curveline.trial import Array
 from curveline.units import deg, mm
 
 GOOD = {

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curveline.comparing.trial import Array
 from curveline.scene import Display, Offsets
+from curveline.trial import Array
 from curveline.units import deg, mm
 
 WEIGHT, GIVE, ASYMMETRY, ANGLE, LENGTH = "weight", "give", "asymmetry", "angle", "length"

@@ -31,6 +31,7 @@ from curveline.cli.commands import (
     surface,
     watch,
 )
+from curveline.cli.commands.calibrate import rod as calibrate_rod
 from curveline.cli.commands.calibrate import set as set_
 from curveline.cli.commands.display import check
 from curveline.cli.commands.display import show as show_display
@@ -154,7 +155,7 @@ _group(
     "calibrate",
     "Numbers of a display file from what you measured.",
     SETTING_UP,
-    (set_.set,),
+    (calibrate_rod.rod, set_.set),
 )
 _group(
     "keys",
