@@ -67,6 +67,17 @@ def edges_of(grey: Grey, rough: Array, lens: Lens) -> TagEdges | None:
     return TagEdges(corners, max(widths[0] + widths[2], widths[1] + widths[3]) / 2.0, noise)
 
 
+def edge_between(grey: Grey, begin: Array, end: Array) -> float | None:
+    """Width [px] of the edge between black and white along a line, from a tenth to nine tenths of its contrast.
+
+    Black may be on either side; what is farther from the line than a tenth of its length is not looked at. None where
+    there is no edge.
+    """
+    reach = 0.1 * float(np.hypot(*(end - begin)))
+    found = _points_on(grey, begin, end, reach) or _points_on(grey, end, begin, reach)
+    return None if found is None else found[1]
+
+
 def _points_on(grey: Grey, begin: Array, end: Array, reach: float) -> tuple[Array, float] | None:
     """Points (n, 2) [px] on the edge between two corners, and its width [px]; None where there is no edge."""
     along = end - begin

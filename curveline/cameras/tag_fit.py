@@ -66,7 +66,7 @@ def place(lens: Lens, frame: Frame, tags: Sequence[SeenTag]) -> Placed | None:
     sigma = np.repeat([max(each.noise, LEAST_NOISE) for each in tags], 8)
     best: tuple[float, View, Array] | None = None
     for start in _starts(lens, points, pixels):
-        view, covariance, cost = _refined(start, points, pixels, sigma)
+        view, covariance, cost = refined(start, points, pixels, sigma)
         if view.eye[2] > frame.depth and (best is None or cost < best[0]):
             best = cost, view, covariance
     return None if best is None else Placed(best[1], tuple(tags), best[2])
@@ -106,7 +106,7 @@ def _starts(lens: Lens, points: Array, pixels: Array) -> list[View]:
     return views
 
 
-def _refined(view: View, points: Array, pixels: Array, sigma: Array) -> tuple[View, Array, float]:
+def refined(view: View, points: Array, pixels: Array, sigma: Array) -> tuple[View, Array, float]:
     """The view with the least squares of what is left over, its covariance, and those squares; Levenberg's method."""
     damping, cost = 1e-4, _cost(view, points, pixels, sigma)
     change = slopes(view, points) / sigma[:, None]

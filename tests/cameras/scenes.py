@@ -8,8 +8,11 @@ from typing import Any
 import cv2
 import numpy as np
 
+from curveline.cameras.boards import camera_board
 from curveline.cameras.tag_fit import corners_of
 from curveline.cameras.view import Frame, Lens, Tag, View
+from curveline.shapes.files import read_display
+from curveline.units import to_mm
 
 FINE = 0.25e-3
 """[m] of a pixel of what is photographed."""
@@ -120,3 +123,34 @@ def _hats(at: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     """Weights (n, m) of linear interpolation between equally spaced nodes."""
     step = nodes[1] - nodes[0]
     return np.maximum(0.0, 1.0 - np.abs(at[:, None] - nodes[None, :]) / step)
+
+
+def chessboard(square: float = 0.03) -> Flat:
+    """The board for the lens as it is printed, with the upper left corner of its page at x = 0 and y = 0."""
+    page = camera_board(read_display("single")).pages[0]
+    fine = to_mm(FINE) * 0.025 / square
+    levels = np.full((round(page.height / fine), round(page.width / fine)), 235, np.uint8)
+    for ink in page.inks:
+        for x, y, width, height in ink.boxes:
+            rows, columns = (slice(round(a / fine), round((a + b) / fine)) for a, b in ((y, height), (x, width)))
+            levels[rows, columns] = 25 + 210 * ink.grey
+    return Flat(levels, (0.5 * FINE, -0.5 * FINE), 0.0)
+
+
+def board_views(a_lens: Lens, count: int, seed: int = 0) -> list[View]:
+    """Where somebody holds a camera before the board: tilted all ways, the board in all parts of the picture."""
+    rng = np.random.default_rng(seed)
+    views = []
+    for index in range(count):
+        round_ = 2.0 * np.pi * index / count + rng.uniform(-0.3, 0.3)
+        tilt = rng.uniform(0.25, 0.6)
+        distance = rng.uniform(0.36, 0.5)
+        middle = np.array([0.126, -0.16])
+        eye = (
+            middle[0] + distance * np.sin(tilt) * np.cos(round_),
+            middle[1] + distance * np.sin(tilt) * np.sin(round_),
+            distance * np.cos(tilt),
+        )
+        look = middle + 0.14 * np.array([np.cos(1.7 * round_), np.sin(1.7 * round_)])
+        views.append(view(a_lens, eye, (look[0], look[1]), rng.uniform(-0.3, 0.3) + np.pi / 2.0 * (index % 4)))
+    return views
