@@ -64,13 +64,13 @@ def board_in(photograph: Photograph) -> BoardPicture:
     picture = BoardPicture(photograph.source, BoardOutcome.USED, "", numbers, corners)
     if markers == 0:
         return picture.refused(BoardOutcome.NO_BOARD, "no marker of the board is seen in it")
-    if len(numbers) < LEAST_CORNERS:
-        reason = f"{len(numbers)} of the {CORNERS} corners of the board are seen, {LEAST_CORNERS} are needed"
-        return picture.refused(BoardOutcome.FEW_CORNERS, f"{reason}: come nearer, or cover less of it")
     blur = _blur(grey, numbers, corners)
     if blur > MOST_BLUR:
         reason = f"it is blurred: edges are {100.0 * blur:.0f} % of a square wide, at most {100.0 * MOST_BLUR:.0f} %"
         return picture.refused(BoardOutcome.BLURRED, f"{reason} can be used")
+    if len(numbers) < LEAST_CORNERS:
+        reason = f"{len(numbers)} of the {CORNERS} corners of the board are seen, {LEAST_CORNERS} are needed"
+        return picture.refused(BoardOutcome.FEW_CORNERS, f"{reason}: come nearer, or cover less of it")
     return picture
 
 
@@ -131,7 +131,9 @@ def _blur(grey: Grey, numbers: npt.NDArray[np.int64], corners: Array) -> float:
         if found is not None:
             is_row = abs(int(numbers[one]) - int(numbers[other])) == 1
             widths[is_row].append(found / float(np.hypot(*(corners[one] - corners[other]))))
-    return max((float(np.median(each)) for each in widths.values() if each), default=0.0)
+    known = [float(np.median(each)) for each in widths.values() if each]
+    # Where two corners are neighbours and no edge is between them, it is washed out.
+    return max(known) if known else float(bool(_pairs(numbers)))
 
 
 def apart(pictures: Sequence[BoardPicture], width: int) -> list[BoardPicture]:

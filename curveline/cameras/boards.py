@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
 from curveline.cameras.opencv import opencv
+from curveline.cameras.paper import SIZES, Paper
 from curveline.cameras.printed_page import Box, Ink, PrintedPage, Words
 from curveline.cameras.tag_layout import TAG_SIZE, frame_for
 from curveline.cameras.view import Frame
@@ -30,18 +30,6 @@ RULER = 150.0
 TICK = 3.0
 LABEL = 9.0
 LEAST_TAG = mm(20.0)
-
-
-class Paper(StrEnum):
-    """Sizes of paper."""
-
-    A4 = "a4"
-    A3 = "a3"
-    LETTER = "letter"
-
-
-SIZES = {Paper.A4: (210.0, 297.0), Paper.A3: (297.0, 420.0), Paper.LETTER: (215.9, 279.4)}
-"""Width and height [mm]."""
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,10 @@ the others, if there are enough.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +24,7 @@ from curveline.cameras.tag_fit import TOLERANCE, Placed, SeenTag, consensus, cor
 from curveline.cameras.view import Array, Frame, Lens, View
 from curveline.errors import InvalidInput
 from curveline.phrases import counted
-from curveline.units import mm, to_mm
+from curveline.units import mm, to_deg, to_mm
 
 LEAST_TAGS = 2
 ENOUGH_TO_TELL = 4
@@ -93,10 +95,44 @@ def find_view(grey: Grey, lens: Lens, frame: Frame) -> FoundView | ViewFailure:
     if isinstance(placed, ViewFailure):
         return placed
     left_out = tuple(each for each in seen if each not in placed.tags)
-    notes += [f"tag {each.tag.number} is left out: {_by_how_much(placed.view, each, frame)}" for each in left_out]
+    notes += [f"tag {each.tag.number} is left out, {_by_how_much(placed.view, each, frame)}" for each in left_out]
     covariance = covariance_of(placed, frame)
     error = float(np.sqrt(np.square(errors_at(placed.view, covariance, _field(frame))).mean()))
     return FoundView(placed.view, placed.tags, left_out, covariance, error, blur, tuple(notes))
+
+
+def view_document(found: FoundView | ViewFailure, frame: Frame) -> dict[str, Any]:
+    """All of it as JSON has it; lengths in mm."""
+    if isinstance(found, ViewFailure):
+        return {"outcome": found.outcome.value, "reason": found.reason}
+    view = found.view
+    return {
+        "outcome": TrialOutcome.SEEN.value,
+        "reason": "",
+        "eye_mm": [to_mm(each) for each in view.eye],
+        "off_square_deg": to_deg(slant(view)),
+        "mm_per_px": to_mm(scale(view, frame)),
+        "error_mm": to_mm(found.error),
+        "blur_mm": to_mm(found.blur),
+        "notes": list(found.notes),
+        "tags": [
+            {"number": each.tag.number, "used": each in found.tags, "off_mm": to_mm(off(view, each, frame))}
+            for each in sorted((*found.tags, *found.left_out), key=lambda each: each.tag.number)
+        ],
+    }
+
+
+def slant(view: View) -> float:
+    """The angle [rad] between what the camera looks along and a line square to the display."""
+    return math.acos(min(1.0, abs(float(view.rotation[2, 2]))))
+
+
+def scale(view: View, frame: Frame) -> float:
+    """The width of a pixel on the rod's plane [m], in the middle of the tags."""
+    middle = _field(frame).mean(axis=0)
+    pixel = view.pixels(np.array([[*middle, 0.0]]))
+    beside = view.in_plane(np.concatenate([pixel, pixel + np.array([1.0, 0.0])]))
+    return float(np.hypot(*(beside[1] - beside[0])))
 
 
 def _agreeing(lens: Lens, frame: Frame, seen: Sequence[SeenTag]) -> Placed | ViewFailure:
@@ -116,7 +152,7 @@ def _agreeing(lens: Lens, frame: Frame, seen: Sequence[SeenTag]) -> Placed | Vie
         reason = f"tags {numbers} are not where the camera file has them, and too few agree to say which is off"
         return ViewFailure(TrialOutcome.TAGS_DISAGREE, reason)
     wrong = [each for each in seen if each not in agreed.tags]
-    said = "; ".join(f"tag {each.tag.number} {_by_how_much(agreed.view, each, frame)}" for each in wrong)
+    said = "; ".join(f"tag {each.tag.number} is {_by_how_much(agreed.view, each, frame)}" for each in wrong)
     rest = ", ".join(str(each.tag.number) for each in agreed.tags)
     return ViewFailure(TrialOutcome.TAGS_DISAGREE, f"by tags {rest}, which agree: {said}")
 
@@ -131,7 +167,7 @@ def _by_how_much(view: View, seen: SeenTag, frame: Frame) -> str:
     middle = found.mean(axis=0)
     shift = to_mm(float(np.hypot(*(middle - seen.tag.centre))))
     where = f"its middle is at x = {to_mm(middle[0]):.1f}, y = {to_mm(middle[1]):.1f} mm"
-    return f"is off by {shift:.1f} mm, {where}" if shift >= 1.0 else f"is turned or of another size, {where}"
+    return f"off by {shift:.1f} mm: {where}" if shift >= 1.0 else f"turned or of another size: {where}"
 
 
 def _blur(seen: SeenTag, frame: Frame) -> float:

@@ -33,6 +33,8 @@ from curveline.cli.commands import (
 )
 from curveline.cli.commands.calibrate import rod as calibrate_rod
 from curveline.cli.commands.calibrate import set as set_
+from curveline.cli.commands.camera import board, pose
+from curveline.cli.commands.camera import calibrate as calibrate_camera
 from curveline.cli.commands.display import check
 from curveline.cli.commands.display import show as show_display
 from curveline.cli.commands.keys import adopt, new
@@ -150,6 +152,12 @@ _group(
     "The displays: what is built in, and whether a file of your own is sound.",
     SETTING_UP,
     (check.check, show_display.show),
+)
+_group(
+    "camera",
+    "Photographs of a display: what to print for them, the lens, where the camera stood.",
+    SETTING_UP,
+    (board.board, calibrate_camera.calibrate, pose.pose),
 )
 _group(
     "calibrate",

@@ -1,0 +1,1 @@
+"""`curveline camera`: what is printed for a camera, its lens, and where it stands."""
