@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from curveline.cli import completion
 from curveline.cli.options import RESULTS, BriefOption, ForceOption, JsonOption
 from curveline.cli.printing import screen
 from curveline.cli.terminal import TERMINAL
@@ -20,7 +21,7 @@ def compare(
     what: Annotated[
         list[str],
         typer.Argument(
-            metavar="SHAPE TRIAL...|FOLDER...",
+            metavar="SHAPE TRIAL|FOLDER",
             help="A shape and its trials, points (.csv) or photographs, or folders of trials.",
         ),
     ],
@@ -31,6 +32,18 @@ def compare(
             rich_help_panel=WHAT,
             show_default="camera.toml of the folder",
             help="The camera file of the photographs.",
+        ),
+    ] = None,
+    display: Annotated[
+        str | None,
+        typer.Option(
+            "-d",
+            "--display",
+            metavar="NAME|FILE",
+            autocompletion=completion.displays,
+            rich_help_panel=WHAT,
+            show_default="that of the shapes",
+            help="Hold them against this display, such as one that was calibrated since.",
         ),
     ] = None,
     ddof: Annotated[
@@ -98,7 +111,7 @@ def compare(
     for path in files:
         check_output(COMPARISON, path, force=force)
     request = CompareRequest(ddof, _metres(range_mm, "--range-mm"), _metres(max_rmse_mm, "--max-rmse-mm"))
-    trials = read_trials(what, Photographed(camera, overlays), TERMINAL)
+    trials = read_trials(what, Photographed(camera, overlays), display, TERMINAL)
     found = compare_trials(trials, request, TERMINAL)
     argv = tuple(sys.argv[1:])
     for path in files:

@@ -33,7 +33,7 @@ def rod(
     trials: Annotated[
         list[str],
         typer.Argument(
-            metavar="FOLDER...", help="Folders of trials of at least two shapes, points (.csv) or photographs."
+            metavar="FOLDER", help="Folders of trials of at least two shapes, points (.csv) or photographs."
         ),
     ],
     camera: Annotated[
@@ -101,7 +101,7 @@ def rod(
         check_output(CALIBRATION, path, force=force)
     shapes = tuple(read_shape(each) for each in candidates or ())
     request = CalibrationRequest(asymmetry.value, _droop_of(droop), shapes)
-    found = calibrate_rod(read_trials(trials, Photographed(camera), TERMINAL), request, TERMINAL)
+    found = calibrate_rod(read_trials(trials, Photographed(camera), listener=TERMINAL), request, TERMINAL)
     argv = tuple(sys.argv[1:])
     for path in files:
         write_output(CALIBRATION, path, (found, path, argv), force=force)
