@@ -1,0 +1,136 @@
+"""The elastic curves around a state: the rod as it would be with its nodes a little elsewhere, and the one that fits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from curveline.rod.branches.drawn import laid, misfits
+from curveline.rod.clamped_rod import ClampedRod
+from curveline.rod.problem import mesh
+from curveline.rod.states.equilibrium import Equilibrium
+from curveline.units import deg, mm
+
+Array = npt.NDArray[np.float64]
+
+EDGES = 160
+LIKELY = np.array([mm(2.0), mm(2.0), deg(5.0), deg(5.0), mm(2.5), mm(0.7), 0.25])
+"""How far a display is off what its files say, standard deviations: heights of the left and the right node, angles of
+both clamps, length, place along the row, logarithm of the weight over the stiffness."""
+BOUNDS = 3.5
+"""No more of those."""
+NUMBERS = len(LIKELY)
+LITTLE = 1e-3
+"""By which the logarithm of the weight is changed to see what moves."""
+ROUNDS = 12
+CLOSE = 1e-3
+"""Of a standard deviation, by which the last step changes a number."""
+TUKEY = 4.685
+
+
+class Targets(NamedTuple):
+    """Points that a curve should go through."""
+
+    points: Array  # (k, 2) [m]
+    sigmas: Array  # (k,) [m]
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticCurve:
+    """A curve of a family, by its numbers, and what it is near."""
+
+    numbers: Array  # (NUMBERS,) over LIKELY
+    points: Array  # (n, 2) [m] from pivot to pivot
+    angles: Array  # what the next one is begun from
+    multipliers: Array  # as well
+    slopes: Array  # (NUMBERS, n, 2) of the points by the numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Elastic curves around a state of a segment whose left pivot is at `origin` in the display's frame."""
+
+    rod: ClampedRod
+    state: Equilibrium
+    origin: tuple[float, float]
+
+    def first(self) -> ElasticCurve | None:
+        """The state itself; None if it is no state of a planar rod with rod to spare."""
+        angles, multipliers = self.state.start_on(mesh(np.zeros(0), EDGES))
+        return self.moved(np.zeros(NUMBERS), angles, multipliers)
+
+    def moved(self, numbers: Array, angles: Array, multipliers: Array) -> ElasticCurve | None:
+        """The curve with such numbers near one with `angles` and `multipliers`; None if there is none."""
+        left, right, start, end, longer, aside, heavier = numbers * LIKELY
+        pose = self.rod.pose._replace(
+            y=self.rod.pose.y + right - left,
+            start=self.rod.pose.start + start,
+            end=self.rod.pose.end + end,
+            length=self.rod.pose.length + longer,
+        )
+        bearing = self.rod.bearing._replace(weight=self.rod.bearing.weight * float(np.exp(heavier)))
+        angles, multipliers = angles.copy(), multipliers.copy()
+        is_there, points, _, by_pose, _ = laid(pose, bearing, angles, multipliers)
+        if not is_there:
+            return None
+        slopes = np.zeros((NUMBERS, *points.shape))
+        slopes[0], slopes[1:5] = -by_pose[0], by_pose
+        slopes[0, :, 1] += 1.0
+        slopes[5, :, 0] = 1.0
+        more = bearing._replace(weight=bearing.weight * (1.0 + LITTLE))
+        is_there, heavy, *_ = laid(pose, more, angles.copy(), multipliers.copy())
+        if is_there:
+            slopes[6] = (heavy - points) / LITTLE
+        moved = points + [self.origin[0] + aside, self.origin[1] + left]
+        return ElasticCurve(numbers, moved, angles, multipliers, slopes * LIKELY[:, None, None])
+
+    def fitted(self, curve: ElasticCurve, targets: Targets, scale: float = TUKEY) -> ElasticCurve:
+        """The curve that is nearest to what targets say and a display is likely to be; far ones are left out.
+
+        `scale` says by how many of its standard deviations a target is off that says nothing more.
+        """
+        best, value = curve, np.inf
+        step = np.zeros(NUMBERS)
+        for _ in range(ROUNDS):
+            off, by = _distances(best, targets)
+            now = _loss(off, best.numbers, scale)
+            weights = np.maximum(1.0 - (off / scale) ** 2, 0.0) ** 2
+            matrix = (by * weights[:, None]).T @ by + np.eye(NUMBERS)
+            gradient = by.T @ (weights * off) + best.numbers
+            step = -np.linalg.solve(matrix, gradient)
+            value = now
+            found = self._along(best, step, targets, scale, value)
+            if found is None:
+                break
+            best = found
+            if np.max(np.abs(step)) < CLOSE:
+                break
+        return best
+
+    def _along(
+        self, curve: ElasticCurve, step: Array, targets: Targets, scale: float, value: float
+    ) -> ElasticCurve | None:
+        """The first curve along a step, or a part of it, that is nearer."""
+        for part in (1.0, 0.4, 0.1):
+            numbers = np.clip(curve.numbers + part * step, -BOUNDS, BOUNDS)
+            found = self.moved(numbers, curve.angles, curve.multipliers)
+            if found is not None and _loss(_distances(found, targets)[0], numbers, scale) < value - 1e-9:
+                return found
+        return None
+
+
+def _distances(curve: ElasticCurve, targets: Targets) -> tuple[Array, Array]:
+    """How far targets are from a curve (k,), in their standard deviations, and the slopes of that (k, NUMBERS)."""
+    moved = np.empty((len(curve.points) + len(targets.points), NUMBERS))
+    off = misfits(curve.points, np.ascontiguousarray(targets.points), curve.slopes, moved)
+    own = slice(len(curve.points), None)
+    return off[own] / targets.sigmas, moved[own] / targets.sigmas[:, None]
+
+
+def _loss(off: Array, numbers: Array, scale: float) -> float:
+    """What is to be small: Tukey's loss of the distances, and how unlikely the display is."""
+    inside = np.minimum((off / scale) ** 2, 1.0)
+    return float(scale**2 / 3.0 * np.sum(1.0 - (1.0 - inside) ** 3) + numbers @ numbers)
