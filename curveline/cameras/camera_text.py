@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from curveline.cameras.camera_file import NODE_MARGIN
+from curveline.cameras.setup import CameraSetup
 from curveline.cameras.view import Frame, Lens
 from curveline.scene import Display
 from curveline.shapes.toml_location import TomlMap
@@ -132,6 +133,29 @@ def _frame_text(frame: Frame) -> str:
             "",
         ]
     )
+
+
+def setup_text(display: Display, setup: CameraSetup) -> str:
+    """The camera file of a camera of which everything is known: that of a mock display."""
+    parts = [
+        f"# The camera before the modelled display {printable(display.name)}.\n",
+        _lens_text(lens_keys(setup.lens)),
+        _frame_text(setup.frame),
+        _seen_text(setup),
+    ]
+    return "\n".join(parts)
+
+
+def _seen_text(setup: CameraSetup) -> str:
+    rod, node = setup.rod, setup.node
+    sides = {1: "up", -1: "down", 0: "none"}
+    values = {"back_mm": rod.back, "depth_mm": rod.depth, "fibre_mm": rod.fibre}
+    if rod.side:
+        values |= {"teeth_mm": rod.teeth, "pitch_mm": rod.pitch}
+    lines = [f"{key} = {to_mm(value):.10g}" for key, value in values.items()]
+    sizes = {"half_width_mm": node.half_width, "half_height_mm": node.half_height}
+    nodes = [f"{key} = {to_mm(value):.10g}" for key, value in sizes.items()]
+    return "\n".join(["[rod]", f'teeth = "{sides[rod.side]}"', *lines, "", "[nodes]", *nodes, ""])
 
 
 def _rod_text(display: Display) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
-from curveline.comparing.trial import TrialOutcome
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.tracing.following import Followed
 from curveline.tracing.sections import front
 from curveline.tracing.trace import Traced, TracedSegment
@@ -37,10 +39,27 @@ def overlay(picture: Picture, traced: Traced) -> Picture:
         if segment.followed:
             _mark(drawn, traced, segment.followed[0], unit)
         lines.append(f"{number}: {_said(segment)}" if len(traced.segments) > 1 else _said(segment))
+    _write(drawn, lines, is_good=traced.outcome is TrialOutcome.SEEN)
+    return drawn
+
+
+def _write(drawn: Picture, lines: Sequence[str], *, is_good: bool) -> None:
+    """Lines of text into the upper left corner."""
+    import cv2
+
+    unit = max(1, round(drawn.shape[1] / 1200))
     for row, line in enumerate(lines):
         place = (12 * unit, (26 + 24 * row) * unit)
-        for colour, width in ((PAPER, 5 * unit), (SEEN if ": seen" in f": {line}" else LEFT_OUT, 2 * unit)):
+        for colour, width in ((PAPER, 5 * unit), (SEEN if is_good else LEFT_OUT, 2 * unit)):
             cv2.putText(drawn, line[:110], place, cv2.FONT_HERSHEY_SIMPLEX, 0.62 * unit, colour, width, cv2.LINE_AA)
+
+
+def plain_overlay(picture: Picture, said: str) -> Picture:
+    """A colour picture of a grey one of which nothing was made, with what is said of it."""
+    import cv2
+
+    drawn = np.asarray(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
+    _write(drawn, [said], is_good=False)
     return drawn
 
 

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from curveline.cameras.setup import CameraSetup
 from curveline.cameras.view import View
-from curveline.comparing.trial import Trial, TrialCurve, TrialOutcome
+from curveline.cameras.outcomes import TrialOutcome
+from curveline.trial import Trial, TrialCurve
 from curveline.errors import InvalidInput
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Scene

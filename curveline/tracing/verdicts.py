@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curveline.comparing.trial import TrialOutcome
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.phrases import counted
 from curveline.tracing.following import Followed
 from curveline.units import mm, to_mm

@@ -18,6 +18,8 @@ NODE = SeenNode(half_width=mm(32.0), half_height=mm(28.0))
 TAG = mm(50.0)
 ASIDE, UP, BEHIND = mm(75.0), mm(255.0), mm(25.0)
 """Where the tags of the synthetic frame are: beside the outer rails, above and below, behind the rod's middle."""
+BESIDE = np.array([-0.06, 0.05, 0.0])
+"""Where a camera stands that nobody put elsewhere, in parts of its distance: a little left and above; its roll."""
 MARGIN = mm(60.0)
 """What a picture shows beyond the tags at least."""
 
@@ -41,7 +43,7 @@ def looking_at(lens: Lens, middle: Array, eye: Array, roll: float = 0.0) -> View
 
 def default_view(display: Display, size: tuple[int, int] = (1920, 1440)) -> View:
     """A camera that sees all of a display, a little from the left and from above."""
-    return seen_from(display, size, 0.0, np.array([-0.06, 0.05, 0.0]))
+    return seen_from(display, size, 0.0, BESIDE)
 
 
 def seen_from(display: Display, size: tuple[int, int], pixel: float, beside: Array, bent: float = 0.0) -> View:
@@ -49,12 +51,16 @@ def seen_from(display: Display, size: tuple[int, int], pixel: float, beside: Arr
 
     `bent` is the first coefficient of its lens.
     """
-    width = display.span * (display.node_count - 1)
-    need = np.array([width + 2.0 * (ASIDE + TAG + MARGIN), 2.0 * (UP + 0.5 * TAG + MARGIN)])
-    pixel = max(pixel, float(np.max(need / size)))
     focal = 1.15 * max(size)
     lens = Lens(size, (focal, focal), (0.5 * size[0] - 0.5, 0.5 * size[1] - 0.5), (bent, -0.3 * bent, 0.0, 0.0, 0.0))
-    away, middle = focal * pixel, np.array([0.5 * width, 0.0, 0.0])
+    return view_through(lens, display, pixel, beside)
+
+
+def view_through(lens: Lens, display: Display, pixel: float = 0.0, beside: Array = BESIDE) -> View:
+    """A camera with a lens that sees all of a display; the rest as of `seen_from`."""
+    width = display.span * (display.node_count - 1)
+    need = np.array([width + 2.0 * (ASIDE + TAG + MARGIN), 2.0 * (UP + 0.5 * TAG + MARGIN)])
+    away, middle = lens.focal[0] * max(pixel, float(np.max(need / lens.size))), np.array([0.5 * width, 0.0, 0.0])
     eye = middle + away * np.array([beside[0], beside[1], 1.0])
     return looking_at(lens, middle, eye, float(beside[2]))
 

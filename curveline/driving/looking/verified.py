@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from curveline._version import __version__
+from curveline.comparing.folders import CAMERA
 from curveline.displays.of_plan import display_of
 from curveline.driving.looking.looks import Look, keep_look, look_at
 from curveline.driving.looking.opening import camera_for, source_for
@@ -21,6 +22,7 @@ from curveline.plan_file import Plan
 from curveline.radio.host.link import Control, OperatorRequest
 from curveline.scene import Scene
 from curveline.shapes.inputs import read_input
+from curveline.system.files import write_file
 
 if TYPE_CHECKING:
     from curveline.comparing.photographed import CameraUse
@@ -141,7 +143,17 @@ def looked_at(session: Session, what: Sequence[AnyPath | Scene | Plan], request:
     display = _display_of(given[0], session)
     use = camera_for(request.source, request.camera, display)
     source = source_for(request.source, use, session, display)
+    if request.pictures is not None:
+        _keep_camera(Path(request.pictures), use, display)
     yield Looking(session, tuple(given), request, _Eye(source, use))
+
+
+def _keep_camera(folder: Path, use: CameraUse, display: Display) -> None:
+    """Put a camera file beside pictures that have none, so that they can be compared."""
+    from curveline.cameras.camera_text import setup_text
+
+    if not (folder / CAMERA).exists():
+        write_file(folder / CAMERA, setup_text(display, use.setup).encode())
 
 
 @dataclass(frozen=True)
