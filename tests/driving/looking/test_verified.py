@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import curveline
+from curveline.cameras.camera_file import read_camera
 from curveline.cameras.outcomes import TrialOutcome
+from curveline.cameras.synthetic.standpoints import default_setup, default_view
 from curveline.comparing.photographed import CameraUse
 from curveline.driving.known_states import shown_states
 from curveline.driving.last_look import seen_last
@@ -24,7 +27,8 @@ from curveline.scene import Scene
 from curveline.trial import Trial, TrialCurve
 
 PEAK, VALLEY = "level-up-peak", "level-up-valley"
-USE = CameraUse(setup=None)  # type: ignore[arg-type]
+SINGLE = curveline.read_display("single")
+USE = CameraUse(default_setup(SINGLE, default_view(SINGLE).lens))
 
 
 class Camera:
@@ -133,7 +137,10 @@ def test_pictures_are_named_for_compare(session: Session, monkeypatch: pytest.Mo
     folder.mkdir()
     for _ in range(2):
         sent(session, Camera(monkeypatch, ["peak"]), PEAK, pictures=folder)
-    assert sorted(each.name for each in folder.iterdir()) == [f"{PEAK}-1.png", f"{PEAK}-2.png"]
+    assert sorted(each.name for each in folder.iterdir()) == ["camera.toml", f"{PEAK}-1.png", f"{PEAK}-2.png"]
+    kept = read_camera(folder / "camera.toml", SINGLE)
+    assert kept.rod.pitch == pytest.approx(USE.setup.rod.pitch)
+    assert replace(kept.rod, pitch=USE.setup.rod.pitch) == USE.setup.rod
 
 
 def test_who_asks_to_stop_is_not_photographed(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
