@@ -22,8 +22,7 @@ from curveline.shapes.files import read_shape
 from curveline.simulation.simulate import simulate
 from curveline.trial import ShapeTrials, Trial, TrialCurve
 from curveline.units import mm, to_mm
-
-from .made_trials import SIXTEEN, curve, write_table, write_trials
+from made_trials import SIXTEEN, curve, write_table, write_trials
 
 PEAK = "level-up-peak"
 
