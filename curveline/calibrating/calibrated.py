@@ -81,12 +81,12 @@ class ShapeRow:
 
 @dataclass(frozen=True)
 class NextShape:
-    """The shape whose trials would tell most of the number that is known least, as many as the others have.
+    """Shapes of which three trials each would tell most of the number that is known least.
 
     `share` is how large its interval would be expected to be then, over what it is now.
     """
 
-    shape: str
+    shapes: tuple[str, ...]
     about: str  # name of that number
     share: float
 

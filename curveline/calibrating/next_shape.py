@@ -9,7 +9,7 @@ import numpy as np
 from curveline.calibrating.bent_rod import BentSegment, states_of
 from curveline.calibrating.calibrated import NAMES, NextShape
 from curveline.calibrating.descent import Fitted, Sought, information
-from curveline.calibrating.intervals import Uncertainty
+from curveline.calibrating.intervals import Uncertainty, expected_reach
 from curveline.calibrating.misfit import SeenSegment, as_seen, misfit_at, resampled
 from curveline.calibrating.telling import good_of
 from curveline.errors import CurvelineError
@@ -18,6 +18,10 @@ from curveline.shapes.files import read_shape
 from curveline.shapes.library import builtin_shapes
 from curveline.trial import Array
 
+MOST = 3
+"""Shapes that are named together."""
+ENOUGH = 0.9
+"""Part of an interval: a shape by which it shrinks to that is enough."""
 TRIALS = 3
 """Of a shape, if the others have no more."""
 OF_CAMERA = 4
@@ -25,18 +29,26 @@ OF_CAMERA = 4
 
 
 def next_of(fit: Fitted, uncertainty: Uncertainty, candidates: Sequence[Scene]) -> NextShape | None:
-    """The shape that would tell most; None if there is none that has not been measured."""
+    """The shape that would tell most, or several; None if there is none that has not been measured.
+
+    One that alone tells of a number is not borne out by any other, so that an interval grouped by shape may even grow:
+    then more of them are named.
+    """
     place = _least_known(fit, uncertainty)
-    now = np.linalg.inv(uncertainty.matrix)[place, place]
+    others = {scene.name: _told_by(fit, scene) for scene in _others(fit.sought, candidates)}
+    told = {name: found for name, found in others.items() if found is not None}
     unknown = fit.sought.unknowns.all[int(np.flatnonzero(fit.sought.free)[place])]
+    by_shape = uncertainty.by_shape
+    names: tuple[str, ...] = ()
+    now = expected_reach(by_shape, uncertainty.sure)[place]
     best: NextShape | None = None
-    for scene in _others(fit.sought, candidates):
-        told = _told_by(fit, scene)
-        if told is None:
-            continue
-        share = float(np.sqrt(np.linalg.inv(uncertainty.matrix + TRIALS * told)[place, place] / now))
+    while told and len(names) < MOST and (best is None or best.share > ENOUGH):
+        whole = by_shape.sum(axis=0) + uncertainty.sure
+        name = min(told, key=lambda name: np.linalg.inv(whole + TRIALS * told[name])[place, place])
+        names, by_shape = (*names, name), np.concatenate([by_shape, TRIALS * told.pop(name)[None]])
+        share = float(expected_reach(by_shape, uncertainty.sure)[place] / now)
         if best is None or share < best.share:
-            best = NextShape(scene.name, NAMES[unknown.kind].format(unknown.number + 1), share)
+            best = NextShape(names, NAMES[unknown.kind].format(unknown.number + 1), share)
     return best
 
 

@@ -29,7 +29,7 @@ def document(found: RodCalibration, argv: tuple[str, ...] = ()) -> Document:
         "rms_mm": {"before": _mm(found.before), "after": _mm(found.after), "with_frame": _mm(found.rms)},
         "rows": [_row(row) for row in found.rows],
         "left_out": [{"trial": source, "reason": reason} for source, reason in found.left],
-        "next": None if after is None else {"shape": after.shape, "about": after.about, "share": after.share},
+        "next": None if after is None else {"shapes": list(after.shapes), "about": after.about, "share": after.share},
         "write": found_keys(found),
     }
 

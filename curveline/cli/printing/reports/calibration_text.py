@@ -88,4 +88,5 @@ def _next(found: RodCalibration) -> str:
     less = round(100.0 * (1.0 - after.share))
     if less < 1:
         return f"what is known least, {after.about}, no further shape would tell much better"
-    return f"measure {after.shape} next: it would make the interval of {after.about}, known least, {less} % shorter"
+    what = " and ".join(after.shapes)
+    return f"measure {what} next: the interval of {after.about}, known least, would become {less} % shorter"
