@@ -12,6 +12,7 @@ from curveline.tracing.sections import Reach
 from curveline.units import mm
 
 Array = npt.NDArray[np.float64]
+Codes = npt.NDArray[np.int8]
 
 STEP, ACROSS = mm(4.0), mm(0.5)
 """From column to column, and from row to row of the strips that ways are sought in."""
@@ -26,9 +27,9 @@ MOST = 1.2
 SLOPES = 3
 """A way rises by at most so many rows from column to column."""
 BEND, FLIP, ASIDE = 0.12, 1.5, 0.03
-"""What it costs if a way turns by a row a column, if the bar becomes the darker or the lighter one, and if it lies 20 mm
-off what was predicted."""
 FAR = mm(20.0)
+"""What it costs if a way turns by a row a column, if the bar becomes the darker or the lighter one, and if it lies so
+far off what was predicted."""
 
 
 class BarWay(NamedTuple):
@@ -53,8 +54,8 @@ def likeness(strip: Greys, across: Array, bar: Reach, noise: float) -> Array:
         rows = np.arange(strip.shape[0])[:, None]
         begin = np.clip(rows + np.rint(low / step).astype(int), 0, strip.shape[0] - 1)
         end = np.clip(np.maximum(rows + np.rint(high / step).astype(int) + 1, begin + 1), 1, strip.shape[0])
-        taken: Array = np.take_along_axis(table, end, 0) - np.take_along_axis(table, begin, 0)
-        return taken / (end - begin)
+        taken: Array = (np.take_along_axis(table, end, 0) - np.take_along_axis(table, begin, 0)) / (end - begin)
+        return taken
 
     inside = mean(sums, bar.low * 0.5, bar.high * 0.5)
     left = mean(sums, bar.high + GAP, bar.high + GAP + FLANK)
@@ -69,7 +70,7 @@ def likeness(strip: Greys, across: Array, bar: Reach, noise: float) -> Array:
 
 
 def best_way(found: Array, across: Array) -> BarWay:
-    """The way along a strip that is most like a bar, which may change between light and dark, from `likeness (2, m, n)`."""
+    """The way along a strip that is most like a bar, light or dark by turns: `found` is its likeness."""
     _, rows, columns = found.shape
     count = 2 * SLOPES + 1
     cost = ASIDE * (across / FAR) ** 2
@@ -82,7 +83,7 @@ def best_way(found: Array, across: Array) -> BarWay:
     return _followed(found, across, comes, (int(sign), int(slope), int(row)))
 
 
-def _onward(score: Array) -> tuple[Array, Array]:
+def _onward(score: Array) -> tuple[Array, Codes]:
     """Scores in the next column before what is found there, and from where they come: sign and slope in one number."""
     count, rows = score.shape[1:]
     other = score[::-1] - FLIP
@@ -106,7 +107,7 @@ def _onward(score: Array) -> tuple[Array, Array]:
     return out, origin
 
 
-def _followed(found: Array, across: Array, comes: Array, last: tuple[int, int, int]) -> BarWay:
+def _followed(found: Array, across: Array, comes: Codes, last: tuple[int, int, int]) -> BarWay:
     sign, slope, row = last
     columns = found.shape[2]
     rows, signs = np.empty(columns, dtype=int), np.empty(columns, dtype=int)

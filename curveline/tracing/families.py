@@ -1,4 +1,4 @@
-"""The elastic curves around a state: the rod as it would be with its nodes a little elsewhere, and the one that fits."""
+"""The elastic curves around a state, of the rod with its nodes a little elsewhere, and the one that fits best."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Family:
         is_there, heavy, *_ = laid(pose, more, angles.copy(), multipliers.copy())
         if is_there:
             slopes[6] = (heavy - points) / LITTLE
-        moved = points + [self.origin[0] + aside, self.origin[1] + left]
+        moved = points + np.array([self.origin[0] + aside, self.origin[1] + left])
         return ElasticCurve(numbers, moved, angles, multipliers, slopes * LIKELY[:, None, None])
 
     def fitted(self, curve: ElasticCurve, targets: Targets, scale: float = TUKEY) -> ElasticCurve:

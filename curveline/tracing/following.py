@@ -15,7 +15,7 @@ from curveline.scene import Scene
 from curveline.simulation.simulate import scene_rod
 from curveline.tracing import bars
 from curveline.tracing.families import TUKEY, ElasticCurve, Family, Targets
-from curveline.tracing.lines import Line, line_through, strip_of
+from curveline.tracing.lines import SeenLine, line_through, strip_of
 from curveline.tracing.sections import front, silhouette
 from curveline.tracing.smoothing import Smoothed, smoothed
 from curveline.tracing.windows import Sight, Windows, measured, window_places
@@ -44,7 +44,7 @@ BLUR_REACH = mm(1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class TracingTask:
     """What is followed: a state of a segment, in a picture."""
 
     scene: Scene
@@ -55,14 +55,14 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class FollowedState:
     """What became of following a state: the elastic curve near it, and what windows along that say."""
 
     state: Equilibrium
-    predicted: Line
+    predicted: SeenLine
     way: Array  # (k, 2) [m] of the bar near the prediction
     elastic: ElasticCurve
-    line: Line  # the visible part of the elastic curve
+    line: SeenLine  # the visible part of the elastic curve
     windows: Windows
     smooth: Smoothed
     blur: float  # [m]
@@ -108,7 +108,7 @@ class Reached(NamedTuple):
     high: float
 
 
-def visible(line: Line, task: Task) -> Reached:
+def visible(line: SeenLine, task: TracingTask) -> Reached:
     """From where to where a line is beyond the silhouettes of the nodes at its ends."""
     span, sizes = task.scene.display.span, (task.node.half_width + BESIDE_NODE, task.node.half_height + BESIDE_NODE)
     hidden = np.zeros(len(line.points), dtype=bool)
@@ -121,7 +121,7 @@ def visible(line: Line, task: Task) -> Reached:
     return Reached(float(line.places[seen[0]]), float(line.places[seen[-1]]))
 
 
-def followed(sight: Sight, task: Task) -> Followed | None:
+def followed(sight: Sight, task: TracingTask) -> FollowedState | None:
     """A state followed as well as it can be; None if it has no elastic curves around it, or next to nothing is seen."""
     scene, index = task.scene, task.index
     origin = (index * scene.display.span, scene.nodes[index].height)
@@ -142,7 +142,7 @@ def followed(sight: Sight, task: Task) -> Followed | None:
     return _measured(sight, task, family, elastic, (predicted, points, float(way.likeness.mean())))
 
 
-def _way(sight: Sight, line: Line, reached: tuple[float, float], noise: float) -> tuple[Line, bars.BarWay]:
+def _way(sight: Sight, line: SeenLine, reached: tuple[float, float], noise: float) -> tuple[SeenLine, bars.BarWay]:
     """The middles of the columns beside a line, and the way of a bar through them."""
     fine = 4
     places = np.arange(reached[0], reached[1], bars.STEP / fine)
@@ -156,17 +156,18 @@ def _way(sight: Sight, line: Line, reached: tuple[float, float], noise: float) -
 
 
 def _measured(
-    sight: Sight, task: Task, family: Family, elastic: ElasticCurve, before: tuple[Line, Array, float]
-) -> Followed | None:
+    sight: Sight, task: TracingTask, family: Family, elastic: ElasticCurve, before: tuple[SeenLine, Array, float]
+) -> FollowedState | None:
     """The elastic curve nearer and nearer to what windows show, and the rod beside it."""
     seen = replace(sight, blur=max(sight.pixel, mm(0.5)))
+    windows: Windows | None = None
     for number, (reach, spread) in enumerate(zip(REACHES, SPREADS, strict=True)):
         line = line_through(elastic.points)
         low, high = visible(line, task)
         if high - low < LEAST:
             return None
         places = window_places(sight.seen, low, high)
-        if number > 0:
+        if windows is not None:
             seen = replace(seen, blur=_blur(seen, line, places, windows))
         windows = measured(seen, line, places, reach)
         good = windows.likeness > LIKE_THE_ROD
@@ -174,12 +175,14 @@ def _measured(
         targets = Targets(points[good], np.hypot(windows.sigma[good], spread))
         if number < len(REACHES) - 1:
             elastic = family.fitted(elastic, targets, TUKEY)
+    if windows is None:
+        return None
     smooth = smoothed(windows.places, windows.off, windows.sigma, good)
     predicted, way, likeness = before
-    return Followed(task.state, predicted, way, elastic, line, windows, smooth, seen.blur, likeness)
+    return FollowedState(task.state, predicted, way, elastic, line, windows, smooth, seen.blur, likeness)
 
 
-def _blur(sight: Sight, line: Line, places: Array, windows: Windows) -> float:
+def _blur(sight: Sight, line: SeenLine, places: Array, windows: Windows) -> float:
     """How blurred the picture is there: as the windows that are most like the rod have it."""
     order = np.argsort(-windows.likeness[: len(places)])[: max(6, len(places) // 3)]
     some = places[np.sort(order[order < len(places)])]

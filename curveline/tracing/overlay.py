@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import textwrap
 
 import numpy as np
 import numpy.typing as npt
 
 from curveline.cameras.outcomes import TrialOutcome
-from curveline.tracing.following import Followed
+from curveline.tracing.following import FollowedState
 from curveline.tracing.sections import front
 from curveline.tracing.trace import Traced, TracedSegment
 
@@ -20,6 +20,8 @@ PREDICTED, WAY, SEEN, LEFT_OUT = (200, 120, 0), (0, 190, 255), (0, 200, 0), (0, 
 """Blue, amber, green, red, as OpenCV has them."""
 PAPER: Colour = (255, 255, 255)
 BITS = 3
+LETTERS = 100
+"""In a line of text."""
 
 
 def overlay(picture: Picture, traced: Traced) -> Picture:
@@ -28,39 +30,46 @@ def overlay(picture: Picture, traced: Traced) -> Picture:
     Blue are the states as predicted, amber the way of a bar near the likeliest, green where the rod was seen, red where
     it should be and was not.
     """
-    import cv2
-
-    drawn = np.asarray(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
-    unit = max(1, round(picture.shape[1] / 1200))
+    drawn = _in_colour(picture)
     lines = []
     for number, segment in enumerate(traced.segments, start=1):
         for each in segment.followed:
-            _draw(drawn, _pixels(traced, each.predicted.points), PREDICTED, unit)
+            _draw(drawn, _pixels(traced, each.predicted.points), PREDICTED)
         if segment.followed:
-            _mark(drawn, traced, segment.followed[0], unit)
-        lines.append(f"{number}: {_said(segment)}" if len(traced.segments) > 1 else _said(segment))
-    _write(drawn, lines, is_good=traced.outcome is TrialOutcome.SEEN)
+            _mark(drawn, traced, segment.followed[0])
+        said = _said(segment)
+        lines.append(f"{number}: {said}" if len(traced.segments) > 1 else said)
+    _write(drawn, lines, SEEN if traced.outcome is TrialOutcome.SEEN else LEFT_OUT)
     return drawn
 
 
-def _write(drawn: Picture, lines: Sequence[str], *, is_good: bool) -> None:
-    """Lines of text into the upper left corner."""
+def plain_overlay(picture: Picture, text: str) -> Picture:
+    """A colour picture as `overlay` makes them, of one in which nothing could be traced, with a `text` why."""
+    drawn = _in_colour(picture)
+    _write(drawn, [text], LEFT_OUT)
+    return drawn
+
+
+def _in_colour(picture: Picture) -> Picture:
     import cv2
 
-    unit = max(1, round(drawn.shape[1] / 1200))
-    for row, line in enumerate(lines):
+    return np.asarray(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
+
+
+def _unit(drawn: Picture) -> int:
+    """Pixels that make a line that is seen."""
+    return max(1, int(drawn.shape[1] / 1200.0 + 0.5))
+
+
+def _write(drawn: Picture, lines: list[str], colour: Colour) -> None:
+    """Lines of text in the upper left corner."""
+    import cv2
+
+    unit = _unit(drawn)
+    for row, text in enumerate(piece for line in lines for piece in textwrap.wrap(line, LETTERS)):
         place = (12 * unit, (26 + 24 * row) * unit)
-        for colour, width in ((PAPER, 5 * unit), (SEEN if is_good else LEFT_OUT, 2 * unit)):
-            cv2.putText(drawn, line[:110], place, cv2.FONT_HERSHEY_SIMPLEX, 0.62 * unit, colour, width, cv2.LINE_AA)
-
-
-def plain_overlay(picture: Picture, said: str) -> Picture:
-    """A colour picture of a grey one of which nothing was made, with what is said of it."""
-    import cv2
-
-    drawn = np.asarray(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
-    _write(drawn, [said], is_good=False)
-    return drawn
+        for each, width in ((PAPER, 5 * unit), (colour, 2 * unit)):
+            cv2.putText(drawn, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.6 * unit, each, width, cv2.LINE_AA)
 
 
 def _said(segment: TracedSegment) -> str:
@@ -72,11 +81,12 @@ def _said(segment: TracedSegment) -> str:
     return f"{verdict.outcome.value}: {verdict.reason}"
 
 
-def _mark(drawn: Picture, traced: Traced, best: Followed, unit: int) -> None:
+def _mark(drawn: Picture, traced: Traced, best: FollowedState) -> None:
     """What was made of the likeliest state."""
     import cv2
 
-    _draw(drawn, _pixels(traced, best.way), WAY, unit)
+    unit = _unit(drawn)
+    _draw(drawn, _pixels(traced, best.way), WAY)
     at = best.line.at(best.windows.places)
     for used, place in zip(best.used, _pixels(traced, at.beside(best.smooth.off)), strict=True):
         colour = SEEN if used else LEFT_OUT
@@ -89,8 +99,8 @@ def _pixels(traced: Traced, points: Array) -> Array:
     return traced.view.pixels(np.column_stack([points, depth]))
 
 
-def _draw(drawn: Picture, pixels: Array, colour: Colour, unit: int) -> None:
+def _draw(drawn: Picture, pixels: Array, colour: Colour) -> None:
     import cv2
 
     corners = [np.round(pixels * 2**BITS).astype(np.int32)]
-    cv2.polylines(drawn, corners, False, colour, unit, cv2.LINE_AA, BITS)
+    cv2.polylines(drawn, corners, False, colour, _unit(drawn), cv2.LINE_AA, BITS)

@@ -1,4 +1,4 @@
-"""What of the rod's section a camera sees: how far face and skins reach across the curve, and how much of it teeth fill.
+"""What of the rod's section a camera sees: how far face and skins reach across the curve, what of it teeth fill.
 
 Everything is told in the plane of the rod's front face, by how far it lies to the left of the neutral fibre.
 """
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curveline.cameras.view import SeenRod, View
-from curveline.tracing.lines import Line
+from curveline.tracing.lines import SeenLine
 from curveline.units import deg
 
 Array = npt.NDArray[np.float64]
@@ -46,7 +46,7 @@ def has_teeth(seen: SeenRod) -> bool:
     return seen.teeth > 0.0 and seen.pitch > 0.0 and seen.side != 0
 
 
-def parallax(seen: SeenRod, view: View, line: Line) -> tuple[Array, Array]:
+def parallax(seen: SeenRod, view: View, line: SeenLine) -> tuple[Array, Array]:
     """By how much the rear edge is seen beside the front one, to the left and along, each (n,) [m]."""
     x, y, z = view.eye
     part = 1.0 - (z - front(seen)) / (z + front(seen))
@@ -54,7 +54,7 @@ def parallax(seen: SeenRod, view: View, line: Line) -> tuple[Array, Array]:
     return np.sum(shift * line.normals, axis=1), np.sum(shift * line.directions, axis=1)
 
 
-def silhouette(seen: SeenRod, view: View, line: Line) -> Reach:
+def silhouette(seen: SeenRod, view: View, line: SeenLine) -> Reach:
     """How far the rod reaches with its skins and teeth."""
     left, _ = parallax(seen, view, line)
     near, far = back_of(seen)
@@ -63,7 +63,7 @@ def silhouette(seen: SeenRod, view: View, line: Line) -> Reach:
     return Reach(low + np.minimum(left, 0.0), high + np.maximum(left, 0.0))
 
 
-def coverage(seen: SeenRod, view: View, line: Line, across: Array) -> tuple[Array, Array]:
+def coverage(seen: SeenRod, view: View, line: SeenLine, across: Array) -> tuple[Array, Array]:
     """The part of the way along the rod that its face fills, and that its body does, each (n, m) at `across (m,)`."""
     left, along = parallax(seen, view, line)
     depths = np.linspace(0.0, 1.0, SLICES)
@@ -89,4 +89,6 @@ def _half_widths(seen: SeenRod, across: Array) -> Array:
     height = seen.side * (across - root_line)
     dedendum = (1.0 - ADDENDUM) * seen.teeth
     tooth = 0.25 * seen.pitch + slope * (dedendum - height)
-    return np.where((across >= near) & (across <= far), seen.pitch, np.where((height > 0.0) & (height < seen.teeth), tooth, 0.0))
+    return np.where(
+        (across >= near) & (across <= far), seen.pitch, np.where((height > 0.0) & (height < seen.teeth), tooth, 0.0)
+    )

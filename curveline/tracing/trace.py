@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from curveline.cameras.outcomes import TrialOutcome
 from curveline.cameras.setup import CameraSetup
 from curveline.cameras.view import View
-from curveline.cameras.outcomes import TrialOutcome
-from curveline.trial import Trial, TrialCurve
 from curveline.errors import InvalidInput
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Scene
 from curveline.simulation.simulate import simulate
-from curveline.tracing.following import Followed, Task, followed
+from curveline.tracing.following import FollowedState, TracingTask, followed
 from curveline.tracing.noise import noise_of
-from curveline.tracing.verdicts import Verdict, verdict_on
+from curveline.tracing.verdicts import SegmentVerdict, verdict_on
 from curveline.tracing.windows import Sight
+from curveline.trial import Trial, TrialCurve
 
 Picture = npt.NDArray[np.uint8]
 
@@ -28,8 +28,8 @@ Picture = npt.NDArray[np.uint8]
 class TracedSegment:
     """What came of a segment: every state that was followed, the likeliest first, and what is said of it."""
 
-    followed: tuple[Followed, ...]
-    verdict: Verdict
+    followed: tuple[FollowedState, ...]
+    verdict: SegmentVerdict
 
     @property
     def curve(self) -> TrialCurve | None:
@@ -82,13 +82,15 @@ def trace(
     """
     height, width = picture.shape
     if (width, height) != view.lens.size:
-        message = f"the picture has {width} x {height} pixels, the lens is that of {view.lens.size[0]} x {view.lens.size[1]}"
+        message = (
+            f"the picture has {width} x {height} pixels, the lens is that of {view.lens.size[0]} x {view.lens.size[1]}"
+        )
         raise InvalidInput(message, "calibrate the camera as it takes such pictures")
     listed = [segment.states for segment in simulate(scene)] if states is None else states
     sight, noise = Sight(picture, view, setup.rod), noise_of(picture)
     segments = []
     for index, each in enumerate(listed):
-        tasks = (Task(scene, index, state, setup.node, noise) for state in each if state.stable)
+        tasks = (TracingTask(scene, index, state, setup.node, noise) for state in each if state.stable)
         found = [one for one in (followed(sight, task) for task in tasks) if one is not None]
         found.sort(key=lambda one: -one.support)
         segments.append(TracedSegment(tuple(found), verdict_on(found)))

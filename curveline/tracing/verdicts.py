@@ -12,7 +12,7 @@ import numpy as np
 
 from curveline.cameras.outcomes import TrialOutcome
 from curveline.phrases import counted
-from curveline.tracing.following import Followed
+from curveline.tracing.following import FollowedState
 from curveline.units import mm, to_mm
 
 COVER = 0.35
@@ -30,7 +30,7 @@ SYSTEMATIC = mm(0.08)
 
 
 @dataclass(frozen=True)
-class Verdict:
+class SegmentVerdict:
     """What is said of a segment."""
 
     outcome: TrialOutcome
@@ -38,36 +38,38 @@ class Verdict:
     sigma: float = 0.0  # [m] standard error of its points
 
 
-def verdict_on(found: Sequence[Followed]) -> Verdict:
+def verdict_on(found: Sequence[FollowedState]) -> SegmentVerdict:
     """What is said of a segment whose states were followed, the likeliest first."""
     if not found:
-        return Verdict(TrialOutcome.ROD_NOT_SEEN, "no state of the shape is in sight between the nodes")
+        return SegmentVerdict(TrialOutcome.ROD_NOT_SEEN, "no state of the shape is in sight between the nodes")
     best = found[0]
     refusal = _refusal(best) or _other(found)
     if refusal is not None:
         return refusal
     spread = float(np.sqrt(np.mean(best.smooth.sigma[best.used] ** 2)))
-    return Verdict(TrialOutcome.SEEN, "", float(np.hypot(spread, SYSTEMATIC)))
+    return SegmentVerdict(TrialOutcome.SEEN, "", float(np.hypot(spread, SYSTEMATIC)))
 
 
-def _refusal(best: Followed) -> Verdict | None:
+def _refusal(best: FollowedState) -> SegmentVerdict | None:
     """Why the rod that was followed best is none."""
     seen, name = best.cover, best.state.name
     if seen < COVER:
         if best.rodlike < NOTHING:
             said = f"nothing like the rod is near any of its states: {seen:.0%} of it would be seen as {name}"
-            return Verdict(TrialOutcome.ROD_NOT_SEEN, said)
+            return SegmentVerdict(TrialOutcome.ROD_NOT_SEEN, said)
         if best.rodlike > 1.5 * seen:
             said = f"what is seen follows no elastic curve: the nearest, of {name}, has {seen:.0%} of it"
-            return Verdict(TrialOutcome.NOT_ELASTIC, said)
-        return Verdict(TrialOutcome.TOO_LITTLE_SEEN, f"only {seen:.0%} of the rod is seen, as {name}; {COVER:.0%} are needed")
+            return SegmentVerdict(TrialOutcome.NOT_ELASTIC, said)
+        return SegmentVerdict(
+            TrialOutcome.TOO_LITTLE_SEEN, f"only {seen:.0%} of the rod is seen, as {name}; {COVER:.0%} are needed"
+        )
     if best.from_model > FARTHEST:
         said = f"the rod is {to_mm(best.from_model):.0f} mm off {name}, the nearest state: no display differs so much"
-        return Verdict(TrialOutcome.NOT_ELASTIC, said)
+        return SegmentVerdict(TrialOutcome.NOT_ELASTIC, said)
     return None
 
 
-def _other(found: Sequence[Followed]) -> Verdict | None:
+def _other(found: Sequence[FollowedState]) -> SegmentVerdict | None:
     """That another state fits as well."""
     best = found[0]
     alike = [each for each in found[1:] if each.support > ALIKE * best.support and _apart(best, each) > SAME]
@@ -75,9 +77,9 @@ def _other(found: Sequence[Followed]) -> Verdict | None:
         return None
     names = " and ".join(each.state.name for each in (best, *alike))
     said = f"{counted(1 + len(alike), 'state')} fit alike: {names}"
-    return Verdict(TrialOutcome.AMBIGUOUS, said)
+    return SegmentVerdict(TrialOutcome.AMBIGUOUS, said)
 
 
-def _apart(one: Followed, other: Followed) -> float:
+def _apart(one: FollowedState, other: FollowedState) -> float:
     """How far apart two elastic curves are at most [m]."""
     return float(np.max(np.hypot(*(one.elastic.points - other.elastic.points).T)))

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curveline.cameras.view import SeenRod, View
-from curveline.tracing.lines import Line, strip_of
+from curveline.tracing.lines import SeenLine, strip_of
 from curveline.tracing.sections import coverage, front, has_teeth, silhouette
 from curveline.units import mm
 
@@ -81,7 +81,7 @@ def window_places(seen: SeenRod, low: float, high: float) -> Array:
     return begin + (np.arange(count * samples).reshape(count, samples) + 0.5) * length / samples
 
 
-def measured(sight: Sight, line: Line, places: Array, reach: float) -> Windows:
+def measured(sight: Sight, line: SeenLine, places: Array, reach: float) -> Windows:
     """What windows with samples at `places (n, k)` say where the rod is, if that is within `reach` [m] of the line."""
     middles = line.at(places.mean(axis=1))
     bar = silhouette(sight.seen, sight.view, middles)
@@ -101,8 +101,8 @@ def measured(sight: Sight, line: Line, places: Array, reach: float) -> Windows:
     return _best(fits, offsets, middles.places, known, sight)
 
 
-def section_parts(sight: Sight, middles: Line, across: Array) -> Array:
-    """What of left and right, face and skins is to be seen (n, m, PARTS) `across (m,)` windows whose rod is on the line."""
+def section_parts(sight: Sight, middles: SeenLine, across: Array) -> Array:
+    """How much is seen of left, right, face, skins (n, m, PARTS) `across (m,)` windows, with the rod on the line."""
     fine = np.arange(across[0] - mm(2.0), across[-1] + mm(2.0) + FINE, FINE)
     face, body = coverage(sight.seen, sight.view, middles, fine)
     left = (1.0 - body) * (fine > 0.0)
@@ -123,7 +123,7 @@ class _Fits(NamedTuple):
     levels: Array  # (n, j, PARTS) grey levels
 
 
-def _fits(profiles: Array, parts: Array, within: Array, level: float) -> _Fits:
+def _fits(profiles: Array, parts: Array, within: npt.NDArray[np.bool_], level: float) -> _Fits:
     """How well the parts explain every window at every shift."""
     count = within.shape[1]
     data = np.lib.stride_tricks.sliding_window_view(profiles, count, axis=1)
@@ -138,7 +138,7 @@ def _fits(profiles: Array, parts: Array, within: Array, level: float) -> _Fits:
     return _Fits(left, _edge_alone(data, within), rows, levels)
 
 
-def _edge_alone(data: Array, within: Array) -> Array:
+def _edge_alone(data: Array, within: npt.NDArray[np.bool_]) -> Array:
     """Sums of squares (n, j) that an edge, light on one side and dark on the other, leaves of every window."""
     weights = within.astype(float)
     ramp = np.sign(np.arange(within.shape[1]) - 0.5 * (within.shape[1] - 1)) * weights
@@ -221,4 +221,5 @@ def _nearby(left: Array, way: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     """The shift (n,) near a way that leaves the least."""
     far = np.abs(np.arange(left.shape[1])[None, :] - way[:, None]) * ROW > NEAR
     best = np.argmin(np.where(far, np.inf, left), axis=1)
-    return np.clip(best, 1, left.shape[1] - 2)
+    inner: npt.NDArray[np.int64] = np.clip(best, 1, left.shape[1] - 2)
+    return inner

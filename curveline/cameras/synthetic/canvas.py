@@ -20,7 +20,7 @@ LEVELS = 256.0
 """Steps of a grey level in between."""
 
 
-class Canvas:
+class PaintedPicture:
     """A grey picture (height, width), levels from 0 to 255, on which what comes later hides what is there."""
 
     def __init__(self, size: tuple[int, int], level: float) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from curveline.cameras.setup import CameraSetup
-from curveline.cameras.synthetic.canvas import Canvas, Greys
+from curveline.cameras.synthetic.canvas import Greys, PaintedPicture
 from curveline.cameras.synthetic.faults import PictureFaults
 from curveline.cameras.synthetic.rod_body import body_of
 from curveline.cameras.synthetic.stage import (
@@ -29,7 +30,8 @@ Picture = npt.NDArray[np.uint8]
 
 POINTS = 401
 TAIL = mm(180.0)
-"""Rod that stands out of the first and of the last node."""
+DROOP = 0.8
+"""Rod that stands out of the first and of the last node, and how it hangs, 1/m."""
 SHADOW = np.array([mm(14.0), mm(-22.0)])
 """Where the rod's shadow on the wall is seen from the rod."""
 SHADOW_BLUR = 0.02
@@ -40,10 +42,8 @@ GRAIN = 1.5
 
 def curves_of(scene: Scene, states: Sequence[Equilibrium]) -> list[Array]:
     """The curves (n, 2) [m] that a display shows in some states of its segments, in the display's frame."""
-    span = scene.display.span
-    return [
-        state.curve(POINTS) + [index * span, scene.nodes[index].height] for index, state in enumerate(states)
-    ]  # fmt: skip
+    origins = [np.array([index * scene.display.span, node.height]) for index, node in enumerate(scene.nodes)]
+    return [state.curve(POINTS) + origin for state, origin in zip(states, origins, strict=False)]
 
 
 def photograph_of(
@@ -54,13 +54,13 @@ def photograph_of(
     Without curves there is no rod in it.
     """
     source = np.random.default_rng([faults.seed, 23])
-    canvas = Canvas(view.lens.size, faults.wall)
+    canvas = PaintedPicture(view.lens.size, faults.wall)
     hang_clutter(canvas, faults, source)
     _add_grain(canvas.greys, source)
     put_up_rails(canvas, scene, view)
     off = faults.tag_error * source.standard_normal((len(setup.frame.tags), 2))
     put_on_tags(canvas, setup.frame, view, off)
-    whole = [*_tail(curves[0][::-1])[::1], *curves, *_tail(curves[-1])] if curves else []
+    whole = [_tail(curves[0][::-1]), *curves, _tail(curves[-1])] if curves else []
     _cast_shadow(canvas, whole, setup.rod, view, faults)
     level = float(np.clip(faults.wall + faults.contrast, 4.0, 250.0))
     for number, curve in enumerate(whole):
@@ -85,10 +85,8 @@ def exposed(greys: Greys, faults: PictureFaults, source: np.random.Generator) ->
         fall = 0.7 * (np.cos(way) * x[None, :] + np.sin(way) * y[:, None]) + 0.6 * (x[None, :] ** 2 + y[:, None] ** 2)
         lit = (greys * (1.0 - faults.gradient * fall)).astype(np.float32)
     blurred = cv2.GaussianBlur(lit, (0, 0), max(faults.blur, 0.3))
-    noise = np.empty((height, width), dtype=np.float32)
-    cv2.setRNGSeed(int(source.integers(2**31 - 1)))
-    cv2.randn(noise, 0.0, faults.noise)
-    taken = np.clip(np.rint(blurred + noise), 0.0, 255.0).astype(np.uint8)
+    noise = faults.noise * source.standard_normal((height, width), dtype=np.float32)
+    taken: Picture = np.clip(np.rint(blurred + noise), 0.0, 255.0).astype(np.uint8)
     if faults.quality == 0:
         return taken
     _, data = cv2.imencode(".jpg", taken, [cv2.IMWRITE_JPEG_QUALITY, faults.quality])
@@ -104,29 +102,28 @@ def _add_grain(greys: Greys, source: np.random.Generator) -> None:
     greys += GRAIN * cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
 
 
-def _tail(curve: Array) -> list[Array]:
+def _tail(curve: Array) -> Array:
     """The rod that stands out behind the end of a curve, and droops."""
-    if TAIL <= 0.0:
-        return []
     way = curve[-1] - curve[-2]
     along = np.linspace(0.0, TAIL, 60)[:, None]
-    return [curve[-1] + along * way / np.hypot(*way) + [0.0, -1.0] * along**2 * 0.8]
+    tail: Array = curve[-1] + along * way / np.hypot(*way) - along**2 * np.array([0.0, DROOP])
+    return tail
 
 
 def _mirrored(seen: SeenRod) -> SeenRod:
     """The same rod, seen against its direction."""
-    from dataclasses import replace
-
     return replace(seen, side=-seen.side)
 
 
-def _cast_shadow(canvas: Canvas, curves: Sequence[Array], seen: SeenRod, view: View, faults: PictureFaults) -> None:
+def _cast_shadow(
+    canvas: PaintedPicture, curves: Sequence[Array], seen: SeenRod, view: View, faults: PictureFaults
+) -> None:
     """The rod's shadow on the wall."""
     import cv2
 
     if faults.shadow <= 0.0 or not curves:
         return
-    dark = Canvas(view.lens.size, 0.0)
+    dark = PaintedPicture(view.lens.size, 0.0)
     for curve in curves:
         dark.paint(*body_of(curve + SHADOW, seen, view, 255.0))
     part = cv2.GaussianBlur(dark.greys, (0, 0), SHADOW_BLUR * view.lens.size[0] / 10.0)

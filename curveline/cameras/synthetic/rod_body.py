@@ -83,4 +83,5 @@ def _at(curve: Array, places: Array) -> tuple[Array, Array]:
 def _skins(points: Array, normals: Array, view: View) -> Array:
     """Which way the skin (m, 2) looks that the camera sees of every piece."""
     towards = view.eye[:2] - points
-    return np.sign(np.sum(towards * normals, axis=1))[:, None] * normals
+    skins: Array = np.sign(np.sum(towards * normals, axis=1))[:, None] * normals
+    return skins

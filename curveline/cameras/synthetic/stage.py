@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curveline.cameras.setup import CameraSetup
-from curveline.cameras.synthetic.canvas import Canvas
+from curveline.cameras.synthetic.canvas import PaintedPicture
 from curveline.cameras.synthetic.faults import PictureFaults
 from curveline.cameras.view import Frame, Tag, View
 from curveline.scene import Scene
@@ -35,28 +35,29 @@ def in_picture(view: View, corners: Array, depth: float) -> Array:
 def rectangle(x: float, y: float, half_width: float, half_height: float) -> Array:
     """The corners (4, 2) of an upright rectangle."""
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    return np.array([x, y]) + signs * [half_width, half_height]
+    corners: Array = np.array([x, y]) + signs * np.array([half_width, half_height])
+    return corners
 
 
-def hang_clutter(canvas: Canvas, faults: PictureFaults, source: np.random.Generator) -> None:
+def hang_clutter(canvas: PaintedPicture, faults: PictureFaults, source: np.random.Generator) -> None:
     """Posters, shelves, cables and lines on the wall."""
     height, width = canvas.greys.shape
     unit = width / 100.0
     for _ in range(faults.clutter):
         kind, level = source.integers(3), float(source.uniform(10.0, 245.0))
-        x, y = source.uniform(0.0, width), source.uniform(0.0, height)
+        place = source.uniform(0.0, 1.0, 2) * (width, height)
         if kind == 0:
             box = rectangle(0.0, 0.0, *(unit * source.uniform(1.0, 12.0, 2)))
-            canvas.paint([_turned(box, source.normal(0.0, 0.2)) + [x, y]], [level], 0.9)
+            canvas.paint([_turned(box, source.normal(0.0, 0.2)) + place], [level], 0.9)
         elif kind == 1:
-            canvas.paint([_strip(_wave(x, y, width, source), unit * source.uniform(0.1, 0.6))], [level])
+            canvas.paint([_strip(_wave(place, width, source), unit * source.uniform(0.1, 0.6))], [level])
         else:
             box = rectangle(0.0, 0.0, unit * source.uniform(8.0, 60.0), unit * source.uniform(0.08, 0.8))
-            canvas.paint([_turned(box, source.uniform(0.0, np.pi)) + [x, y]], [level])
+            canvas.paint([_turned(box, source.uniform(0.0, np.pi)) + place], [level])
 
 
-def put_things_before(canvas: Canvas, curve: Array, faults: PictureFaults, source: np.random.Generator) -> None:
-    """What hides parts of a rod along a `curve (n, 2)` [px]: as long as the faults say in all, at up to three places."""
+def put_things_before(canvas: PaintedPicture, curve: Array, faults: PictureFaults, source: np.random.Generator) -> None:
+    """What hides parts of a rod along a `curve (n, 2)` [px], as long in all as faults say, at up to three places."""
     if faults.occlusion <= 0.0:
         return
     count = int(source.integers(1, 4))
@@ -68,7 +69,7 @@ def put_things_before(canvas: Canvas, curve: Array, faults: PictureFaults, sourc
         canvas.paint([_turned(box, turned) + middle], [float(source.uniform(20.0, 235.0))])
 
 
-def put_up_rails(canvas: Canvas, scene: Scene, view: View) -> None:
+def put_up_rails(canvas: PaintedPicture, scene: Scene, view: View) -> None:
     """The rails, behind rod and nodes."""
     for number in range(len(scene.nodes)):
         x = number * scene.display.span
@@ -76,7 +77,7 @@ def put_up_rails(canvas: Canvas, scene: Scene, view: View) -> None:
         canvas.paint([in_picture(view, corners, RAIL_DEPTH)], [150.0 + 20.0 * np.sin(number)])
 
 
-def put_on_nodes(canvas: Canvas, scene: Scene, setup: CameraSetup, view: View) -> None:
+def put_on_nodes(canvas: PaintedPicture, scene: Scene, setup: CameraSetup, view: View) -> None:
     """The nodes, which hide the rod that is in them."""
     for number, node in enumerate(scene.nodes):
         x, sizes = number * scene.display.span, (setup.node.half_width, setup.node.half_height)
@@ -85,7 +86,7 @@ def put_on_nodes(canvas: Canvas, scene: Scene, setup: CameraSetup, view: View) -
         canvas.paint([outside, in_picture(view, inside, NODE_DEPTH)], [70.0, 110.0])
 
 
-def put_on_tags(canvas: Canvas, frame: Frame, view: View, off: Array) -> None:
+def put_on_tags(canvas: PaintedPicture, frame: Frame, view: View, off: Array) -> None:
     """The tags of a frame, each `off (n, 2)` [m] from where it should be."""
     import cv2
 
@@ -112,14 +113,14 @@ def _turned(corners: Array, angle: float) -> Array:
     return turned
 
 
-def _wave(x: float, y: float, width: int, source: np.random.Generator) -> Array:
+def _wave(place: Array, width: int, source: np.random.Generator) -> Array:
     """A cable that hangs or lies about, (n, 2) [px]."""
     along = np.linspace(-0.5, 0.5, 60) * width * source.uniform(0.2, 0.9)
     across = sum(
         width * source.normal(0.0, 0.03) * np.sin(2.0 * np.pi * (k * along / width + source.uniform()))
         for k in (1, 2, 3)
     )
-    return _turned(np.column_stack([along, across]), source.uniform(0.0, np.pi)) + [x, y]
+    return _turned(np.column_stack([along, across]), source.uniform(0.0, np.pi)) + place
 
 
 def _strip(curve: Array, width: float) -> Array:

@@ -18,10 +18,14 @@ NODE = SeenNode(half_width=mm(32.0), half_height=mm(28.0))
 TAG = mm(50.0)
 ASIDE, UP, BEHIND = mm(75.0), mm(255.0), mm(25.0)
 """Where the tags of the synthetic frame are: beside the outer rails, above and below, behind the rod's middle."""
-BESIDE = np.array([-0.06, 0.05, 0.0])
-"""Where a camera stands that nobody put elsewhere, in parts of its distance: a little left and above; its roll."""
 MARGIN = mm(60.0)
 """What a picture shows beyond the tags at least."""
+FOCAL = 1.15
+"""Focal length of a synthetic lens over the longer side of its picture."""
+BESIDE = -0.06, 0.05, 0.0
+"""Where a camera stands that nobody placed: see `view_through`."""
+SIZES = (1920, 1440), (1920, 1440), (2592, 1944), (3264, 2448), (4032, 3024)
+"""Of pictures [px]."""
 
 
 def default_setup(display: Display, lens: Lens) -> CameraSetup:
@@ -43,33 +47,29 @@ def looking_at(lens: Lens, middle: Array, eye: Array, roll: float = 0.0) -> View
 
 def default_view(display: Display, size: tuple[int, int] = (1920, 1440)) -> View:
     """A camera that sees all of a display, a little from the left and from above."""
-    return seen_from(display, size, 0.0, BESIDE)
+    focal = FOCAL * max(size)
+    return view_through(Lens(size, (focal, focal), (0.5 * size[0] - 0.5, 0.5 * size[1] - 0.5)), display)
 
 
-def seen_from(display: Display, size: tuple[int, int], pixel: float, beside: Array, bent: float = 0.0) -> View:
-    """A camera that sees all of a display, at `pixel` [m] or more, from `beside (3,)`: parts of its distance, and roll.
+def view_through(lens: Lens, display: Display, beside: tuple[float, float, float] = BESIDE, pixel: float = 0.0) -> View:
+    """A camera with a lens that sees all of a display, at `pixel` [m] or more.
 
-    `bent` is the first coefficient of its lens.
+    `beside` says how far it is to the right and above, in parts of its distance, and how it rolls [rad].
     """
-    focal = 1.15 * max(size)
-    lens = Lens(size, (focal, focal), (0.5 * size[0] - 0.5, 0.5 * size[1] - 0.5), (bent, -0.3 * bent, 0.0, 0.0, 0.0))
-    return view_through(lens, display, pixel, beside)
-
-
-def view_through(lens: Lens, display: Display, pixel: float = 0.0, beside: Array = BESIDE) -> View:
-    """A camera with a lens that sees all of a display; the rest as of `seen_from`."""
     width = display.span * (display.node_count - 1)
     need = np.array([width + 2.0 * (ASIDE + TAG + MARGIN), 2.0 * (UP + 0.5 * TAG + MARGIN)])
-    away, middle = lens.focal[0] * max(pixel, float(np.max(need / lens.size))), np.array([0.5 * width, 0.0, 0.0])
-    eye = middle + away * np.array([beside[0], beside[1], 1.0])
-    return looking_at(lens, middle, eye, float(beside[2]))
+    away = float(np.max(np.maximum(need / lens.size, pixel) * lens.focal))
+    middle = np.array([0.5 * width, 0.0, 0.0])
+    return looking_at(lens, middle, middle + away * np.array([beside[0], beside[1], 1.0]), beside[2])
 
 
 def standpoint_of(display: Display, seed: int) -> View:
     """A camera as a seed has it: 0.3 to 0.95 mm a pixel, 1920 to 4032 pixels wide, tilted, with a lens that bends."""
     source = np.random.default_rng([seed, 31])
-    sizes = [(1920, 1440), (1920, 1440), (2592, 1944), (3264, 2448), (4032, 3024)]
-    size = sizes[int(source.integers(len(sizes)))]
-    pixel = mm(source.uniform(0.3, 0.9))
-    beside = np.array([*source.normal(0.0, 0.09, 2), source.normal(0.0, 0.02)])
-    return seen_from(display, size, pixel, beside, source.normal(0.0, 0.06))
+    size = SIZES[int(source.integers(len(SIZES)))]
+    pixel = mm(source.uniform(0.3, 0.92))
+    right, above, roll = source.normal(0.0, 0.09), source.normal(0.0, 0.09), source.normal(0.0, 0.02)
+    bent, focal = source.normal(0.0, 0.06), FOCAL * max(size)
+    centre = 0.5 * size[0] - 0.5 + source.normal(0.0, 8.0), 0.5 * size[1] - 0.5 + source.normal(0.0, 8.0)
+    lens = Lens(size, (focal, focal), centre, (bent, -0.3 * bent, 0.0, 0.0, 0.0))
+    return view_through(lens, display, (right, above, roll), pixel)
