@@ -14,6 +14,20 @@ if TYPE_CHECKING:
     from curveline.surfaces.fit_surface import FittedSurface
 
 SURFACE_FIGURE = "surface.svg"
+KEPT = {
+    "atlases.atlas:Atlas": "ATLAS",
+    "bench.report:BenchReport": "TRADE",
+    "calibrating.calibrated:RodCalibration": "CALIBRATION",
+    "comparing.agreement:Comparison": "COMPARISON",
+    "fitting.fit:Fit": "FIT",
+    "loading.falling:SnapFall": "FALL",
+    "loading.load_map:LoadMap": "LOADING",
+    "loading.snap_through:Loading": "LOADING",
+    "surfaces.fit_surface:FittedSurface": "SURFACE",
+}
+"""Module and class of a result -> the name of its kind in `outputs`; none of them is loaded for another's sake."""
+TOLD_WHERE = {"calibrating.calibrated:RodCalibration", "fitting.fit:Fit", "surfaces.fit_surface:FittedSurface"}
+"""Those whose encoders are told the path of the file."""
 
 
 def write(
@@ -59,51 +73,24 @@ def write(
 
 def _kept(result: object, path: str | os.PathLike[str], points: int | None) -> tuple[ResultKind, Sequence[object]]:
     """The kind of a result, and what its encoders take."""
-    from curveline.atlases.atlas import Atlas
-    from curveline.bench.report import BenchReport
-    from curveline.calibrating.calibrated import RodCalibration
-    from curveline.comparing.agreement import Comparison
+    from curveline import outputs
     from curveline.displays.of_plan import display_of
-    from curveline.fitting.fit import Fit
-    from curveline.loading.falling import SnapFall
-    from curveline.loading.load_map import LoadMap
-    from curveline.loading.snap_through import Loading
-    from curveline.outputs import (
-        ATLAS,
-        CALIBRATION,
-        COMPARISON,
-        FALL,
-        FIT,
-        LOADING,
-        PLAN,
-        PLAN_FILE,
-        SIMULATION,
-        SURFACE,
-        TRADE,
-    )
     from curveline.plan_file import Plan
     from curveline.simulation.results import ShapeReport
     from curveline.simulation.shape_batch import ShapeBatch
-    from curveline.surfaces.fit_surface import FittedSurface
 
     if isinstance(result, Plan):
-        is_plan = PLAN.suffix_of(path) == PLAN_FILE
-        return PLAN, (result,) if is_plan else (result, display_of(result), lambda done: None)
-    if isinstance(result, RodCalibration):
-        return CALIBRATION, (result, path)
-    if isinstance(result, Fit | FittedSurface):
-        return FIT if isinstance(result, Fit) else SURFACE, (result, path)
-    if isinstance(result, Atlas | Comparison):
-        return ATLAS if isinstance(result, Atlas) else COMPARISON, (result,)
-    if isinstance(result, Loading | LoadMap):
-        return LOADING, (result,)
-    if isinstance(result, SnapFall | BenchReport):
-        return FALL if isinstance(result, SnapFall) else TRADE, (result,)
+        is_plan = outputs.PLAN.suffix_of(path) == outputs.PLAN_FILE
+        return outputs.PLAN, (result,) if is_plan else (result, display_of(result), lambda done: None)
+    of = f"{type(result).__module__}:{type(result).__name__}".removeprefix("curveline.")
+    if of in KEPT:
+        kind: ResultKind = getattr(outputs, KEPT[of])
+        return kind, (result, path) if of in TOLD_WHERE else (result,)
     if isinstance(result, ShapeBatch):
         result = result.reports
     reports = [result] if isinstance(result, ShapeReport) else result
     if isinstance(reports, Sequence) and reports and all(isinstance(each, ShapeReport) for each in reports):
-        return SIMULATION, ([each.with_points(points) for each in reports],)
+        return outputs.SIMULATION, ([each.with_points(points) for each in reports],)
     hint = "write its `document()` as JSON yourself" if hasattr(result, "document") else "pass what a function returned"
     raise InvalidInput(f"a {type(result).__name__} is kept in no file", hint)
 
