@@ -39,6 +39,8 @@ PANEL = 3.1, 3.0  # [inch] width of one of several panels in a row, height befor
 ALONE = 6.4  # [inch]
 FEW, MANY = 2, 4
 """Panels in a row of up to four panels, and of more."""
+DRAWN = 4
+"""Of that many points of a curve one is drawn; the first and the last are."""
 ROOM = 20.0  # [mm] around the curves
 STEEPEST = 1.3
 MODEL: Any = {"color": DARK, "linewidth": 1.0, "linestyle": (0, (4, 3)), "zorder": 3}
@@ -120,14 +122,14 @@ def _title(shapes: Sequence[ShapeAgreement]) -> str:
 
 def _draw_segment(axis: Axes, part: SegmentAgreement) -> None:
     for state in part.curves:
-        points = to_mm(1.0) * state.points
+        points = to_mm(1.0) * state.points[::DRAWN]
         axis.plot(*points.T, **(MODEL if state.name == part.state else OTHERS))
     if not part.x.size:
         return
-    x, mean = to_mm(1.0) * part.x, to_mm(1.0) * part.mean
+    x, mean = to_mm(1.0) * part.x[::DRAWN], to_mm(1.0) * part.mean[::DRAWN]
     axis.plot(x, mean, color=colour_of(part.state), **TRIALS)
     if part.deviation.size:
-        band = to_mm(1.0) * part.deviation
+        band = to_mm(1.0) * part.deviation[::DRAWN]
         axis.fill_between(x, mean - band, mean + band, color=colour_of(part.state), **BAND)
 
 
