@@ -130,7 +130,7 @@ _HOMES = {
     "CompareRequest": "comparing.agreement",
     "Photographed": "comparing.reading",
     "check_display": "api",
-    "calibrate_set": "api",
+    **dict.fromkeys(("calibrate_rod", "calibrate_set"), "api"),
     **dict.fromkeys(("measure", "measure_link"), "bench.measuring"),
     **dict.fromkeys(("keep_bench", "read_bench"), "bench.history"),
     "compare_bench": "bench.comparison",

@@ -21,7 +21,18 @@ from curveline.shapes.files import builtin_text
 HOSTILE = '<b onclick="x()">&amp; $x_{1}$ \\alpha</b>'
 """A name that is legal, and would be markup, an entity and a formula if anything took it for that."""
 SVG = "{http://www.w3.org/2000/svg}"
-DRAWN = {"Atlas", "BenchReport", "Comparison", "LoadMap", "Loading", "Plan", "ShapeReport", "SnapFall", "SweepReport"}
+DRAWN = {
+    "Atlas",
+    "BenchReport",
+    "Comparison",
+    "LoadMap",
+    "Loading",
+    "Plan",
+    "RodCalibration",
+    "ShapeReport",
+    "SnapFall",
+    "SweepReport",
+}
 TABLES = {
     "Adoption",
     "BenchComparison",
@@ -86,6 +97,8 @@ def made(runs: Path) -> Iterator[Any]:
     points = "".join(f"{x:g},{y:g}\n" for x, y in 1e3 * report[0].wanted.curve(50))
     Path("one.csv").write_text(f"x_mm,y_mm\n{points}")
     yield curveline.compare(curveline.read_trials([shape, "one.csv"]))
+    trials = curveline.read_trials([Path(__file__).parent / "data" / "trials"], display="mine.toml")
+    yield curveline.calibrate_rod(trials, curveline.CalibrationRequest("none"))
     curveline.new_keys()
     with curveline.connect("mock:keys", "mine.toml", runs=runs) as session:
         yield (adoption := session.find_devices())

@@ -17,6 +17,7 @@ import curveline
 from curveline.atlases.atlas import Atlas
 from curveline.atlases.curves import StableCurves
 from curveline.bench.report import BenchReport
+from curveline.calibrating.calibrated import RodCalibration
 from curveline.comparing.agreement import Comparison
 from curveline.displays.check import DisplayCheck
 from curveline.driving.adoption import Adoption
@@ -48,6 +49,7 @@ STANDS_FOR: dict[str, Any] = {
     "atlas": Atlas,
     "batch": ShapeBatch,
     "bench": BenchReport,
+    "calibration": RodCalibration,
     "checked": DisplayCheck,
     "comparison": Comparison,
     "control": curveline.Control,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from curveline.calibrating.request import CalibrationRequest
-from curveline.calibrating.unknowns import ANGLE, ASYMMETRY, GIVE, LENGTH, SCALE, SHIFT_X, SHIFT_Y, TURN, WEIGHT
+from curveline.calibrating.unknowns import ANGLE, ASYMMETRY, FRAME, GIVE, LENGTH, SCALE, SHIFT_X, SHIFT_Y, TURN, WEIGHT
 from curveline.notebook import html_of, svg_of
 from curveline.scene import Display
 from curveline.units import to_deg, to_mm
@@ -51,6 +51,11 @@ class Estimate:
     def name(self) -> str:
         """What it is called in a report."""
         return NAMES[self.kind].format(self.number + 1)
+
+    @property
+    def is_of_camera(self) -> bool:
+        """True for a number of the camera's frame, which is none of the display."""
+        return self.kind in FRAME
 
     @property
     def unit(self) -> str:

@@ -30,6 +30,7 @@ def draw(found: RodCalibration, path: AnyPath = "", argv: tuple[str, ...] = (), 
     rows = max(len(found.rows), len(found.estimates))
     with new_figure(WIDTH, AROUND + ROW * rows, kind) as figure:
         left, right = figure.subplots(1, 2, width_ratios=WIDTHS)
+        figure.suptitle(within(f"{printable(found.display.name)}: {to_mm(found.after):.2f} mm off its trials", WIDTH))
         _draw_shapes(left, found)
         _draw_numbers(right, found)
         return bytes_of(figure, kind)

@@ -26,6 +26,7 @@ from .test_help import ALL
 PEAK = str(SHAPES / "level-up-peak.toml")
 READINGS = str(SHAPES.parent / "tests" / "data" / "strip.csv")
 TRIAL = str(SHAPES.parent / "tests" / "data" / "level-up-peak-1.csv")
+TRIALS = str(SHAPES.parent / "tests" / "data" / "trials")
 RADIO = ("--radio", "mock")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "simulate": ("simulate", PEAK),
@@ -46,6 +47,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "runs": ("runs", "--display", "single"),
     "runs show": ("runs", "show", "last"),
     "compare": ("compare", PEAK, TRIAL),
+    "calibrate rod": ("calibrate", "rod", TRIALS, "--asymmetry", "none"),
     "calibrate set": ("calibrate", "set", READINGS),
     "keys show": ("keys", "show"),
     "shapes": ("shapes",),

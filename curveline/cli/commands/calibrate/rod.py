@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from curveline.cli import completion
 from curveline.cli.options import RESULTS, BriefOption, ForceOption, JsonOption
 from curveline.cli.printing import screen
 from curveline.cli.terminal import TERMINAL
@@ -43,6 +44,18 @@ def rod(
             rich_help_panel=FITTING,
             show_default="camera.toml of the folder",
             help="The camera file of the photographs.",
+        ),
+    ] = None,
+    display: Annotated[
+        str | None,
+        typer.Option(
+            "-d",
+            "--display",
+            metavar="NAME|FILE",
+            autocompletion=completion.displays,
+            rich_help_panel=FITTING,
+            show_default="that of the shapes",
+            help="Begin with this display, such as one that was calibrated before.",
         ),
     ] = None,
     droop: Annotated[
@@ -101,7 +114,7 @@ def rod(
         check_output(CALIBRATION, path, force=force)
     shapes = tuple(read_shape(each) for each in candidates or ())
     request = CalibrationRequest(asymmetry.value, _droop_of(droop), shapes)
-    found = calibrate_rod(read_trials(trials, Photographed(camera), listener=TERMINAL), request, TERMINAL)
+    found = calibrate_rod(read_trials(trials, Photographed(camera), display, TERMINAL), request, TERMINAL)
     argv = tuple(sys.argv[1:])
     for path in files:
         write_output(CALIBRATION, path, (found, path, argv), force=force)

@@ -150,7 +150,17 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ("curveline display check mine.toml", "whether a file of your own is sound"),
     ),
     "curveline display show": (("curveline display show single > mine.toml", "a file to start from"),),
-    "curveline calibrate": (("curveline calibrate set strip.csv", "what set a rod takes, from readings of strips"),),
+    "curveline calibrate": (
+        ("curveline calibrate rod trials -o mine.toml", "rod, bearings and nodes, from trials of shapes"),
+        ("curveline calibrate set strip.csv", "what set a rod takes, from readings of strips"),
+    ),
+    "curveline calibrate rod": (
+        ("curveline calibrate rod trials", "what trials of several shapes tell of their display, and how sure that is"),
+        (
+            "curveline calibrate rod trials --droop 300,60 -o mine.toml -o mine.svg",
+            "with a rod that was hung over an edge; written into a display file, and a figure",
+        ),
+    ),
     "curveline calibrate set": (
         ("curveline calibrate set strip.csv", "what set a rod takes, and how sure that is"),
         ("curveline calibrate set strip.csv -o mine.toml", "the same, written into a display file"),

@@ -47,7 +47,11 @@ def describe(found: RodCalibration) -> Iterator[str]:
 
 
 def _briefly(found: RodCalibration) -> str:
-    told = [f"{each.name} {_shown(each)[0]} {each.unit}" for each in found.estimates if each.is_told]
+    told = [
+        f"{each.name} {_shown(each)[0]} {each.unit}"
+        for each in found.estimates
+        if each.is_told and not each.is_of_camera
+    ]
     return f"{printable(found.display.name)}: {', '.join(told) or 'nothing is told'}; {_rms(found)}"
 
 
