@@ -12,7 +12,7 @@ from curveline.cameras.tag_fit import LEAST_NOISE, Placed, corners_of, moved, of
 from curveline.cameras.view import Array, Frame, View
 from curveline.units import mm
 
-GLUED = mm(0.1)
+GLUED = mm(0.15)
 OF_SO_MANY = 2
 """How exactly tags are placed before anything is seen of them, and how many observations that is worth."""
 _SMALL = 1e-6

@@ -1,17 +1,11 @@
-"""The edges of a tag to a few hundredths of a pixel, and how sharp they are.
-
-OpenCV finds the corners of a tag to some tenths of a pixel. A tag has four long straight edges between black and white,
-and each tells with every pixel along it where it is.
-"""
+"""How sharp a straight edge between black and white is in a picture."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from curveline.cameras.view import Array, Lens
+from curveline.cameras.view import Array
 
 Grey = npt.NDArray[np.uint8]
 
@@ -30,41 +24,6 @@ OF_A_BLUR = 0.7978845608
 """Area between a step and the same step blurred by a Gaussian, in standard deviations: sqrt(2 / pi)."""
 TEN_TO_NINETY = 2.563
 """From a tenth to nine tenths of a blurred step, in standard deviations."""
-
-
-@dataclass(frozen=True)
-class TagEdges:
-    """The edges of a tag in a picture."""
-
-    corners: Array  # (4, 2) [px] upper left, upper right, lower right, lower left, of the tag as it is numbered
-    width: float  # [px] of the least sharp pair of opposite edges, from a tenth of their contrast to nine tenths
-    noise: float  # [px] standard error of a corner, from how the points of an edge lie about its line
-
-
-def edges_of(grey: Grey, rough: Array, lens: Lens) -> TagEdges | None:
-    """The edges near `rough (4, 2)` corners [px]; None where there are no four edges of a tag."""
-    lines, widths, scatter = [], [], []
-    for side in range(4):
-        begin, end = rough[side], rough[(side + 1) % 4]
-        found = _points_on(grey, begin, end, MOST_REACH)
-        if found is not None:  # again, nearer: what is beside the edge says nothing of it
-            found = _points_on(grey, begin, end, 2.5 * found[1] / TEN_TO_NINETY + 1.5)
-        if found is None:
-            return None
-        points, width = found
-        line, off = _line_through(lens.rays(points))
-        lines.append(line)
-        widths.append(width)
-        scatter.append(off * lens.focal[0])
-    crossings = np.array([np.cross(lines[side - 1], lines[side]) for side in range(4)])
-    if np.abs(crossings[:, 2]).min() < 1e-9:
-        return None
-    corners = lens.pixels(crossings[:, :2] / crossings[:, 2:])
-    if not np.isfinite(corners).all() or np.abs(corners - rough).max() > MOST_REACH:
-        return None
-    # A line's end is told about twice as well as one of its points.
-    noise = float(np.sqrt(np.mean(np.square(scatter)) * 4.0 / PIECES))
-    return TagEdges(corners, max(widths[0] + widths[2], widths[1] + widths[3]) / 2.0, noise)
 
 
 def edge_between(grey: Grey, begin: Array, end: Array) -> float | None:
@@ -122,11 +81,3 @@ def _width(shares: Array, across: Array, where: Array) -> float:
     beyond = across[None, :] > where[:, None]
     area = STEP * np.where(beyond, 1.0 - shares, shares).sum(axis=1)
     return max(0.0, TEN_TO_NINETY * float(np.median(area)) / OF_A_BLUR)
-
-
-def _line_through(rays: Array) -> tuple[Array, float]:
-    """The line (3,) through directions (n, 2), and how far these are from it, as a root mean square."""
-    middle = rays.mean(axis=0)
-    _, sizes, axes = np.linalg.svd(rays - middle)
-    normal = axes[1]
-    return np.append(normal, -normal @ middle), float(sizes[1] / np.sqrt(len(rays) - 2))
