@@ -11,9 +11,12 @@ import pytest
 import real_rod_budget
 import real_rod_figures
 import real_rod_limits
+from real_rod_leaning import held, leaning_limit, settled
 from real_rod_limits import LEVEL, STAGGERED, limit
 from real_rod_rods import Change, after, as_it_is, giving, gravity_length, read, state_of
 
+from curveline.calibrating.bent_rod import BentSegment, states_of
+from curveline.calibrating.unknowns import Unknowns
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Scene
 from curveline.simulation.simulate import simulate
@@ -59,8 +62,33 @@ def test_coarse_edges_end_earlier_as_the_page_says() -> None:
     assert limit(read(LEVEL)) == pytest.approx(50.47, abs=0.01)
 
 
+@pytest.mark.parametrize("name", [LEVEL, STAGGERED])
+def test_a_rod_of_its_own_ends_where_the_others_do(name: str) -> None:
+    assert leaning_limit(read(name), 0.0) == pytest.approx(limit(read(name)), abs=0.01)
+
+
+def test_a_rod_that_is_harder_to_bend_one_way_ends_as_printed() -> None:
+    scene = read(LEVEL)
+    for cause, share in real_rod_limits.leanings():
+        (told,) = printed(LIMITS, cause, 1)
+        assert leaning_limit(scene, share) == pytest.approx(told, abs=0.06), cause
+
+
+@pytest.mark.parametrize("share", [0.1, -0.1])
+def test_such_a_rod_is_as_calibration_has_it(share: float) -> None:
+    """A degree before it ends: by Newton's method here, by a natural curvature that follows the curve there."""
+    scene = turned(read(LEVEL), 49.0)
+    bent = BentSegment(scene, 0, Unknowns(2))
+    numbers = Unknowns(2).of_display(scene.display)
+    numbers[1:3] = 0.0, share
+    there = states_of(bent, numbers)["peak"]
+    here = settled(held(scene, deg(49.0), share), (there.angles, there.multipliers))
+    assert here is not None
+    assert np.max(np.abs(here[0] - there.angles)) < deg(0.01)
+
+
 def test_all_that_is_changed_has_a_row_on_the_page() -> None:
-    for cause, _ in real_rod_limits.changes():
+    for cause, _ in (*real_rod_limits.changes(), *real_rod_limits.leanings()):
         assert f"\n{cause}  " in LIMITS, cause
     for cause, _ in real_rod_budget.causes():
         assert f"\n{cause}  " in BUDGET, cause
@@ -118,6 +146,9 @@ def test_clamps_that_give_ten_millimetres_tilt_as_the_page_says() -> None:
     level = state_of(giving(10.0)(read(LEVEL)))
     assert level is not None
     assert tilts(level) == pytest.approx([4.0, 4.9], abs=0.1)
+    near = state_of(giving(20.0)(turned(read(LEVEL), 50.4)))
+    assert near is not None
+    assert tilts(near) == pytest.approx([8.1, 5.5], abs=0.05)
     forty = [state_of(giving(40.0)(read(name))) for name in (LEVEL, STAGGERED)]
     assert all(state is not None and max(tilts(state)) > 10.0 for state in forty)
 

@@ -6,7 +6,7 @@ In the figure of limits full lines are of the level shape, dashed ones of the st
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -29,7 +29,7 @@ from real_rod_rods import (
 )
 
 from curveline.scene import PEAK, VALLEY, Scene
-from curveline.units import DAY, HOUR, MINUTE, WEEK, deg
+from curveline.units import DAY, HOUR, MINUTE, WEEK, deg, to_deg
 
 FOLDER = Path(__file__).parents[1] / "images"
 PAPER, EDGE, GRID, INK, QUIET = "#fbfaf7", "#e4e0d6", "#e4e0d6", "#2b2f36", "#6b7280"
@@ -274,7 +274,49 @@ def held() -> Iterator[str]:
         yield text((x + 225.0, 406.0), "peak: after ten minutes in the peak; valley: the rod as it is", QUIET, 12)
 
 
+NEAR = {LEVEL: 50.4, STAGGERED: 60.1}
+"""Right nodes [deg] a little before the limit of rigid clamps."""
+MOUTH = 74.0
+"""Of a line along a bearing in the picture."""
+
+
+def clamped() -> Iterator[str]:
+    """The two peaks just before rigid clamps lose them, between clamps that give more and more, and how these tilt."""
+    looks = {0.0: INK, 5.0: "#0b7285", 10.0: "#2b8a3e", 20.0: "#e67700", 40.0: "#c92a2a"}
+    for index, (name, right) in enumerate(NEAR.items()):
+        corner = 70.0 + 560.0 * index, 280.0
+        scene = read(name)
+        held = replace(scene, nodes=(scene.nodes[0], replace(scene.nodes[1], angle=deg(right))))
+        yield text((corner[0] + 225.0, 34.0), f"{name.split('-')[0]}, right node told {right:g} deg", INK, 14)
+        for row, (give, colour) in enumerate(looks.items()):
+            change, at = giving(give) if give else as_it_is, 392.0 + 20.0 * row
+            tilts = yield from _tilted(change(held), corner, colour)
+            words = f"{give:.0f} mm: tilt {tilts[0]:.1f} and {tilts[1]:.1f} deg" if give else "rigid clamps"
+            yield text((corner[0] + 10.0, at), words, colour, 13, "start")
+            yield text((corner[0] + 250.0, at), f"peak up to {limit(change(scene)):.1f} deg", QUIET, 13, "start")
+        for place, node in zip((0.0, scene.display.span), held.nodes, strict=True):
+            x, y = corner[0] + 900.0 * place, corner[1] - 900.0 * node.height
+            yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="{PAPER}" stroke="{INK}" stroke-width="2"/>'
+
+
+def _tilted(scene: Scene, corner: Point, colour: str) -> Generator[str, None, list[float]]:
+    """The peak of a shape with lines along its bearings as they tilt; by how much these do [deg]."""
+    found = state_of(scene, PEAK)
+    assert found is not None
+    x, y = corner[0], corner[1] - 900.0 * scene.nodes[0].height
+    yield line([(x + 900.0 * each, y - 900.0 * up) for each, up in found.curve(121).tolist()], stroke(colour))
+    angles = [float(each) for each in found.vertices_table[[0, -1], 2]]
+    for place, node, angle in zip((0.0, scene.display.span), scene.nodes, angles, strict=True):
+        middle, half = (x + 900.0 * place, corner[1] - 900.0 * node.height), 0.5 * MOUTH
+        ends = [
+            (middle[0] + way * half * math.cos(angle), middle[1] - way * half * math.sin(angle)) for way in (-1.0, 1.0)
+        ]
+        yield line(ends, stroke(colour, 3.0, 'stroke-opacity="0.75"'))
+    return [abs(to_deg(angle - node.angle)) for angle, node in zip(angles, scene.nodes, strict=True)]
+
+
 FIGURES = {
+    "real-rod-clamps.svg": ("Both peaks between clamps that give", (1150, 496), clamped),
     "real-rod-limits.svg": ("Up to which angle of the right node the peaks exist", (1080, 630), limits),
     "real-rod-budget.svg": ("By how much causes move the shapes of the paper", (1000, 708), budget),
     "real-rod-held.svg": ("Peaks that only a rod holds which has been in them", (1100, 424), held),

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
+from real_rod_leaning import leaning_limit
 from real_rod_rods import (
     Change,
     after,
@@ -19,6 +20,7 @@ from real_rod_rods import (
     keeping,
     longer,
     loose,
+    of_rod,
     read,
     session,
     together,
@@ -84,6 +86,10 @@ def changes() -> Iterator[tuple[str, Change]]:
     for give in GIVES:
         stiffness = to_nmm(clamp_stiffness(read(LEVEL), give)) * deg(1.0)
         yield f"clamps give {give:g} mm: {stiffness:.0f} N mm/deg", giving(give)
+    yield "free rod bent by -1 /m, rigid clamps", of_rod(natural_curvature=-1.0)
+    for bent in (-1.0, 1.0):
+        both = together(giving(20.0), of_rod(natural_curvature=bent))
+        yield f"free rod bent by {bent:+.0f} /m, clamps give 20 mm", both
     yield "play of 1 deg", loose(1.0)
     yield "third time in a session of 5min each", lambda scene: session(5)[scene.name]
     yield "clamps give 10 mm, 10min in the peak", together(giving(10.0), after("peak@10min"))
@@ -97,10 +103,17 @@ def changes() -> Iterator[tuple[str, Change]]:
         yield f"span {by:+.0f} mm", wider(by)
 
 
+def leanings() -> Iterator[tuple[str, float]]:
+    """By what part the rod is stiffer where it bends counter-clockwise, in words."""
+    for share in (0.1, -0.1):
+        yield f"{abs(share):.0%} harder to bend {'left' if share > 0.0 else 'right'}".replace("%", " %"), share
+
+
 def rows() -> list[Row]:
     """The limits of both shapes under all changes."""
     shapes = (read(LEVEL), read(STAGGERED))
-    return [Row(cause, *(limit(change(shape)) for shape in shapes)) for cause, change in changes()]
+    found = [Row(cause, *(limit(change(shape)) for shape in shapes)) for cause, change in changes()]
+    return found + [Row(cause, *(leaning_limit(shape, share) for shape in shapes)) for cause, share in leanings()]
 
 
 def shortest(holds: Callable[[float], bool]) -> float:
