@@ -10,21 +10,22 @@ import numpy.typing as npt
 
 from curveline.rod.branches.drawn import laid, misfits
 from curveline.rod.clamped_rod import ClampedRod
-from curveline.rod.problem import mesh
+from curveline.rod.problem import Bearing, mesh
 from curveline.rod.states.equilibrium import Equilibrium
 from curveline.units import deg, mm
 
 Array = npt.NDArray[np.float64]
 
 EDGES = 160
-LIKELY = np.array([mm(2.0), mm(2.0), deg(5.0), deg(5.0), mm(2.5), mm(0.7), 0.25])
+LIKELY = np.array([mm(1.5), mm(1.5), deg(2.5), deg(2.5), mm(2.0), mm(0.7), 0.25, mm(8.0)])
 """How far a display is off what its files say, standard deviations: heights of the left and the right node, angles of
-both clamps, length, place along the row, logarithm of the weight over the stiffness."""
+both clamps, length, place along the row, logarithm of the weight over the stiffness, and how much rod clamps give."""
 BOUNDS = 3.5
 """No more of those."""
 NUMBERS = len(LIKELY)
-LITTLE = 1e-3
-"""By which the logarithm of the weight is changed to see what moves."""
+HEAVIER, GIVING = 6, 7
+LITTLE = 0.01
+"""Of a standard deviation, by which the last two numbers are changed to see what moves."""
 ROUNDS = 12
 CLOSE = 1e-3
 """Of a standard deviation, by which the last step changes a number."""
@@ -64,14 +65,14 @@ class Family:
 
     def moved(self, numbers: Array, angles: Array, multipliers: Array) -> ElasticCurve | None:
         """The curve with such numbers near one with `angles` and `multipliers`; None if there is none."""
-        left, right, start, end, longer, aside, heavier = numbers * LIKELY
+        left, right, start, end, longer, aside, *_ = numbers * LIKELY
         pose = self.rod.pose._replace(
             y=self.rod.pose.y + right - left,
             start=self.rod.pose.start + start,
             end=self.rod.pose.end + end,
             length=self.rod.pose.length + longer,
         )
-        bearing = self.rod.bearing._replace(weight=self.rod.bearing.weight * float(np.exp(heavier)))
+        bearing = self._bearing(numbers)
         angles, multipliers = angles.copy(), multipliers.copy()
         is_there, points, _, by_pose, _ = laid(pose, bearing, angles, multipliers)
         if not is_there:
@@ -80,12 +81,28 @@ class Family:
         slopes[0], slopes[1:5] = -by_pose[0], by_pose
         slopes[0, :, 1] += 1.0
         slopes[5, :, 0] = 1.0
-        more = bearing._replace(weight=bearing.weight * (1.0 + LITTLE))
-        is_there, heavy, *_ = laid(pose, more, angles.copy(), multipliers.copy())
-        if is_there:
-            slopes[6] = (heavy - points) / LITTLE
+        slopes *= LIKELY[:, None, None]
+        for number in (HEAVIER, GIVING):
+            other = numbers.copy()
+            other[number] += LITTLE
+            is_there, changed, *_ = laid(pose, self._bearing(other), angles.copy(), multipliers.copy())
+            if is_there:
+                slopes[number] = (changed - points) / LITTLE
         moved = points + np.array([self.origin[0] + aside, self.origin[1] + left])
-        return ElasticCurve(numbers, moved, angles, multipliers, slopes * LIKELY[:, None, None])
+        return ElasticCurve(numbers, moved, angles, multipliers, slopes)
+
+    def _bearing(self, numbers: Array) -> Bearing:
+        """What stays the same along the row, with such numbers."""
+        own = self.rod.bearing
+        heavier, giving = numbers[HEAVIER:] * LIKELY[HEAVIER:]
+        return own._replace(weight=own.weight * float(np.exp(heavier)), give=float(max(own.give + giving, 0.0)))
+
+    @property
+    def least(self) -> Array:
+        """The least of every number: no clamp gives less than nothing."""
+        least = np.full(NUMBERS, -BOUNDS)
+        least[GIVING] = max(-BOUNDS, -self.rod.bearing.give / LIKELY[GIVING])
+        return least
 
     def fitted(self, curve: ElasticCurve, targets: Targets, scale: float = TUKEY) -> ElasticCurve:
         """The curve that is nearest to what targets say and a display is likely to be; far ones are left out.
@@ -99,8 +116,7 @@ class Family:
             now = _loss(off, best.numbers, scale)
             weights = np.maximum(1.0 - (off / scale) ** 2, 0.0) ** 2
             matrix = (by * weights[:, None]).T @ by + np.eye(NUMBERS)
-            gradient = by.T @ (weights * off) + best.numbers
-            step = -np.linalg.solve(matrix, gradient)
+            step = self._step(best.numbers, matrix, by.T @ (weights * off) + best.numbers)
             value = now
             found = self._along(best, step, targets, scale, value)
             if found is None:
@@ -110,12 +126,24 @@ class Family:
                 break
         return best
 
+    def _step(self, numbers: Array, matrix: Array, gradient: Array) -> Array:
+        """The step to where a gradient vanishes; a number that would leave its bounds stays."""
+        step, free = np.zeros(NUMBERS), np.ones(NUMBERS, dtype=bool)
+        for _ in range(NUMBERS):
+            step[:] = 0.0
+            step[free] = -np.linalg.solve(matrix[np.ix_(free, free)], gradient[free])
+            stuck = ((numbers >= BOUNDS) & (step > 0.0)) | ((numbers <= self.least) & (step < 0.0))
+            if not stuck.any():
+                break
+            free &= ~stuck
+        return step
+
     def _along(
         self, curve: ElasticCurve, step: Array, targets: Targets, scale: float, value: float
     ) -> ElasticCurve | None:
         """The first curve along a step, or a part of it, that is nearer."""
         for part in (1.0, 0.4, 0.1):
-            numbers = np.clip(curve.numbers + part * step, -BOUNDS, BOUNDS)
+            numbers = np.clip(curve.numbers + part * step, self.least, BOUNDS)
             found = self.moved(numbers, curve.angles, curve.multipliers)
             if found is not None and _loss(_distances(found, targets)[0], numbers, scale) < value - 1e-9:
                 return found

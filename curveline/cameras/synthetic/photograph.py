@@ -34,8 +34,8 @@ DROOP = 0.8
 """Rod that stands out of the first and of the last node, and how it hangs, 1/m."""
 SHADOW = np.array([mm(14.0), mm(-22.0)])
 """Where the rod's shadow on the wall is seen from the rod."""
-SHADOW_BLUR = 0.02
-"""Of it, as a part of a thousand pixels: the lamp is large."""
+SHADOW_BLUR, SHADOW_PART = 0.002, 6
+"""How soft it is, as a part of the picture's width: the lamp is large. It is painted so many times coarser."""
 GRAIN = 1.5
 """Grey levels of what is uneven about a wall."""
 
@@ -126,5 +126,8 @@ def _cast_shadow(
     dark = PaintedPicture(view.lens.size, 0.0)
     for curve in curves:
         dark.paint(*body_of(curve + SHADOW, seen, view, 255.0))
-    part = cv2.GaussianBlur(dark.greys, (0, 0), SHADOW_BLUR * view.lens.size[0] / 10.0)
+    width, height = view.lens.size
+    coarse = cv2.resize(dark.greys, (width // SHADOW_PART, height // SHADOW_PART), interpolation=cv2.INTER_AREA)
+    soft = cv2.GaussianBlur(coarse, (0, 0), SHADOW_BLUR * width / SHADOW_PART)
+    part = cv2.resize(soft, (width, height), interpolation=cv2.INTER_LINEAR)
     canvas.greys *= 1.0 - faults.shadow * np.minimum(part / 255.0, 1.0)

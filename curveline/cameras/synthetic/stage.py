@@ -18,7 +18,7 @@ RAIL = mm(12.0)
 """Half of a rail's width."""
 RAIL_DEPTH, NODE_DEPTH = mm(-15.0), mm(6.0)
 """Where the fronts of rails and nodes are."""
-RAIL_REACH = mm(300.0)
+RAIL_REACH = mm(275.0)
 """How far rails go up and down."""
 TAG_CELLS = 8
 """Cells of a tag of 36h11 along an edge, with its black border."""

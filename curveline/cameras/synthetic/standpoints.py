@@ -15,11 +15,12 @@ Array = npt.NDArray[np.float64]
 RACK = SeenRod(back=mm(2.2), depth=mm(10.0), teeth=mm(2.25), pitch=mm(np.pi), side=1, fibre=mm(0.08))
 """What is seen of the rack that the built-in displays are made with; backing and depth are estimates."""
 NODE = SeenNode(half_width=mm(32.0), half_height=mm(28.0))
-TAG = mm(50.0)
-ASIDE, UP, BEHIND = mm(75.0), mm(255.0), mm(25.0)
-"""Where the tags of the synthetic frame are: beside the outer rails, above and below, behind the rod's middle."""
-MARGIN = mm(60.0)
-"""What a picture shows beyond the tags at least."""
+TAG = mm(60.0)
+UP, BEHIND = mm(325.0), mm(25.0)
+"""Where the tags of the synthetic frame are: at rails and, of two rails, between them, above and below the rod, behind
+it."""
+ASIDE, MARGIN = mm(120.0), mm(20.0)
+"""What a picture shows beside the rails, and above and below the tags, at least."""
 FOCAL = 1.15
 """Focal length of a synthetic lens over the longer side of its picture."""
 BESIDE = -0.06, 0.05, 0.0
@@ -29,10 +30,10 @@ SIZES = (1920, 1440), (1920, 1440), (2592, 1944), (3264, 2448), (4032, 3024)
 
 
 def default_setup(display: Display, lens: Lens) -> CameraSetup:
-    """A frame with a tag at each corner, and the rod of the built-in displays, before a camera with a lens."""
-    width = display.span * (display.node_count - 1)
-    corners = [(-ASIDE, UP), (width + ASIDE, UP), (width + ASIDE, -UP), (-ASIDE, -UP)]
-    tags = tuple(Tag(number, corner) for number, corner in enumerate(corners))
+    """A frame with two rows of tags, and the rod of the built-in displays, before a camera with a lens."""
+    rails = [number * display.span for number in range(display.node_count)]
+    columns = rails if len(rails) > 2 else [rails[0], 0.5 * (rails[0] + rails[1]), rails[1]]
+    tags = tuple(Tag(number, place) for number, place in enumerate((x, y) for y in (UP, -UP) for x in columns))
     return CameraSetup(lens, Frame(tags, TAG, -BEHIND), RACK, NODE, "synthetic")
 
 
@@ -57,7 +58,7 @@ def view_through(lens: Lens, display: Display, beside: tuple[float, float, float
     `beside` says how far it is to the right and above, in parts of its distance, and how it rolls [rad].
     """
     width = display.span * (display.node_count - 1)
-    need = np.array([width + 2.0 * (ASIDE + TAG + MARGIN), 2.0 * (UP + 0.5 * TAG + MARGIN)])
+    need = np.array([width + 2.0 * ASIDE, 2.0 * (UP + 0.625 * TAG + MARGIN)])
     away = float(np.max(np.maximum(need / lens.size, pixel) * lens.focal))
     middle = np.array([0.5 * width, 0.0, 0.0])
     return looking_at(lens, middle, middle + away * np.array([beside[0], beside[1], 1.0]), beside[2])
