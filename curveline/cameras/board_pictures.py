@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from curveline.cameras.boards import COLUMNS, ROWS, charuco_board
+from curveline.cameras.edge_width import edge_between
 from curveline.cameras.opencv import opencv
 from curveline.cameras.photographs import Photograph
-from curveline.cameras.tag_edges import Grey, edge_between
-from curveline.cameras.view import Array
+from curveline.cameras.view import Array, Grey
 
 CORNERS = (COLUMNS - 1) * (ROWS - 1)
 LEAST_CORNERS = 16

@@ -10,11 +10,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from curveline.cameras.view import Array, Lens
-
-Grey = npt.NDArray[np.uint8]
+from curveline.cameras.view import Array, Grey, Lens
 
 
 class Turning(NamedTuple):

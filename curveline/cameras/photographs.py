@@ -12,8 +12,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from curveline.cameras.orientation import ORIENTATIONS, Grey, as_taken, turned, turned_lens
-from curveline.cameras.view import Lens
+from curveline.cameras.orientation import ORIENTATIONS, as_taken, turned, turned_lens
+from curveline.cameras.view import Grey, Lens
 from curveline.errors import MissingExtra
 from curveline.system.files import AnyPath, printable, read_file, refuse_file
 from curveline.units import mm, to_mm

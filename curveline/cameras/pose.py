@@ -18,11 +18,10 @@ from curveline.cameras.outcomes import TrialOutcome
 from curveline.cameras.photographs import Photograph, lens_of
 from curveline.cameras.pose_error import covariance_of, errors_at
 from curveline.cameras.setup import CameraSetup
-from curveline.cameras.tag_detection import detect_tags
-from curveline.cameras.tag_edges import Grey
+from curveline.cameras.tag_detection import detect_tags, smear
 from curveline.cameras.tag_fit import TOLERANCE, Placed, SeenTag, consensus, corners_of, off, place
 from curveline.cameras.tag_template import corners_on
-from curveline.cameras.view import Array, Frame, Lens, View
+from curveline.cameras.view import Array, Frame, Grey, Lens, View
 from curveline.errors import InvalidInput
 from curveline.phrases import counted
 from curveline.units import mm, to_deg, to_mm
@@ -30,7 +29,9 @@ from curveline.units import mm, to_deg, to_mm
 LEAST_TAGS = 2
 ENOUGH_TO_TELL = 4
 """Tags with which the others say of one that it is off."""
-MOST_BLUR = mm(9.0)
+MOST_SMEAR = 0.0018
+"""Of the longer side of a picture, as a standard deviation: with more, where no tags are found, blur is the reason."""
+MOST_BLUR = mm(7.5)
 """[m] on the display, from a tenth of an edge's contrast to nine tenths, beyond which a rod is not told any more."""
 
 
@@ -85,6 +86,9 @@ def find_view(grey: Grey, lens: Lens, frame: Frame) -> FoundView | ViewFailure:
         found = corners_on(grey, number, detected[number][0], lens)
         if found is not None:
             seen.append(SeenTag(known[number], found.corners, found.width, found.noise))
+    if len(seen) < LEAST_TAGS and smear(grey) > MOST_SMEAR:
+        reason = f"{counted(len(seen), 'tag')} of {len(frame.tags)} found, and no edge in the picture is sharp"
+        return ViewFailure(TrialOutcome.BLURRED, reason)
     if len(seen) < LEAST_TAGS:
         return ViewFailure(TrialOutcome.NO_TAGS, _too_few(seen, detected, frame, notes))
     blur = float(np.median([_blur(each, frame) for each in seen]))

@@ -12,12 +12,14 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from curveline.cameras.edge_width import TEN_TO_NINETY
 from curveline.cameras.opencv import opencv
-from curveline.cameras.tag_edges import MODULES, TEN_TO_NINETY, Grey
-from curveline.cameras.view import Array, Lens
+from curveline.cameras.view import Array, Grey, Lens
 
 Pixels = npt.NDArray[np.float32]
 
+MODULES = 8
+"""Squares along a side of a tag of the family 36h11: six of its pattern and the black border on both sides."""
 FINE = 16
 """Pixels of the template across a square of the pattern."""
 PAD = 3

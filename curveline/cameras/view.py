@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+Grey = npt.NDArray[np.uint8]
 MAX_NEWTON = 20
 NEAR = 1e-14
 """Steps to take the distortion of a lens out of a direction, and how small the last one is."""
