@@ -22,6 +22,8 @@ SHARPENED = {
     "errorCorrectionRate": 1.0,
 }
 """What OpenCV's detector is asked for: in a picture as it is, in one that takes long, in one that was blurred."""
+LEAST_SLOPE = 8.0
+"""Of an edge that is one, as Sobel's operator has it: 1 grey level a pixel."""
 ENOUGH = 4
 """Tags after which nothing is tried any more that takes long."""
 
@@ -45,7 +47,7 @@ def detect_tags(grey: Grey, wanted: Collection[int]) -> dict[int, list[Array]]:
 def smear(grey: Grey) -> float:
     """By how much the sharpest edges of a picture are blurred, as a standard deviation and a part of its longer side.
 
-    Edges lose the less of their slope to another blur the more blurred they are.
+    Edges lose the less of their slope to another blur the more blurred they are. It is 0 where there are none.
     """
     cv2 = opencv()
     small = _scaled(grey, min(1.0, WIDE / max(grey.shape))).astype(np.float32)
@@ -54,6 +56,8 @@ def smear(grey: Grey) -> float:
         soft = cv2.GaussianBlur(small, (0, 0), blur)
         size = np.hypot(cv2.Sobel(soft, cv2.CV_32F, 1, 0), cv2.Sobel(soft, cv2.CV_32F, 0, 1))
         slopes.append(float(np.percentile(size, 99.9)))
+    if slopes[0] < LEAST_SLOPE:
+        return 0.0
     square = (slopes[0] / max(slopes[1], 1e-6)) ** 2
     sigma = np.sqrt(max(0.0, 36.0 - 2.25 * square) / max(square - 1.0, 1e-3))
     return float(sigma / max(small.shape))
