@@ -30,7 +30,7 @@ EIGHT = tuple(
     for state in ("peak", "valley")
 )
 """Peaks and valleys of four ways to hold the rod."""
-TURNED, FED, LIFTED = deg(0.47), mm(0.47), mm(0.47)
+TURNED, FED, LIFTED = deg(0.49), mm(0.49), mm(0.49)
 """What nodes do otherwise each time, standard deviations: trials of a shape then differ by 0.75 mm (MSD)."""
 TRACED, ALIKE = mm(0.12), mm(40.0)
 """Error of a traced curve, and the way over which it is alike."""

@@ -104,10 +104,11 @@ def weights_of(white: Array) -> Array:
 
 
 def resampled(points: Array) -> Array:
-    """`POINTS` points of a polyline `(n, 2)`, equally spaced along it."""
+    """`POINTS` of the points `(n, 2)`, as equally spaced along them as may be: between them nothing is known."""
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     places = np.linspace(0.0, along[-1], POINTS)
-    return np.column_stack([np.interp(places, along, points[:, column]) for column in (0, 1)])
+    nearest = np.argmin(np.abs(np.subtract.outer(places, along)), axis=1)
+    return np.ascontiguousarray(points[nearest])
 
 
 def misfit_at(seen: Sequence[SeenSegment], numbers: Array, held: Sequence[Bent], *, sloped: bool) -> Misfit | None:

@@ -145,6 +145,27 @@ def test_an_asymmetry_is_found_where_there_is_one_and_only_there(eight) -> None:
     assert asked.estimate(ASYMMETRY).value == pytest.approx(0.0, abs=0.02)
 
 
+def test_points_that_are_few_or_missing_in_the_middle_do_no_harm(eight) -> None:
+    found, trials, _ = eight
+
+    def fewer(curve, number: int):
+        kept = np.arange(len(curve.points))
+        kept = kept[::7] if number % 2 else kept[(kept < 50) | (kept > 90)]
+        return replace(curve, points=curve.points[kept])
+
+    given = [
+        ShapeTrials(
+            each.scene,
+            tuple(replace(one, curves=(fewer(one.curves[0], place),)) for place, one in enumerate(each.trials)),
+        )
+        for each in trials
+    ]
+    less = calibrate_trials(given, PLAIN)
+    assert less.left == ()
+    for kind, apart in ((GIVE, mm(0.3)), (ANGLE, deg(0.2)), (LENGTH, mm(0.2))):
+        assert less.estimate(kind).value == pytest.approx(found.estimate(kind).value, abs=apart)
+
+
 def test_a_droop_test_tells_the_gravity_length() -> None:
     trials, real = made(EIGHT[:3])
     length = float(real.numbers[0]) ** (-1.0 / 3.0)
