@@ -4,14 +4,15 @@
 
 #include "bytes.h"
 
-enum { ESTOP_FIELDS_END = 8, HOME_FIELDS_END = 10, NO_NONCE = 0 };
+enum { ESTOP_FIELDS_END = 8, HOME_FIELDS_END = 10, SERVICE_FIELDS_END = 20, NO_NONCE = 0 };
+enum { PAGE_BITS = 15, FLAG_UNHOMED = 16, FLAG_AT_ONCE = 32, FLAGS_END = 64, FACTS = 12 };
 
 static uint8_t head(uint8_t kind) { return (uint8_t)(CL_VERSION << 4 | kind); }
 
 uint8_t cl_kind_of(const uint8_t *payload, size_t length) {
     if (length != CL_FRAME_BYTES || payload[0] >> 4 != CL_VERSION) return 0;
     uint8_t kind = payload[0] & 0xF;
-    return kind <= CL_KIND_HOME ? kind : 0;
+    return kind <= CL_KIND_READING ? kind : 0;
 }
 
 int64_t cl_clock_of(int64_t now_ms) { return now_ms >> CL_CLOCK_SHIFT; }
@@ -71,6 +72,36 @@ cl_verdict cl_decode_home(const uint8_t *payload, const cl_keyed *key, int64_t n
     uint8_t axes = payload[8];
     if (axes == 0 || axes > CL_ALL_AXES || !zero_from(payload, HOME_FIELDS_END)) return CL_REJECT_FIELD;
     *frame = (cl_home_frame){.clock = clock, .counter = cl_get32(payload + 4), .axes = axes, .order = payload[9]};
+    return CL_GOOD;
+}
+
+/* Whether the fields of a SERVICE mean something. */
+static bool makes_sense(const uint8_t *payload, const cl_service_frame *frame) {
+    bool known = frame->operation <= CL_OPERATION_PLACE && frame->page <= CL_PAGE_TRACE && payload[11] < FLAGS_END;
+    bool has_axis = frame->axis <= CL_AXES && (frame->axis != 0 || frame->operation < CL_OPERATION_JOG);
+    bool fits = frame->amount >= -CL_TARGET_LIMIT && frame->amount <= CL_TARGET_LIMIT;
+    return known && has_axis && fits && zero_from(payload, SERVICE_FIELDS_END);
+}
+
+cl_verdict cl_decode_service(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_service_frame *frame) {
+    int64_t clock = latest_clock(payload, now);
+    cl_verdict verdict = verify(payload, CL_KIND_SERVICE, key, (uint64_t)clock);
+    if (verdict != CL_GOOD) return verdict;
+    cl_service_frame found = {
+        .clock = clock,
+        .counter = cl_get32(payload + 4),
+        .operation = payload[8],
+        .order = payload[9],
+        .axis = payload[10],
+        .page = payload[11] & PAGE_BITS,
+        .unhomed = (payload[11] & FLAG_UNHOMED) != 0,
+        .at_once = (payload[11] & FLAG_AT_ONCE) != 0,
+        .amount = (int32_t)cl_get32(payload + 12),
+        .rate = cl_get16(payload + 16),
+        .span = cl_get16(payload + 18),
+    };
+    if (!makes_sense(payload, &found)) return CL_REJECT_FIELD;
+    *frame = found;
     return CL_GOOD;
 }
 
@@ -184,4 +215,50 @@ void cl_encode_page(uint8_t *payload, const cl_page_frame *frame, const cl_keyed
     cl_put16(payload + 20, frame->bad_tags);
     cl_put16(payload + 22, frame->old_frames);
     seal(payload, key, nonce);
+}
+
+/* Saturated at the ends of 24 bits. */
+static void put24(uint8_t *to, int32_t value) {
+    if (value > CL_TARGET_LIMIT) value = CL_TARGET_LIMIT;
+    if (value < -CL_TARGET_LIMIT) value = -CL_TARGET_LIMIT;
+    to[0] = (uint8_t)value;
+    to[1] = (uint8_t)((uint32_t)value >> 8);
+    to[2] = (uint8_t)((uint32_t)value >> 16);
+}
+
+void cl_put_motor_facts(uint8_t *payload, const cl_motor_facts *facts) {
+    for (unsigned axis = 0; axis < CL_AXES; axis++) put24(payload + FACTS + 3 * axis, facts->counts.at[axis]);
+    payload[21] = facts->lines;
+    cl_put16(payload + 22, facts->supply_mv);
+}
+
+void cl_put_axis_facts(uint8_t *payload, const cl_axis_facts *facts) {
+    payload[12] = facts->axis;
+    cl_put16(payload + 13, facts->missed);
+    cl_put16(payload + 15, (uint16_t)facts->duty);
+    cl_put16(payload + 17, facts->lag);
+    cl_put16(payload + 19, facts->threshold);
+    payload[21] = facts->samples;
+    cl_put16(payload + 22, facts->step);
+}
+
+void cl_put_limit_facts(uint8_t *payload, const int32_t limits[4]) {
+    for (unsigned number = 0; number < 4; number++) put24(payload + FACTS + 3 * number, limits[number]);
+}
+
+void cl_put_samples(uint8_t *payload, const int16_t samples[CL_READING_SAMPLES]) {
+    for (unsigned number = 0; number < CL_READING_SAMPLES; number++) {
+        cl_put16(payload + FACTS + 2 * number, (uint16_t)samples[number]);
+    }
+}
+
+void cl_encode_reading(uint8_t *payload, const cl_reading_frame *frame, const cl_keyed *key) {
+    payload[0] = head(CL_KIND_READING);
+    payload[1] = frame->node;
+    cl_put16(payload + 2, frame->session);
+    cl_put32(payload + 4, frame->echo);
+    cl_put16(payload + 8, (uint16_t)frame->clock);
+    payload[10] = (uint8_t)(frame->outcome << 4 | frame->page);
+    payload[11] = frame->index;
+    seal(payload, key, (uint64_t)frame->clock);
 }

@@ -27,6 +27,15 @@
 #define CL_ALL_AXES 7
 #define CL_ATTEMPT_MASK 0xFF
 #define CL_WHO 0 /* the one page there is */
+#define CL_SERVICE_DEADMAN_MS 300 /* a jog or a turn is refused to a host that may be silent for longer */
+#define CL_BLINK_MS 1000
+#define CL_UNHOMED_COUNTS 5000 /* how far an axis that is not homed may be jogged, a quarter of its travel if that is less */
+#define CL_TURN_DUTY 350       /* thousandths; a turn is at most so strong, so long, and of that duration */
+#define CL_TURN_COUNTS 1000
+#define CL_TURN_MS 1500
+#define CL_TRACE_SAMPLES 64 /* counts of a turned axis that a node keeps */
+#define CL_TRACE_MS 4
+#define CL_READING_SAMPLES 6
 
 enum { CL_FLAG_TAKEOVER = 1, CL_FLAG_RESUME = 2, CL_FLAG_QUERY = 4, CL_FLAG_CLEAR = 8 };
 
@@ -40,7 +49,43 @@ enum {
     CL_KIND_ESTOP = 7,
     CL_KIND_REPORT = 8,
     CL_KIND_HOME = 9,
+    CL_KIND_SERVICE = 10,
+    CL_KIND_READING = 11,
 };
+
+/* What a SERVICE asks for; from JOG on it is an order. */
+enum {
+    CL_OPERATION_LOOK = 0,
+    CL_OPERATION_BLINK = 1,
+    CL_OPERATION_JOG = 2,
+    CL_OPERATION_TURN = 3,
+    CL_OPERATION_PLACE = 4,
+};
+
+enum {
+    CL_PAGE_MOTORS = 0,
+    CL_PAGE_AXIS = 1,
+    CL_PAGE_LIMITS = 2,
+    CL_PAGE_TRACE = 3,
+};
+
+/* What became of the last order of a SERVICE; from HELD on, why it was refused. */
+enum {
+    CL_OUTCOME_NONE = 0,
+    CL_OUTCOME_BUSY = 1,
+    CL_OUTCOME_DONE = 2,
+    CL_OUTCOME_ENDED = 3,
+    CL_OUTCOME_FAILED = 4,
+    CL_OUTCOME_HELD = 5,
+    CL_OUTCOME_UNHOMED = 6,
+    CL_OUTCOME_BEYOND = 7,
+    CL_OUTCOME_FAULTY = 8,
+    CL_OUTCOME_OCCUPIED = 9,
+    CL_OUTCOME_DEADMAN = 10,
+};
+
+/* Lines of a READING: the switches are bits 0 to 2, closed for 1. */
+enum { CL_LINE_DRIVER = 8, CL_LINE_TURNING = 16, CL_LINE_AWAKE = 32 };
 
 enum {
     CL_STATE_BOOT = 0,
@@ -112,6 +157,17 @@ typedef struct {
 } cl_home_frame;
 
 typedef struct {
+    int64_t clock;
+    uint32_t counter;
+    uint8_t operation, order;
+    uint8_t axis; /* from 1, 0 for none */
+    uint8_t page;
+    bool unhomed, at_once;
+    int32_t amount;
+    uint16_t rate, span;
+} cl_service_frame;
+
+typedef struct {
     uint8_t node;
     uint64_t nonce, run_tag;
     uint16_t deadman_ms;
@@ -165,18 +221,45 @@ typedef struct {
     uint16_t bad_tags, old_frames;
 } cl_page_frame;
 
+/* What all pages of a READING have. */
+typedef struct {
+    uint8_t node;
+    uint16_t session;
+    uint32_t echo;
+    int64_t clock;
+    uint8_t page, outcome;
+    uint8_t index; /* the last order, the axis or the first sample, as the page has it */
+} cl_reading_frame;
+
+typedef struct {
+    cl_counts counts;
+    uint8_t lines;
+    uint16_t supply_mv; /* 0 if the chip cannot tell */
+} cl_motor_facts;
+
+typedef struct {
+    uint8_t axis; /* from 1 */
+    uint16_t missed;
+    int16_t duty;       /* thousandths */
+    uint16_t lag;       /* counts */
+    uint16_t threshold; /* thousandths */
+    uint8_t samples;
+    uint16_t step;
+} cl_axis_facts;
+
 /* What the first byte says a payload is, 0 if it can be no frame of this version; nothing is verified yet. */
 uint8_t cl_kind_of(const uint8_t *payload, size_t length);
 
 /* Ticks of a node's clock so long after it was switched on. */
 int64_t cl_clock_of(int64_t now_ms);
 
-/* The session that a DRIVE, a HOME or an ESTOP names. */
+/* The session that a DRIVE, a HOME, a SERVICE or an ESTOP names. */
 uint16_t cl_session_of(const uint8_t payload[CL_FRAME_BYTES]);
 
 /* Decoders read CL_FRAME_BYTES and write `frame` only when they return CL_GOOD; `now` is the node's time [ticks]. */
 cl_verdict cl_decode_drive(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_drive_frame *frame);
 cl_verdict cl_decode_home(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_home_frame *frame);
+cl_verdict cl_decode_service(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_service_frame *frame);
 cl_verdict cl_decode_estop(const uint8_t *payload, const cl_keyed *key, cl_estop_frame *frame);
 cl_verdict cl_decode_hello(const uint8_t *payload, const cl_keyed *key, cl_hello_frame *frame);
 cl_verdict cl_decode_ask(const uint8_t *payload, const cl_keyed *key, cl_ask_frame *frame);
@@ -186,6 +269,13 @@ cl_verdict cl_decode_stop(const uint8_t *payload, const cl_keyed *key);
 void cl_encode_status(uint8_t *payload, const cl_status_frame *frame, const cl_keyed *key);
 void cl_encode_report(uint8_t *payload, const cl_report_frame *frame, const cl_keyed *key, uint64_t nonce);
 void cl_encode_ident(uint8_t *payload, const cl_ident_frame *frame, const cl_keyed *key, uint64_t nonce);
+
+/* The facts of a page, which come first, and the READING around them. */
+void cl_put_motor_facts(uint8_t *payload, const cl_motor_facts *facts);
+void cl_put_axis_facts(uint8_t *payload, const cl_axis_facts *facts);
+void cl_put_limit_facts(uint8_t *payload, const int32_t limits[4]);
+void cl_put_samples(uint8_t *payload, const int16_t samples[CL_READING_SAMPLES]);
+void cl_encode_reading(uint8_t *payload, const cl_reading_frame *frame, const cl_keyed *key);
 void cl_encode_page(uint8_t *payload, const cl_page_frame *frame, const cl_keyed *key, uint64_t nonce);
 
 #endif

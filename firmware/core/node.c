@@ -18,6 +18,8 @@ bool cl_homed(const cl_memory *memory) {
     return (memory->unhomed.of[0] | memory->unhomed.of[1] | memory->unhomed.of[2]) == 0;
 }
 
+bool cl_node_moves(const cl_node *node) { return node->moving || node->turning; }
+
 int64_t cl_node_expires_ms(const cl_node *node) { return node->session.heard_ms + node->session.deadman_ms; }
 
 void cl_node_init(
@@ -51,7 +53,7 @@ uint8_t cl_node_state(const cl_node *node) {
     if (memory->homing) return CL_STATE_HOMING;
     if (memory->fault != CL_FAULT_NONE) return cl_lost_position(memory->fault) ? CL_STATE_POSITION_LOST : CL_STATE_FAULT;
     if (!cl_homed(memory)) return CL_STATE_UNHOMED;
-    if (node->moving) return CL_STATE_MOVING;
+    if (cl_node_moves(node)) return CL_STATE_MOVING;
     if (cl_node_held(node)) return CL_STATE_HOLD;
     return node->silent ? CL_STATE_HOLD_LINK : CL_STATE_READY;
 }
@@ -94,12 +96,13 @@ static void sooner(int64_t *next_ms, int64_t at_ms) {
     if (at_ms < *next_ms) *next_ms = at_ms;
 }
 
-static void schedule(cl_node *node) {
-    int64_t next_ms = NEVER, settles_ms;
+void cl_node_schedule(cl_node *node) {
+    int64_t next_ms = NEVER, settles_ms, turned_ms;
     cl_plant_fault fault;
     cl_sought sought;
     if (cl_node_has_owner(node) && !node->silent) next_ms = cl_node_expires_ms(node);
     if (node->memory.homing && node->plant.sought(node->plant.self, &sought)) sooner(&next_ms, sought.at_ms);
+    if (node->turning && node->plant.turned(node->plant.self, &turned_ms)) sooner(&next_ms, turned_ms);
     if (node->moving) {
         if (node->plant.settles(node->plant.self, &settles_ms)) sooner(&next_ms, settles_ms);
         if (coming_fault(node, &fault)) sooner(&next_ms, fault.at_ms);
@@ -110,7 +113,7 @@ static void schedule(cl_node *node) {
 /* Of a run that is not its own the owner learns nothing here. */
 void cl_node_reload(cl_node *node, int64_t now_ms) {
     const cl_session *session = &node->session;
-    schedule(node);
+    cl_node_schedule(node);
     if (!session->exists) return;
     cl_status_frame status = {
         .node = node->number, .session = session->number, .echo = session->counter, .clock = cl_clock_of(now_ms),
@@ -134,7 +137,7 @@ bool cl_node_may_move(const cl_node *node) {
 
 void cl_node_go_on(cl_node *node, int64_t now_ms) {
     const cl_memory *memory = &node->memory;
-    if (node->moving || memory->finished >= memory->started || !cl_node_may_move(node)) return;
+    if (cl_node_moves(node) || memory->finished >= memory->started || !cl_node_may_move(node)) return;
     node->plant.positions(node->plant.self, now_ms, &node->move.start);
     cl_plan_move(&node->move, &memory->target, node->axes, memory->move_ms);
     node->moving = true;
@@ -143,9 +146,19 @@ void cl_node_go_on(cl_node *node, int64_t now_ms) {
 }
 
 void cl_node_brake(cl_node *node, int64_t now_ms) {
-    if (!node->moving || node->move.brake_ms != CL_UNBRAKED) return;
-    cl_move_brake(&node->move, now_ms - node->move_start_ms);
-    node->plant.follow(node->plant.self, now_ms, node->move_start_ms, &node->move);
+    if (node->moving && node->move.brake_ms == CL_UNBRAKED) {
+        cl_move_brake(&node->move, now_ms - node->move_start_ms);
+        node->plant.follow(node->plant.self, now_ms, node->move_start_ms, &node->move);
+    }
+    if (node->turning) {
+        node->turning = false;
+        cl_node_end_errand(node, CL_OUTCOME_ENDED);
+        node->plant.give_up(node->plant.self, now_ms);
+    }
+}
+
+void cl_node_end_errand(cl_node *node, uint8_t outcome) {
+    if (node->outcome == CL_OUTCOME_BUSY) node->outcome = outcome;
 }
 
 static void abandon_homing(cl_node *node, int64_t now_ms) {
@@ -177,7 +190,11 @@ static void arrive(cl_node *node, int64_t now_ms) {
     cl_counts at;
     node->plant.positions(node->plant.self, now_ms, &at);
     node->moving = false;
-    if (memcmp(&at, &memory->target, sizeof at) == 0) {
+    if (node->jogging) {
+        bool there = memcmp(&at, &node->move.target, sizeof at) == 0;
+        node->jogging = false;
+        cl_node_end_errand(node, there ? CL_OUTCOME_DONE : CL_OUTCOME_ENDED);
+    } else if (memcmp(&at, &memory->target, sizeof at) == 0) {
         memory->finished = memory->started;
     } else {
         memory->move_ms = cl_move_rest_ms(&node->move);
@@ -217,18 +234,23 @@ void cl_node_fail(cl_node *node, int64_t now_ms, uint8_t fault, uint8_t axis) {
         memory->fault_ms = now_ms;
         if (cl_lost_position(fault)) give_reason(memory, (uint8_t)(axis ? 1u << (axis - 1) : CL_ALL_AXES), fault);
     }
+    cl_node_end_errand(node, CL_OUTCOME_FAILED);
     cl_node_brake(node, now_ms);
 }
 
 static void wake(cl_node *node, int64_t now_ms) {
     cl_plant_fault fault;
-    int64_t settles_ms;
+    int64_t settles_ms, turned_ms;
     cl_sought sought;
     if (node->moving && coming_fault(node, &fault) && fault.at_ms <= now_ms) {
         cl_node_fail(node, now_ms, fault.fault, fault.axis);
     }
     if (node->moving && node->plant.settles(node->plant.self, &settles_ms) && settles_ms <= now_ms) {
         arrive(node, now_ms);
+    }
+    if (node->turning && node->plant.turned(node->plant.self, &turned_ms) && turned_ms <= now_ms) {
+        node->turning = false;
+        cl_node_end_errand(node, CL_OUTCOME_DONE);
     }
     bool searched = node->memory.homing && node->plant.sought(node->plant.self, &sought);
     if (searched && sought.at_ms <= now_ms) finish_homing(node, &sought.reasons);
@@ -245,13 +267,13 @@ void cl_node_advance(cl_node *node, int64_t now_ms) {
 }
 
 void cl_node_notice(cl_node *node, int64_t now_ms) {
-    schedule(node);
+    cl_node_schedule(node);
     cl_node_advance(node, now_ms);
 }
 
 void cl_node_start_homing(cl_node *node, int64_t now_ms, uint8_t axes) {
     cl_memory *memory = &node->memory;
-    if (node->moving || memory->homing || memory->estop) return;
+    if (cl_node_moves(node) || memory->homing || memory->estop) return;
     give_reason(memory, axes, CL_NOT_HOMED);
     memory->homing = axes;
     cl_node_forget_run(node);

@@ -76,8 +76,12 @@ typedef struct {
     cl_move move;
     int64_t move_start_ms;
     int64_t next_ms; /* when time alone will change something */
+    int64_t blink_until_ms; /* the lamp is to flicker until then */
     uint8_t lift_above;
+    uint8_t outcome; /* CL_OUTCOME_... of the last order of a SERVICE */
     bool moving, booted, silent, stopped;
+    bool jogging; /* the move is an errand's, not a step's */
+    bool turning; /* a motor turns without a loop */
     uint8_t ack[CL_FRAME_BYTES];
     uint8_t ack_length;  /* CL_FRAME_BYTES, or 0 as long as nobody has asked */
     uint32_t ack_serial; /* counts up whenever a new answer was loaded */

@@ -1,4 +1,4 @@
-/* What the two halves of a node share: time and motion in node.c, frames in receive.c. Nobody else includes this. */
+/* What the parts of a node share: time and motion in node.c, frames in receive.c, errands in errand.c. Nobody else includes this. */
 #ifndef CL_NODE_PARTS_H
 #define CL_NODE_PARTS_H
 
@@ -22,6 +22,21 @@ void cl_node_reload(cl_node *node, int64_t now_ms);
 
 /* Set off for the target of the started step, if there is one and nothing forbids it. */
 void cl_node_go_on(cl_node *node, int64_t now_ms);
+
+/* Find out when time alone will change something next. */
+void cl_node_schedule(cl_node *node);
+
+/* What became of the order that is under way, if there is one: the first that is said of it stays. */
+void cl_node_end_errand(cl_node *node, uint8_t outcome);
+
+/* Whether axes are on their way, in a step or for an errand. */
+bool cl_node_moves(const cl_node *node);
+
+/* Do what a SERVICE of the live session asks for. */
+void cl_node_serve(cl_node *node, int64_t now_ms, const cl_service_frame *frame);
+
+/* Load the page that it asks for, as it is now. */
+void cl_node_answer_service(cl_node *node, int64_t now_ms, const cl_service_frame *frame);
 
 void cl_node_brake(cl_node *node, int64_t now_ms);
 

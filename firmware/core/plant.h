@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "motion.h"
+#include "workbench.h"
 
 typedef struct {
     int64_t at_ms;
@@ -17,6 +18,17 @@ typedef struct {
     int64_t at_ms;
     cl_reasons reasons;
 } cl_sought;
+
+/* What a plant sees of itself: encoder counts, lines (CL_LINE_...), supply; the rest is of one axis: missed edges, duty now,
+   largest lag of the last move, threshold of the last turn, kept samples, and some of them. */
+typedef struct {
+    cl_counts counts;
+    uint8_t lines, samples;
+    uint16_t supply_mv; /* 0 if the chip cannot tell */
+    uint16_t missed, lag, threshold;
+    int16_t duty;
+    int16_t trace[CL_READING_SAMPLES];
+} cl_look;
 
 /* All times are milliseconds since the node was switched on. */
 typedef struct cl_plant {
@@ -32,8 +44,16 @@ typedef struct cl_plant {
     void (*seek)(void *self, int64_t now_ms, uint8_t axes);
     /* How and when the search ends; false if that is not known (yet) or there is none. */
     bool (*sought)(void *self, cl_sought *sought);
-    /* End the search where it is. */
+    /* End the search, or the turn, where it is. */
     void (*give_up)(void *self, int64_t now_ms);
+    /* Turn one motor without a loop. */
+    void (*turn)(void *self, int64_t now_ms, const cl_turn *turn);
+    /* When the turn ends; false if that is not known (yet) or there is none. */
+    bool (*turned)(void *self, int64_t *at_ms);
+    /* Where an axis (from 1) rests is `counts` from now on. */
+    void (*place)(void *self, int64_t now_ms, uint8_t axis, int32_t counts);
+    /* What can be seen of the motors, of an axis (from 1), and of the samples of the last turn from `first` on. */
+    void (*look)(void *self, int64_t now_ms, uint8_t axis, uint8_t first, cl_look *seen);
 } cl_plant;
 
 #endif

@@ -93,7 +93,7 @@ static bool admit(cl_node *node, int64_t now_ms, const cl_session *session, uint
         return false;
     }
     if (session == &node->pending) {
-        if ((node->moving || node->memory.homing) && !owner_gone(node, now_ms)) return false;
+        if ((cl_node_moves(node) || node->memory.homing) && !owner_gone(node, now_ms)) return false;
         take_over(node, now_ms);
     }
     node->session.counter = counter;
@@ -147,7 +147,7 @@ static void stage(cl_node *node, int64_t now_ms, const cl_drive_frame *frame) {
 
 static void start(cl_node *node) {
     cl_memory *memory = &node->memory;
-    bool idle = memory->finished == memory->started && !node->moving;
+    bool idle = memory->finished == memory->started && !cl_node_moves(node);
     bool next = memory->staged == memory->started + 1 && node->session.release >= memory->staged;
     if (!idle || !next || !cl_node_may_move(node)) return;
     memory->started = memory->staged;
@@ -199,7 +199,7 @@ static void on_drive(cl_node *node, int64_t now_ms, const uint8_t *payload) {
 static bool may_home(const cl_node *node) {
     const cl_memory *memory = &node->memory;
     bool is_held = node->silent || cl_node_held(node);
-    return !is_held && !node->session.owns_run && !node->moving && !memory->homing && !memory->estop;
+    return !is_held && !node->session.owns_run && !cl_node_moves(node) && !memory->homing && !memory->estop;
 }
 
 static void on_home(cl_node *node, int64_t now_ms, const uint8_t *payload) {
@@ -218,6 +218,21 @@ static void on_home(cl_node *node, int64_t now_ms, const uint8_t *payload) {
         cl_node_start_homing(node, now_ms, frame.axes);
     }
     cl_node_reload(node, now_ms);
+}
+
+static void on_service(cl_node *node, int64_t now_ms, const uint8_t *payload) {
+    cl_session *session = named_session(node, payload);
+    cl_service_frame frame;
+    if (session == NULL) return;
+    cl_verdict verdict = cl_decode_service(payload, &session->key, cl_clock_of(now_ms), &frame);
+    if (verdict != CL_GOOD) {
+        doubt(node, now_ms, session, verdict);
+        return;
+    }
+    if (!accept(node, now_ms, session, frame.clock, frame.counter)) return;
+    cl_node_serve(node, now_ms, &frame);
+    cl_node_schedule(node);
+    cl_node_answer_service(node, now_ms, &frame);
 }
 
 static void on_estop(cl_node *node, int64_t now_ms, const uint8_t *payload) {
@@ -294,7 +309,7 @@ static void answer_query(cl_node *node, int64_t now_ms, uint64_t handshake) {
         .axes = memory->unhomed,
         .fault_s = fault_s(memory, now_ms),
         .stopped = node->stopped,
-        .turning = node->moving || memory->homing,
+        .turning = cl_node_moves(node) || memory->homing,
     };
     cl_node_condition(node, now_ms, &report.now);
     cl_encode_report(node->ack, &report, &node->node_key, handshake);
@@ -349,4 +364,5 @@ void cl_node_receive(cl_node *node, int64_t now_ms, const uint8_t *payload, size
     if (kind == CL_KIND_HELLO) on_hello(node, now_ms, payload);
     if (kind == CL_KIND_PAGE) on_ask(node, now_ms, payload);
     if (kind == CL_KIND_STOP) on_stop(node, now_ms, payload);
+    if (kind == CL_KIND_SERVICE) on_service(node, now_ms, payload);
 }

@@ -5,6 +5,7 @@
 #include "board.h"
 
 #define SLOT_MS 200
+#define FLICKER_MS 40
 #define PAUSE_SLOTS 5
 #define BOARD_PORT PORT_C
 #define BOARD_PIN 5
@@ -34,6 +35,10 @@ void lamp_borrow_board(void) {
 
 /* A code is so many flashes, then a pause. */
 void lamp_show(uint8_t code, int64_t now_ms) {
+    if (code == LAMP_HERE) {
+        put(LAMP_PORT, LAMP_PIN, ((uint32_t)now_ms / FLICKER_MS & 1u) == 0);
+        return;
+    }
     uint32_t slots = code == LAMP_HOMING ? 2u : 2u * code + PAUSE_SLOTS;
     uint32_t slot = (uint32_t)now_ms / SLOT_MS % slots;
     bool on = code == LAMP_STEADY || ((slot & 1u) == 0 && slot < 2u * code);

@@ -13,7 +13,7 @@
 #include "settings.h"
 #include "tick.h"
 
-#define FIRMWARE 2u
+#define FIRMWARE 3u
 
 static node_settings settings;
 static cl_node node;
@@ -63,12 +63,15 @@ static void guard_motors(void) {
                 state == CL_STATE_HOLD || state == CL_STATE_HOLD_LINK;
     if (able) {
         motors_allow();
-    } else if (!node.moving && motors_still()) {
+    } else if (!node.moving && !node.turning && motors_still()) {
         motors_forbid();
     }
 }
 
-static uint8_t lamp_code(void) {
+static uint8_t lamp_code(int64_t now_ms) {
+    if (now_ms < node.blink_until_ms) {
+        return LAMP_HERE;
+    }
     if (!link_there()) {
         return LAMP_NO_RADIO;
     }
@@ -118,7 +121,7 @@ _Noreturn void program_main(void) {
         link_serve(&node, now_ms);
         guard_motors();
         persist_serve(&node, now_ms);
-        lamp_show(lamp_code(), now_ms);
+        lamp_show(lamp_code(now_ms), now_ms);
         sleep_if_idle();
     }
 }

@@ -4,8 +4,10 @@
 #include "drive.h"
 #include "encoder.h"
 #include "persist.h"
+#include "program.h"
 #include "pwm.h"
 #include "tick.h"
+#include "workbench.h"
 
 /* Missed edges that are forgiven within a second: one may come from a shock, more mean noise or a bad contact. */
 #define MISSED_MOST 8u
@@ -14,7 +16,10 @@
 static cl_drive drive;
 static cl_plant inner;
 static cl_homing homing;
-static volatile bool gate, news, seeking;
+static cl_workbench bench;
+static int64_t turned_ms; /* when the last turn ended, valid if `turned_known` */
+static uint16_t lag[CL_AXES]; /* largest following error of the last move */
+static volatile bool gate, news, seeking, turning, turned_known;
 static volatile uint8_t noisy; /* axes that have missed edges since the last search began, bit 0 for the first */
 
 /* The main loop's calls and the tick must not interrupt each other. The tick gives way: a drive that misses one ms
@@ -39,6 +44,9 @@ static void follow(void *self, int64_t now_ms, int64_t start_ms, const cl_move *
         cl_drive_fail(&drive, now_ms, CL_FAULT_DRIVER, 0);
     }
     inner.follow(inner.self, now_ms, start_ms, move);
+    if (move->brake_ms == CL_UNBRAKED) {
+        lag[0] = lag[1] = lag[2] = 0;
+    }
     open_gate();
 }
 
@@ -113,14 +121,56 @@ static void seek(int16_t pwm[CL_AXES]) {
     }
 }
 
+static void note_lag(void) {
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        cl_setpoint setpoint;
+        cl_track_setpoint(&drive.track, axis, 0, &setpoint);
+        int32_t error = setpoint.at - drive.position.at[axis];
+        uint32_t size = error < 0 ? 0u - (uint32_t)error : (uint32_t)error;
+        if (size > lag[axis]) {
+            lag[axis] = size > UINT16_MAX ? UINT16_MAX : (uint16_t)size;
+        }
+    }
+}
+
 /* Motors whose drivers sleep stand where they are, wherever somebody turns them to. */
 static void track(int64_t now_ms, int16_t pwm[CL_AXES]) {
     cl_counts at;
     encoder_read(&at);
     if (!pwm_awake() && drive.fault.fault == CL_FAULT_NONE) {
         cl_drive_place(&drive, &at);
-    } else if (cl_drive_tick(&drive, now_ms, &at, pwm_driver_fault(), pwm)) {
-        news = true;
+    } else {
+        if (cl_drive_tick(&drive, now_ms, &at, pwm_driver_fault(), pwm)) {
+            news = true;
+        }
+        if (!drive.settled) {
+            note_lag();
+        }
+    }
+}
+
+/* The drive takes over where the axes are. Edges that were missed meanwhile still count against those that kept their
+ * position. */
+static void hand_over(uint8_t kept) {
+    cl_counts at;
+    encoder_read(&at);
+    cl_drive_place(&drive, &at);
+    for (uint8_t axis = 0; axis < CL_AXES; axis++) {
+        if ((noisy & kept) >> axis & 1u) {
+            cl_drive_fail(&drive, tick_ms(), CL_FAULT_ENCODER, (uint8_t)(axis + 1));
+        }
+    }
+}
+
+static void work(int64_t now_ms, int16_t pwm[CL_AXES]) {
+    cl_counts at;
+    encoder_read(&at);
+    pwm[bench.turn.axis - 1u] = (int16_t)(cl_workbench_tick(&bench, &at, pwm_driver_fault()) * CL_PWM_FULL / 1000);
+    if (!bench.busy) {
+        turning = false;
+        turned_ms = now_ms;
+        turned_known = news = true;
+        hand_over(CL_ALL_AXES);
     }
 }
 
@@ -132,6 +182,8 @@ void motors_tick(int64_t now_ms) {
     watch_edges(now_ms);
     if (seeking) {
         seek(pwm);
+    } else if (turning) {
+        work(now_ms, pwm);
     } else {
         track(now_ms, pwm);
     }
@@ -144,8 +196,74 @@ void motors_tick(int64_t now_ms) {
     }
 }
 
+/* As with a move, a turn whose beginning cannot be written down comes to nothing. */
+static void turn(void *self, int64_t now_ms, const cl_turn *wanted) {
+    (void)self;
+    bool written = persist_moving();
+    cl_counts at;
+    pwm_wake();
+    close_gate();
+    encoder_read(&at);
+    cl_drive_place(&drive, &at);
+    cl_workbench_start(&bench, wanted, &at);
+    turned_ms = now_ms;
+    turned_known = !written;
+    turning = written;
+    open_gate();
+}
+
+static bool turned(void *self, int64_t *at_ms) {
+    (void)self;
+    *at_ms = turned_ms;
+    return turned_known;
+}
+
+/* What was written of the old position is marked first. */
+static void place(void *self, int64_t now_ms, uint8_t axis, int32_t counts) {
+    (void)self;
+    bool written = persist_moving();
+    cl_counts at, shift = {{0}};
+    close_gate();
+    encoder_read(&at);
+    shift.at[axis - 1u] = counts - at.at[axis - 1u];
+    encoder_shift(&shift);
+    noisy &= (uint8_t)~(1u << (axis - 1u));
+    hand_over(CL_ALL_AXES);
+    if (!written) {
+        cl_drive_fail(&drive, now_ms, CL_FAULT_DRIVER, 0);
+    }
+    open_gate();
+}
+
+__attribute__((weak)) uint16_t supply_mv(void) { return 0; }
+
+static void see(void *self, int64_t now_ms, uint8_t axis, uint8_t first, cl_look *seen) {
+    cl_homing_input input;
+    uint32_t missed = encoder_illegal(axis - 1u);
+    (void)self;
+    (void)now_ms;
+    close_gate();
+    look(&input);
+    bool benched = turning && bench.turn.axis == axis;
+    *seen = (cl_look){
+        .counts = input.encoders,
+        .lines = (uint8_t)(input.switches | (input.driver_fault ? CL_LINE_DRIVER : 0) | (pwm_awake() ? CL_LINE_AWAKE : 0)),
+        .samples = bench.samples,
+        .supply_mv = supply_mv(),
+        .missed = missed > UINT16_MAX ? UINT16_MAX : (uint16_t)missed,
+        .lag = lag[axis - 1u],
+        .threshold = bench.threshold,
+        .duty = benched ? bench.duty : (int16_t)(drive.servo[axis - 1u].pwm * 1000 / CL_PWM_FULL),
+    };
+    cl_workbench_samples(&bench, first, seen->trace);
+    open_gate();
+}
+
 cl_plant motors_plant(void) {
-    return (cl_plant){.follow = follow, .positions = positions, .settles = settles, .fault = fault};
+    return (cl_plant){
+        .follow = follow, .positions = positions, .settles = settles, .fault = fault,
+        .turn = turn, .turned = turned, .place = place, .look = see,
+    };
 }
 
 bool motors_news(void) {
@@ -177,19 +295,6 @@ void motors_seek(const cl_homing_axis axes[CL_AXES], uint8_t which) {
     open_gate();
 }
 
-/* The drive takes over where the axes are. Edges that were missed meanwhile still count against those that kept their
- * position. */
-static void hand_over(uint8_t kept) {
-    cl_counts at;
-    encoder_read(&at);
-    cl_drive_place(&drive, &at);
-    for (uint8_t axis = 0; axis < CL_AXES; axis++) {
-        if ((noisy & kept) >> axis & 1u) {
-            cl_drive_fail(&drive, tick_ms(), CL_FAULT_ENCODER, (uint8_t)(axis + 1));
-        }
-    }
-}
-
 cl_homing_status motors_sought(cl_reasons *reasons) {
     if (seeking || homing.status == CL_HOMING_IDLE) {
         return seeking ? CL_HOMING_BUSY : CL_HOMING_IDLE;
@@ -212,7 +317,8 @@ cl_homing_status motors_sought(cl_reasons *reasons) {
 
 void motors_abandon(void) {
     close_gate();
-    seeking = false;
+    seeking = turning = turned_known = false;
+    cl_workbench_stop(&bench);
     cl_homing_abort(&homing);
     hand_over((uint8_t)~homing.which);
     open_gate();

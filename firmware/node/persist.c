@@ -73,7 +73,7 @@ bool persist_begin(cl_memory *memory, cl_counts *position) {
 bool persist_moving(void) { return cl_store_moving(&store); }
 
 void persist_serve(const cl_node *node, int64_t now_ms) {
-    if (node->moving || node->memory.homing || !motors_still()) {
+    if (node->moving || node->turning || node->memory.homing || !motors_still()) {
         still_ms = now_ms;
         return;
     }

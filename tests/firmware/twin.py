@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from curveline.radio.node.machine import NodeMachine
-from curveline.radio.node.plant import PlantFault, Sought
+from curveline.radio.node.plant import PlantFault, PlantLook, Sought
 from curveline.radio.node.state import Identity, Memory, NodeSession
-from curveline.radio.protocol.codes import BootCause, Counts, Fault
+from curveline.radio.node.workbench import Turn
+from curveline.radio.protocol.codes import READING_SAMPLES, BootCause, Counts, ErrandOutcome, Fault
 from curveline.radio.protocol.frames import HelloFrame
 from curveline.radio.protocol.keys import Site
 from curveline.radio.protocol.motion import Axes, AxisLimits, NodeMove
@@ -27,19 +28,19 @@ from . import build
 FOLDER = build.HERE / "twin"
 SOURCES = tuple(FOLDER / name for name in ("replay.c", "starts.c", "generate.c", "notes.c"))
 CORE_SOURCES = tuple(
-    build.CORE / name for name in ("blake2s.c", "keys.c", "frames.c", "motion.c", "node.c", "receive.c")
+    build.CORE / name for name in ("blake2s.c", "keys.c", "frames.c", "motion.c", "node.c", "receive.c", "errand.c")
 )
 
-START = struct.Struct("<qqqqQ qQQ16sIHHHBBBBBB qQQ16sIHHHBBBBBB 3i3i3iiiiIII 6H 3B3B 12B 6x")
+START = struct.Struct("<qqqqQ qQQ16sIHHHBBBBBB qQQ16sIHHHBBBBBB 3i3i3iiiiIII 6H 3B3B 13B 5x")
 EVENT = struct.Struct("<q32s4iBBBB4x")
 SHORT = struct.Struct("<32s3iBBH")
-FULL = struct.Struct("<6qQ 3i3i3i3i 4i 8I 9H 3B14B 5x")
+FULL = struct.Struct("<7qQ 3i3i3i3i 4i 4i 10I 9H 3B17B 2x")
 MOST_EVENTS = 12
 BATCH = 500
 
 RECEIVE, ADVANCE, NOTICE, START_HOMING, STOP_HOMING, SHIFT, SETTLE, FAULT, SEARCH = range(9)
 WHATS = ("receive", "advance", "notice", "start homing", "stop homing", "shift", "settle", "fault", "search")
-FRAMES = ("DRIVE", "HOME", "ESTOP", "STOP", "HELLO", "repeated HELLO", "query", "PAGE", "no node's frame")
+FRAMES = ("DRIVE", "HOME", "SERVICE", "ESTOP", "STOP", "HELLO", "repeated HELLO", "query", "PAGE", "no node's frame")
 SPOILS = (
     *("unspoiled", "flipped bit", "forged tag", "replayed", "other node", "other session", "odd field", "cut short"),
     *("old clock", "future clock", "wrapped clock"),
@@ -75,6 +76,9 @@ class ToldPlant:
         self.found = found
         self.search: Sought | None = None
         self.axes = 0
+        self.turn_wanted = Turn(0, 0, 0, 0)
+        self.ends: int | None = None
+        self.turns = self.places = 0
         self.seeks = self.give_ups = 0
         self.shift = (0, 0, 0)
         self.settles: int | None = None
@@ -117,8 +121,32 @@ class ToldPlant:
 
     def give_up(self, now_ms: int) -> None:
         """See Plant."""
-        self.search = None
+        self.search = self.ends = None
         self.give_ups += 1
+
+    def turn(self, now_ms: int, turn: Turn) -> None:
+        """See Plant."""
+        self.turn_wanted = turn
+        self.turns += 1
+        self.ends = now_ms + self.seek_ms if self.seek_ms >= 0 else None
+
+    def turned_ms(self) -> int | None:
+        """See Plant."""
+        return self.ends
+
+    def place(self, now_ms: int, axis: int, counts: int) -> None:
+        """See Plant."""
+        by = counts - self.positions(now_ms)[axis - 1]
+        x, y, z = (each + by * (number == axis) for number, each in enumerate(self.shift, start=1))
+        self.shift = (x, y, z)
+        self.places += 1
+
+    def look(self, now_ms: int, axis: int, first: int) -> PlantLook:
+        """See Plant."""
+        return PlantLook(
+            *(self.positions(now_ms), self.follows & 0x2F, 3300 + self.places, axis + self.seeks, -axis, 7 * axis),
+            *(self.give_ups + 9, self.turns, tuple(10 * axis - first - number for number in range(READING_SAMPLES))),
+        )
 
 
 class WatchedNode(NodeMachine):
@@ -154,7 +182,7 @@ def begin(start: tuple[Any, ...]) -> WatchedNode:
     target, next_target, place, (move_ms, lag_ms, seek_ms) = start[33:36], start[36:39], start[39:42], start[42:45]
     noise, boot, offers, finished, started, staged, next_ms, bad_tags, old_frames = start[45:54]
     unhomed, found, (homing, estop, fault, fault_axis, cause) = start[54:57], start[57:60], start[60:65]
-    silent, stopped, lift_above, in_window, who, axes, _ = start[65:]
+    silent, stopped, lift_above, in_window, who, axes, turning, _ = start[65:]
     memory = Memory(
         *(boot, BootCause(cause), noise, offers, unhomed, homing, bool(estop), Fault(fault), fault_axis, fault_ms),
         *(run_tag, finished, started, staged, target, move_ms, next_target, next_ms),
@@ -163,6 +191,9 @@ def begin(start: tuple[Any, ...]) -> WatchedNode:
     if homing:
         plant.seek(now_ms, homing)
     node = WatchedNode(IDENTITIES[who], AXES[axes], plant, memory)
+    if turning:
+        plant.turn(now_ms, Turn(1, 0, 0, 0))
+        node.turning, node.outcome = True, ErrandOutcome.BUSY
     node._session, node._pending = _session(start[5:19]), _session(start[19:33])
     node._silent, node._stopped, node._lift_above = bool(silent), bool(stopped), lift_above
     tally = node.tally
@@ -194,6 +225,7 @@ def do(node: NodeMachine, event: tuple[Any, ...]) -> None:
         plant.coming = PlantFault(now_ms + c, Fault(a), b) if a else None
     elif what == SEARCH:
         plant.search = Sought(now_ms + b, (c & 15, c >> 4 & 15, c >> 8 & 15)) if a else None
+        plant.ends = now_ms + b if a else None
 
 
 def look(node: WatchedNode, now_ms: int) -> bytes:
@@ -206,7 +238,7 @@ def look_closely(node: NodeMachine) -> bytes:
     """All that the node keeps, after the last event."""
     memory, tally, session, plant = node.memory, node.tally, node._session, node.plant
     assert isinstance(plant, ToldPlant)
-    move = plant.move or NO_MOVE
+    move, turn = plant.move or NO_MOVE, plant.turn_wanted
     heard_ms = counter = number = release = hold_gen = closed = owns_run = order = 0
     if session is not None:
         heard_ms, counter, number = session.heard_ms, session.counter, session.number
@@ -214,17 +246,19 @@ def look_closely(node: NodeMachine) -> bytes:
         owns_run, order = session.owns_run, session.order
     return FULL.pack(
         *(-1 if node._next_ms is None else node._next_ms, node.move_start_ms, heard_ms),
-        *(tally._window_ms, tally._deaf_until_ms, memory.fault_ms, memory.run_tag),
+        *(tally._window_ms, tally._deaf_until_ms, memory.fault_ms, node.blink_until_ms, memory.run_tag),
         *(*memory.target, *memory.next_target, *move.start, *move.target),
         *(memory.move_ms, move.duration_ms, move.ramp_ms, -1 if move.brake_ms is None else move.brake_ms),
+        *(turn.axis | turn.at_once << 8, turn.duty, turn.counts, turn.span_ms),
         *(memory.noise, counter, tally.floods, plant.follows),
-        *(memory.boot, memory.offers, plant.seeks, plant.give_ups),
+        *(memory.boot, memory.offers, plant.seeks, plant.give_ups, plant.turns, plant.places),
         *(memory.finished, memory.started, memory.staged, memory.next_ms),
         *(min(tally.bad_tags, 0xFFFF), min(tally.old_frames, 0xFFFF), number, release),
         0 if node._pending is None else node._pending.number,
         *memory.unhomed,
         *(plant.axes, memory.homing, memory.estop, memory.fault, memory.fault_axis, node.move is not None),
         *(node._silent, node._stopped, node._lift_above, hold_gen, closed, tally._in_window, owns_run, order),
+        *(node.jogging, node.turning, node.outcome),
     )
 
 
@@ -306,6 +340,7 @@ class Harness:
         while (name := self._c.twin_outcome(len(names))) is not None:
             names.append(name.decode())
         names += [f"state {number}" for number in range(16)] + [f"fault {number}" for number in range(8)]
+        names += [f"errand {outcome.name}" for outcome in ErrandOutcome]
         names += WHATS
         names += [f"{frame}, {spoil}" for frame in FRAMES for spoil in SPOILS]
         counts = (ctypes.c_uint * len(names))()

@@ -46,7 +46,7 @@ def test_one_axis_alone_leaves_the_others_as_they_are(host: Host) -> None:
 
 
 def test_an_axis_whose_motor_is_absent_says_so_and_the_others_are_homed(host: Host) -> None:
-    host.node.plant.absent = BIAS
+    host.node.plant.wiring.absent = BIAS
     host.home(10)
     assert poll(host, 100, 5000) is NodeState.UNHOMED
     assert host.report(5000).axes == (0, Fault.ENCODER, 0)
@@ -180,7 +180,7 @@ def test_homing_forgets_no_fault_that_left_the_position_known() -> None:
 def test_a_motor_that_is_absent_is_a_dead_encoder_to_a_step() -> None:
     host = Host(make_node())
     host.node.plant.coming = None
-    host.node.plant.absent = 0b001
+    host.node.plant.wiring.absent = 0b001
     host.offer(0)
     host.start(0, target=FAR)
     host.node.plant.coming = super(type(host.node.plant), host.node.plant).fault()

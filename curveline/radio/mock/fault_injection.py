@@ -228,7 +228,7 @@ def _unhomed(stage: MishapStage, mishap: Mishap) -> None:
 
 
 def _absent(stage: MishapStage, mishap: Mishap) -> None:
-    stage.station(mishap).plant.absent |= 1 << mishap.axis - 1
+    stage.station(mishap).plant.wiring.absent |= 1 << mishap.axis - 1
 
 
 def _estop(stage: MishapStage, mishap: Mishap) -> None:

@@ -46,7 +46,7 @@ class Station:
         if old.move is not None:
             self.plant.follow(now_ms, old.move_start_ms, old.move.braked(now_ms - old.move_start_ms))
         self.plant.give_up(now_ms)
-        self.memory = old.memory.restarted(rested=old.move is None and not old.memory.homing)
+        self.memory = old.memory.restarted(rested=not old.is_turning)
         self.power_up(random)
 
     def intrude(self, now_ms: int, payload: bytes) -> None:

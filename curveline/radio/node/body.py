@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from curveline.radio.node.plant import Plant, PlantFault
 from curveline.radio.node.state import LOST_POSITION, Identity, Memory, NodeSession, NodeTally, with_reason
-from curveline.radio.protocol.codes import NOT_HOMED, Counts, Fault, NodeState
+from curveline.radio.protocol.codes import NOT_HOMED, Counts, ErrandOutcome, Fault, NodeState
 from curveline.radio.protocol.motion import Axes, NodeMove, plan_move, rest_ms
 
 
@@ -21,6 +21,9 @@ class NodeBody:
         self.tally = NodeTally()
         self.move: NodeMove | None = None
         self.move_start_ms = 0
+        self.jogging = self.turning = False
+        self.outcome = ErrandOutcome.NONE
+        self.blink_until_ms = 0
         self._axes = axes
         self._session: NodeSession | None = None
         self._pending: NodeSession | None = None
@@ -44,11 +47,16 @@ class NodeBody:
             return NodeState.POSITION_LOST if memory.fault in LOST_POSITION else NodeState.FAULT
         if not memory.homed:
             return NodeState.UNHOMED
-        if self.move is not None:
+        if self._moves():
             return NodeState.MOVING
         if self._stopped or (self._session is not None and self._session.hold_gen & 1):
             return NodeState.HOLD
         return NodeState.HOLD_LINK if self._silent else NodeState.READY
+
+    @property
+    def is_turning(self) -> bool:
+        """Whether a motor may turn, for whatever reason."""
+        return self._moves() or self.memory.homing != 0
 
     def setpoint(self, now_ms: int) -> Counts:
         """Where the axes should be now [counts]."""
@@ -73,7 +81,7 @@ class NodeBody:
         Their positions are void from now on, and with them what the node has done of its run.
         """
         memory = self.memory
-        if self.move is None and not memory.homing and not memory.estop:
+        if not self._moves() and not memory.homing and not memory.estop:
             memory.unhomed = with_reason(memory.unhomed, axes, NOT_HOMED)
             memory.homing = axes
             memory.forget_run()
@@ -95,6 +103,8 @@ class NodeBody:
             moments.append(session.expires_ms)
         if self.memory.homing and (sought := self.plant.sought()) is not None:
             moments.append(sought.at_ms)
+        if self.turning and (turned := self.plant.turned_ms()) is not None:
+            moments.append(turned)
         if self.move is not None:
             if (settles := self.plant.settles_ms()) is not None:
                 moments.append(settles)
@@ -112,6 +122,10 @@ class NodeBody:
         settles = self.plant.settles_ms()
         if self.move is not None and settles is not None and settles <= now_ms:
             self._arrive(now_ms, self.move)
+        turned = self.plant.turned_ms()
+        if self.turning and turned is not None and turned <= now_ms:
+            self.turning = False
+            self._end_errand(ErrandOutcome.DONE)
         sought = self.plant.sought()
         if self.memory.homing and sought is not None and sought.at_ms <= now_ms:
             self._finish_homing(sought.reasons)
@@ -122,7 +136,11 @@ class NodeBody:
     def _arrive(self, now_ms: int, move: NodeMove) -> None:
         memory = self.memory
         self.move = None
-        if self.plant.positions(now_ms) == memory.target:
+        if self.jogging:
+            self.jogging = False
+            is_there = self.plant.positions(now_ms) == move.target
+            self._end_errand(ErrandOutcome.DONE if is_there else ErrandOutcome.ENDED)
+        elif self.plant.positions(now_ms) == memory.target:
             memory.finished = memory.started
         else:
             memory.move_ms = rest_ms(move)
@@ -156,6 +174,7 @@ class NodeBody:
             memory.fault, memory.fault_axis, memory.fault_ms = fault, axis, now_ms
             if fault in LOST_POSITION:
                 memory.lose(fault, axis)
+        self._end_errand(ErrandOutcome.FAILED)
         self._brake(now_ms)
 
     # Motion
@@ -170,7 +189,7 @@ class NodeBody:
     def _go_on(self, now_ms: int) -> None:
         """Set off for the target of the started step, if there is one and nothing forbids it."""
         memory = self.memory
-        if self.move is None and memory.finished < memory.started and self._may_move():
+        if not self._moves() and memory.finished < memory.started and self._may_move():
             self.move = plan_move(self.plant.positions(now_ms), memory.target, self._axes, memory.move_ms)
             self.move_start_ms = now_ms
             self.plant.follow(now_ms, now_ms, self.move)
@@ -179,6 +198,19 @@ class NodeBody:
         if self.move is not None and self.move.brake_ms is None:
             self.move = self.move.braked(now_ms - self.move_start_ms)
             self.plant.follow(now_ms, self.move_start_ms, self.move)
+        if self.turning:
+            self.turning = False
+            self._end_errand(ErrandOutcome.ENDED)
+            self.plant.give_up(now_ms)
+
+    def _end_errand(self, outcome: ErrandOutcome) -> None:
+        """What became of the order that is under way, if there is one: the first that is said of it stays."""
+        if self.outcome is ErrandOutcome.BUSY:
+            self.outcome = outcome
+
+    def _moves(self) -> bool:
+        """Whether axes are on their way, in a step or for an errand."""
+        return self.move is not None or self.turning
 
     def _halt(self, now_ms: int) -> None:
         """Whatever turns comes to rest."""

@@ -7,7 +7,7 @@ docs/radio-protocol.md, in the order given there.
 
 from __future__ import annotations
 
-from curveline.radio.node.body import NodeBody
+from curveline.radio.node.errands import NodeErrands
 from curveline.radio.node.plant import Plant
 from curveline.radio.node.state import LIFT, LOST_POSITION, Identity, Memory, NodeSession
 from curveline.radio.protocol.codes import (
@@ -45,9 +45,10 @@ from curveline.radio.protocol.frames import (
 from curveline.radio.protocol.keys import session_key
 from curveline.radio.protocol.motion import Axes, config_hash, outside
 from curveline.radio.protocol.page_frames import WHO, PageFrame, decode_ask, encode_page
+from curveline.radio.protocol.service_frames import ServiceFrame, decode_service, encode_reading
 
 
-class NodeMachine(NodeBody):
+class NodeMachine(NodeErrands):
     """State machine of one node; `ack` is the one answer loaded into its radio."""
 
     def __init__(self, identity: Identity, axes: Axes, plant: Plant, memory: Memory) -> None:
@@ -61,6 +62,7 @@ class NodeMachine(NodeBody):
             FrameKind.HELLO: self._on_hello,
             FrameKind.PAGE: self._on_ask,
             FrameKind.STOP: self._on_stop,
+            FrameKind.SERVICE: self._on_service,
         }
 
     def receive(self, now_ms: int, payload: bytes) -> None:
@@ -107,7 +109,7 @@ class NodeMachine(NodeBody):
                 return session
         return None
 
-    def _accept(self, now_ms: int, session: NodeSession, frame: DriveFrame | HomeFrame) -> bool:
+    def _accept(self, now_ms: int, session: NodeSession, frame: DriveFrame | HomeFrame | ServiceFrame) -> bool:
         """Whether a frame with a good tag counts; if it does, the dead-man is fed.
 
         Its host must have heard of the node lately when it sent it, else somebody may have kept it back.
@@ -140,7 +142,7 @@ class NodeMachine(NodeBody):
             self.tally.old_frames += 1
             return False
         if session is self._pending:
-            if (self.move is not None or self.memory.homing) and not self._owner_gone(now_ms):
+            if self.is_turning and not self._owner_gone(now_ms):
                 return False
             self._take_over(now_ms, session)
         session.counter = counter
@@ -191,7 +193,7 @@ class NodeMachine(NodeBody):
 
     def _start(self, session: NodeSession) -> None:
         memory = self.memory
-        idle = memory.finished == memory.started and self.move is None
+        idle = memory.finished == memory.started and not self._moves()
         if idle and memory.staged == memory.started + 1 and session.release >= memory.staged and self._may_move():
             memory.started = memory.staged
             memory.target, memory.move_ms = memory.next_target, memory.next_ms
@@ -219,7 +221,19 @@ class NodeMachine(NodeBody):
         """Whether a host may order it: never in a run of its own, nor while the node is to hold or does anything."""
         memory = self.memory
         held = self._silent or self._stopped or session.hold_gen & 1
-        return not (held or session.owns_run or self.move is not None or memory.homing or memory.estop)
+        return not (held or session.owns_run or self.is_turning or memory.estop)
+
+    def _on_service(self, now_ms: int, payload: bytes) -> None:
+        session = self._session_of(payload)
+        if session is None:
+            return
+        frame = decode_service(payload, session.key, clock_of(now_ms))
+        if isinstance(frame, Reject):
+            self._doubt(now_ms, session, frame)
+        elif self._accept(now_ms, session, frame):
+            self._serve(now_ms, session, frame)
+            self._schedule()
+            self.ack = encode_reading(self._reading(now_ms, session, frame), session.key)
 
     def _on_estop(self, now_ms: int, payload: bytes) -> None:
         session = self._session_of(payload)
@@ -321,5 +335,5 @@ class NodeMachine(NodeBody):
         return ReportFrame(
             *(self.identity.number, memory.boot, memory.cause, memory.finished, memory.started, memory.staged),
             *(self.state, hold, memory.fault, memory.fault_axis, self.plant.positions(now_ms)),
-            *(memory.unhomed, fault_s, self._stopped, self.move is not None or memory.homing != 0),
+            *(memory.unhomed, fault_s, self._stopped, self.is_turning),
         )

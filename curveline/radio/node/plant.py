@@ -6,9 +6,12 @@ from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from curveline.radio.node.motor_model import Bench, Wiring
 from curveline.radio.node.state import HOMED, with_reason
-from curveline.radio.protocol.codes import Counts, Fault
+from curveline.radio.node.workbench import Turn
+from curveline.radio.protocol.codes import AXIS_COUNT, Counts, Fault
 from curveline.radio.protocol.motion import NodeMove
+from curveline.radio.protocol.service_frames import LINE_AWAKE
 
 PER_MILLE = 1000
 STALL_MS = 200
@@ -17,6 +20,8 @@ MUTE_MS = 100
 """How long an encoder may give no counts from a motor that is driven."""
 RUNAWAY_COUNTS = 50
 """How far an axis may go against its command."""
+LAG_MS = 6
+"""How far an axis is behind its set-point in steady motion, by time."""
 SEEK_COUNTS_PER_S = 4000
 SEEK_LEAST_MS = 400
 SEEK_RAMP_MS = 100
@@ -38,6 +43,24 @@ class Sought:
 
     at_ms: int
     reasons: tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class PlantLook:
+    """What a plant sees of itself: encoder counts, lines as in a READING, supply; the rest is of one axis.
+
+    Its missed edges, duty now, largest lag of the last move [counts], threshold of the last turn; kept samples, and some.
+    """
+
+    counts: Counts
+    lines: int
+    supply_mv: int
+    missed: int
+    duty: int
+    lag: int
+    threshold: int
+    samples: int
+    trace: tuple[int, ...]
 
 
 class Plant(Protocol):
@@ -68,7 +91,23 @@ class Plant(Protocol):
         ...
 
     def give_up(self, now_ms: int) -> None:
-        """End the search where it is."""
+        """End the search, or the turn, where it is."""
+        ...
+
+    def turn(self, now_ms: int, turn: Turn) -> None:
+        """Turn one motor without a loop."""
+        ...
+
+    def turned_ms(self) -> int | None:
+        """When the turn ends, None if that is not known or there is none."""
+        ...
+
+    def place(self, now_ms: int, axis: int, counts: int) -> None:
+        """Where an axis (from 1) rests is `counts` from now on."""
+        ...
+
+    def look(self, now_ms: int, axis: int, first: int) -> PlantLook:
+        """What can be seen of the motors, of one axis (from 1), and of the samples of the last turn from `first` on."""
         ...
 
 
@@ -129,44 +168,69 @@ class _MotionStretch:
         return self.start_ms + max(known) if len(known) == len(needed) else None
 
 
+@dataclass(frozen=True)
+class _Turned:
+    """Counts of every ms of a turn without a loop from `begin_ms` on, or of an axis that was put elsewhere by hand."""
+
+    begin_ms: int
+    path: tuple[Counts, ...]
+    fault: None = None
+
+    @property
+    def start_ms(self) -> int:
+        return self.begin_ms
+
+    def at(self, now_ms: int) -> Counts:
+        return self.path[max(0, min(now_ms - self.begin_ms, len(self.path) - 1))]
+
+    def end_ms(self) -> int:
+        return self.begin_ms + len(self.path) - 1
+
+
 class MotorPlant:
     """Axes that follow exactly, or slower than told, or into a fault; it remembers all motion since it was made.
 
     `paces` are the speeds of the axes in thousandths of the commanded ones; `trouble` is what the next move runs into;
-    motors of the axes `absent` (bit 0 for the first) are not connected. A search for zeros goes straight there.
-    What it leaves out: gear play, following error in steady motion, and the rod's forces.
+    `wiring` is what is wrong with the board. A search for zeros goes straight there.
+    What it leaves out: gear play, most of the following error in steady motion, and the rod's forces.
     """
 
     def __init__(self, counts: Counts, paces: tuple[int, int, int] = (PER_MILLE, PER_MILLE, PER_MILLE)) -> None:
         self.trouble = Fault.NONE
-        self.absent = 0
+        self.wiring = Wiring()
+        self.bench = Bench()
+        self._lag = 0
+        self._turn_end_ms: int | None = None
         self._search: Sought | None = None
         self._home = counts
         self._paces = paces
-        self._past: list[_MotionStretch] = []
+        self._past: list[_MotionStretch | _Turned] = []
         self._begins: list[int] = []
 
     def follow(self, now_ms: int, start_ms: int, move: NodeMove) -> None:
         """See Plant; a slow axis brakes from its own speed and place, not from those it should have."""
         last = self._past[-1] if self._past else None
-        if last is not None and last.start_ms == start_ms and move.brake_ms is not None:
+        if isinstance(last, _MotionStretch) and last.start_ms == start_ms and move.brake_ms is not None:
             x, y, z = (run.braked(now_ms - start_ms) for run in last.axes)
             stretch = _MotionStretch(now_ms, start_ms, (x, y, z), last.fault)
         else:
             stretch = self._set_off(now_ms, start_ms, move)
-        self._search = None
+            self._lag = max(_distance(move, index) for index in range(3)) * LAG_MS // max(1, move.duration_ms)
+        self._search = self._turn_end_ms = None
         self._append(stretch)
 
     def seek(self, now_ms: int, axes: int) -> None:
         """See Plant; a motor that is not there is found out because its encoder stays mute."""
         start = self.positions(now_ms)
-        moving = axes & ~self.absent
+        moving = axes & ~self.wiring.mute
         x, y, z = (0 if moving >> index & 1 else at for index, at in enumerate(start))
         longest = max(abs(end - at) for end, at in zip((x, y, z), start, strict=True))
         duration_ms = max(SEEK_LEAST_MS, 1000 * longest // SEEK_COUNTS_PER_S)
         run = _AxisRun(NodeMove(start, (x, y, z), duration_ms, SEEK_RAMP_MS), PER_MILLE)
         self._append(_MotionStretch(now_ms, now_ms, (run, run, run)))
-        self._search = Sought(now_ms + duration_ms, with_reason(HOMED, axes & self.absent, Fault.ENCODER))
+        reasons = with_reason(HOMED, axes & self.wiring.doubtful, Fault.ENCODER)
+        reasons = with_reason(reasons, axes & self.wiring.reversed & ~self.wiring.mute, Fault.RUNAWAY)
+        self._search = Sought(now_ms + duration_ms, reasons)
 
     def sought(self) -> Sought | None:
         """See Plant."""
@@ -174,42 +238,79 @@ class MotorPlant:
 
     def give_up(self, now_ms: int) -> None:
         """See Plant."""
+        if self._turn_end_ms is not None:
+            self.bench.stop(now_ms)
+            self._turn_end_ms = None
+            self._append(_Turned(now_ms, (self.positions(now_ms),)))
         if self._search is not None:
             self._search = None
             last = self._past[-1]
+            assert isinstance(last, _MotionStretch)
             x, y, z = (run.braked(now_ms - last.start_ms) for run in last.axes)
             self._append(replace(last, begin_ms=now_ms, axes=(x, y, z)))
 
-    def _append(self, stretch: _MotionStretch) -> None:
+    def turn(self, now_ms: int, turn: Turn) -> None:
+        """See Plant."""
+        path = self.bench.run(now_ms, turn, self.positions(now_ms), self.wiring)
+        self._turn_end_ms = now_ms + len(path) - 1
+        self._append(_Turned(now_ms, path))
+
+    def turned_ms(self) -> int | None:
+        """See Plant."""
+        return self._turn_end_ms
+
+    def place(self, now_ms: int, axis: int, counts: int) -> None:
+        """See Plant."""
+        x, y, z = (
+            counts if number == axis else each for number, each in enumerate(self.positions(now_ms), start=1)
+        )
+        self._append(_Turned(now_ms, ((x, y, z),)))
+
+    def look(self, now_ms: int, axis: int, first: int) -> PlantLook:
+        """See Plant."""
+        turns = (end := self.settles_ms()) is None or now_ms < end
+        counts = self.bench.trembling(now_ms, self.positions(now_ms), self.wiring)
+        facts = self.bench.facts(now_ms, axis, first)
+        lines = self.wiring.stuck_switches | LINE_AWAKE * turns
+        return PlantLook(counts, lines, self.wiring.supply_mv(turns=turns), facts.missed, facts.duty, self._lag, *facts.kept)
+
+    def _append(self, stretch: _MotionStretch | _Turned) -> None:
         self._past.append(stretch)
         self._begins.append(stretch.begin_ms)
 
     def _set_off(self, now_ms: int, start_ms: int, move: NodeMove) -> _MotionStretch:
         """A new move; what goes wrong with it concerns the axis with the longest way, half of which it does."""
         runs = [_AxisRun(move, pace) for pace in self._paces]
-        if absent := [index for index in range(len(runs)) if self.absent >> index & 1 and _distance(move, index)]:
-            for index in absent:
+        going = sum(1 << index for index in range(len(runs)) if _distance(move, index))
+        if mute := going & self.wiring.mute:
+            for index in _bits(mute):
                 runs[index] = replace(runs[index], stuck_ms=0)
             x, y, z = runs
-            return _MotionStretch(
-                now_ms, start_ms, (x, y, z), PlantFault(start_ms + MUTE_MS, Fault.ENCODER, absent[0] + 1)
-            )
-        return self._set_off_whole(now_ms, start_ms, move, runs)
+            fault = PlantFault(start_ms + MUTE_MS, Fault.ENCODER, _bits(mute)[0] + 1)
+            return _MotionStretch(now_ms, start_ms, (x, y, z), fault)
+        if backward := going & self.wiring.reversed:
+            return self._set_off_whole(now_ms, start_ms, runs, (Fault.RUNAWAY, _bits(backward)[0]))
+        if unsure := going & self.wiring.doubtful:
+            return self._set_off_whole(now_ms, start_ms, runs, (Fault.ENCODER, _bits(unsure)[0]))
+        return self._set_off_whole(now_ms, start_ms, runs, (self.trouble, _longest(move)))
 
-    def _set_off_whole(self, now_ms: int, start_ms: int, move: NodeMove, runs: list[_AxisRun]) -> _MotionStretch:
-        axis, half_ms = _longest(move), move.duration_ms // 2
+    def _set_off_whole(
+        self, now_ms: int, start_ms: int, runs: list[_AxisRun], trouble: tuple[Fault, int]
+    ) -> _MotionStretch:
+        kind, axis = trouble
         bad = runs[axis]
+        move, half_ms = bad.move, bad.move.duration_ms // 2
         fault = None
-        if self.trouble in _STICKING:
+        if kind in _STICKING:
             runs[axis] = replace(bad, stuck_ms=half_ms)
-            at_ms = start_ms + bad.reaches_ms(half_ms) + _STICKING[self.trouble]
-            fault = PlantFault(at_ms, self.trouble, axis + 1)
-        elif self.trouble is Fault.RUNAWAY:
+            at_ms = start_ms + bad.reaches_ms(half_ms) + _STICKING[kind]
+            fault = PlantFault(at_ms, kind, axis + 1)
+        elif kind is Fault.RUNAWAY:
             runs[axis] = replace(bad, runs_away=True)
             far_ms = bisect_left(range(move.duration_ms), RUNAWAY_COUNTS, key=lambda ms: _way(move, axis, ms))
-            fault = PlantFault(start_ms + bad.reaches_ms(far_ms), self.trouble, axis + 1)
-        elif self.trouble is not Fault.NONE:
-            fault = PlantFault(start_ms + half_ms, self.trouble, 0)
+            fault = PlantFault(start_ms + bad.reaches_ms(far_ms), kind, axis + 1)
+        elif kind is not Fault.NONE:
+            fault = PlantFault(start_ms + half_ms, kind, 0)
         x, y, z = runs
         return _MotionStretch(now_ms, start_ms, (x, y, z), fault)
 
@@ -240,6 +341,10 @@ class MotorPlant:
 
 _STICKING = {Fault.STALL: STALL_MS, Fault.ENCODER: MUTE_MS}
 """Faults of one axis whose counts stand still, and how long it takes until a node calls them so."""
+
+
+def _bits(axes: int) -> list[int]:
+    return [index for index in range(AXIS_COUNT) if axes >> index & 1]
 
 
 def _distance(move: NodeMove, index: int) -> int:

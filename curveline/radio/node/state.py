@@ -8,7 +8,7 @@ from curveline.radio.protocol.codes import ALL_AXES, NOT_HOMED, BootCause, Count
 from curveline.radio.protocol.frames import HelloFrame, NodeNonce
 from curveline.radio.protocol.keys import Site
 
-FIRMWARE = 2
+FIRMWARE = 3
 FLOOD = 50
 FLOOD_WINDOW_MS = 1000
 DEAF_MS = 100

@@ -37,6 +37,22 @@ FLAG_RESUME = 2
 FLAG_QUERY = 4
 FLAG_CLEAR = 8
 
+SERVICE_DEADMAN_MS = 300
+"""A jog or a turn is refused to a host that may be silent for longer than this."""
+BLINK_MS = 1000
+"""How long a lamp flickers after a frame that asked for it."""
+UNHOMED_COUNTS = 5000
+"""How far an axis that is not homed may be jogged at once, and a quarter of its travel if that is less."""
+TURN_DUTY = 350
+TURN_COUNTS = 1000
+TURN_MS = 1500
+"""A turn without a loop is at most so strong [thousandths of full duty], long, and of that duration."""
+TRACE_SAMPLES = 64
+TRACE_MS = 4
+"""Counts of a turned axis that a node keeps, and how far apart."""
+READING_SAMPLES = 6
+"""Of these, how many fit one READING."""
+
 AXIS_COUNT = 3
 ALL_AXES = 0b111
 Counts = tuple[int, int, int]
@@ -55,6 +71,8 @@ class FrameKind(IntEnum):
     ESTOP = 7
     REPORT = 8
     HOME = 9
+    SERVICE = 10
+    READING = 11
 
 
 class NodeState(IntEnum):
@@ -99,6 +117,41 @@ class BootCause(IntEnum):
     WATCHDOG = 4
     HANG = 5
     SOFTWARE = 6
+
+
+class ServiceOperation(IntEnum):
+    """What a SERVICE asks a node to do."""
+
+    LOOK = 0
+    BLINK = 1
+    JOG = 2
+    TURN = 3
+    PLACE = 4
+
+
+class ReadingPage(IntEnum):
+    """Which facts a READING has."""
+
+    MOTORS = 0
+    AXIS = 1
+    LIMITS = 2
+    TRACE = 3
+
+
+class ErrandOutcome(IntEnum):
+    """What became of the last order of a SERVICE; from HELD on, why it was refused."""
+
+    NONE = 0
+    BUSY = 1
+    DONE = 2
+    ENDED = 3
+    FAILED = 4
+    HELD = 5
+    UNHOMED = 6
+    BEYOND = 7
+    FAULTY = 8
+    OCCUPIED = 9
+    DEADMAN = 10
 
 
 STATES = frozenset(map(int, NodeState))

@@ -53,6 +53,32 @@ static void fill_home(maker *make, const cl_session *session, uint8_t *payload) 
     payload[9] = (uint8_t)(session->order + (chance(make, 85) ? 1 : 2 * below(make, 2)));
 }
 
+static void fill_errand(maker *make, const cl_axis_limits *axis, uint8_t *payload) {
+    static const uint16_t rates[3] = {CL_LEAST_RATE, CL_TURN_COUNTS, 1};
+    static const uint16_t spans[3] = {CL_TURN_MS, CL_TURN_MS + 1, 0};
+    int32_t at = make->it.plant.place.at[payload[10] - 1], amount = between(make, -300, 300);
+    if (payload[8] == CL_OPERATION_PLACE) amount = between(make, axis->low, axis->high);
+    if (payload[8] != CL_OPERATION_TURN && chance(make, 20)) amount = chance(make, 50) ? axis->low - at : axis->high - at;
+    if (payload[8] == CL_OPERATION_TURN && chance(make, 20)) amount = between(make, CL_TURN_DUTY - 1, CL_TURN_DUTY + 1);
+    if (chance(make, 10)) amount = between(make, -CL_UNHOMED_COUNTS - 9, CL_UNHOMED_COUNTS + 9);
+    if (chance(make, 5)) amount += between(make, -1, 1);
+    uint16_t rate = rates[below(make, 3)] + (uint16_t)between(make, -1, 1);
+    cl_put32(payload + 12, (uint32_t)amount);
+    cl_put16(payload + 16, chance(make, 50) ? (uint16_t)between(make, 100, 1000) : rate);
+    cl_put16(payload + 18, chance(make, 75) ? (uint16_t)between(make, 1, CL_TURN_MS) : spans[below(make, 3)]);
+}
+
+static void fill_service(maker *make, const cl_session *session, uint8_t *payload) {
+    static const uint8_t operations[8] = {0, 1, 2, 2, 2, 3, 3, 4};
+    uint8_t axis = (uint8_t)(1 + below(make, CL_AXES));
+    payload[8] = operations[below(make, 8)];
+    payload[9] = (uint8_t)(session->order + (chance(make, 85) ? 1 : 2 * below(make, 2)));
+    payload[10] = payload[8] >= CL_OPERATION_JOG || chance(make, 70) ? axis : 0;
+    payload[11] = (uint8_t)(below(make, 4) | (chance(make, 60) ? 16 : 0) | (chance(make, 20) ? 32 : 0));
+    if (payload[8] >= CL_OPERATION_JOG) fill_errand(make, &make->it.node.axes[axis - 1], payload);
+    if (payload[8] == CL_OPERATION_LOOK) cl_put16(payload + 16, (uint16_t)below(make, 300));
+}
+
 /* The time of the node that a host has heard last [ticks]: a moment ago, or as long ago as `spoil` says. */
 static int64_t heard_clock(maker *make, const cl_session *session, uint8_t spoil) {
     int64_t now = make->now_ms >> CL_CLOCK_SHIFT, dead = (make->now_ms - session->deadman_ms) >> CL_CLOCK_SHIFT;
@@ -89,7 +115,7 @@ static const cl_keyed *host_key(maker *make, const cl_session *session) {
     return &make->session_key;
 }
 
-/* A DRIVE, a HOME or an ESTOP of the live session, or of the offered one; of none if there is none. */
+/* A DRIVE, a HOME, a SERVICE or an ESTOP of the live session, or of the offered one; of none if there is none. */
 static const cl_keyed *fill_claim(maker *make, twin_event *event, uint8_t kind) {
     uint8_t *payload = event->payload;
     const cl_node *node = &make->it.node;
@@ -105,6 +131,7 @@ static const cl_keyed *fill_claim(maker *make, twin_event *event, uint8_t kind) 
     cl_put32(payload + 4, next_counter(make, session->counter));
     if (kind == CL_KIND_DRIVE) fill_drive(make, session, payload);
     if (kind == CL_KIND_HOME) fill_home(make, session, payload);
+    if (kind == CL_KIND_SERVICE) fill_service(make, session, payload);
     return host_key(make, session);
 }
 
@@ -120,7 +147,7 @@ static const cl_keyed *fill_hello(maker *make, uint8_t *payload, uint8_t frame) 
     cl_put64(payload + 4, make->handshake | below(make, 256));
     cl_put64(payload + 12, run_tag(make));
     cl_put16(payload + 20, node->config_hash);
-    payload[22] = chance(make, 80) ? 20 : (uint8_t)draw(make);
+    payload[22] = chance(make, 50) ? 20 : chance(make, 60) ? 5 : (uint8_t)draw(make);
     payload[23] = frame == TWIN_QUERY ? flags | CL_FLAG_QUERY : flags;
     return &node->node_key;
 }
@@ -141,15 +168,18 @@ static const cl_keyed *fill_open(maker *make, uint8_t *payload, uint8_t frame) {
 
 /* A frame that no host sends to a node, under a key that the node knows. */
 static const cl_keyed *fill_strange(maker *make, uint8_t *payload) {
-    static const uint8_t heads[6] = {0x22, 0x24, 0x20, 0x28, 0x11, 0x2A};
+    static const uint8_t heads[7] = {0x22, 0x24, 0x20, 0x28, 0x11, 0x2B, 0x2C};
     for (unsigned i = 0; i < CL_BODY_BYTES; i++) payload[i] = (uint8_t)draw(make);
-    payload[0] = heads[below(make, 6)];
+    payload[0] = heads[below(make, 7)];
     return chance(make, 50) ? &make->it.node.node_key : &make->it.node.session.key;
 }
 
 static uint8_t frame_kind(maker *make) {
-    static const uint8_t parts[TWIN_FRAMES] = {57, 10, 2, 4, 8, 7, 4, 4, 4};
+    static const uint8_t parts[TWIN_FRAMES] = {47, 9, 13, 2, 4, 7, 6, 4, 4, 4};
+    const cl_session *session = &make->it.node.session;
     uint32_t part = below(make, 100);
+    bool tries = session->exists && !session->owns_run && session->deadman_ms <= CL_SERVICE_DEADMAN_MS;
+    if (tries && chance(make, 40)) return TWIN_SERVICE;
     for (uint8_t frame = 0; frame < TWIN_FRAMES; frame++) {
         if (part < parts[frame]) return frame;
         part -= parts[frame];
@@ -162,6 +192,7 @@ static const cl_keyed *fill_frame(maker *make, twin_event *event) {
     make->clock = 0;
     if (frame == TWIN_DRIVE) return fill_claim(make, event, CL_KIND_DRIVE);
     if (frame == TWIN_HOME) return fill_claim(make, event, CL_KIND_HOME);
+    if (frame == TWIN_SERVICE) return fill_claim(make, event, CL_KIND_SERVICE);
     if (frame == TWIN_ESTOP) return fill_claim(make, event, CL_KIND_ESTOP);
     if (frame == TWIN_PAGE || frame == TWIN_STOP) return fill_open(make, payload, frame);
     if (frame == TWIN_NO_NODES_FRAME) return fill_strange(make, payload);
@@ -175,11 +206,22 @@ static void make_home_odd(maker *make, uint8_t *payload) {
     if (kind == 2) payload[10 + below(make, 14)] = 1;
 }
 
+static void make_service_odd(maker *make, uint8_t *payload) {
+    uint32_t kind = below(make, 6);
+    if (kind == 0) payload[8] = (uint8_t)(5 + below(make, 251));
+    if (kind == 1) payload[10] = (uint8_t)(payload[8] >= CL_OPERATION_JOG ? 0 : 4 + below(make, 200));
+    if (kind == 2) payload[11] |= (uint8_t)(4 << below(make, 2));
+    if (kind == 3) payload[11] |= (uint8_t)(64 << below(make, 2));
+    if (kind == 4) payload[20 + below(make, 4)] = 1;
+    if (kind == 5) cl_put32(payload + 12, (uint32_t)(chance(make, 50) ? CL_TARGET_LIMIT + 1 : -CL_TARGET_LIMIT - 1));
+}
+
 /* Fields that no encoder would write, before the frame is signed. */
 static void make_odd(maker *make, twin_event *event) {
     uint8_t *payload = event->payload;
     if (event->frame == TWIN_DRIVE) put24(payload + 12 + 3 * below(make, 3), -CL_TARGET_LIMIT - 1);
     if (event->frame == TWIN_HOME) make_home_odd(make, payload);
+    if (event->frame == TWIN_SERVICE) make_service_odd(make, payload);
     if (event->frame == TWIN_ESTOP) payload[8 + below(make, 16)] = 1;
     if (event->frame == TWIN_STOP) payload[chance(make, 30) ? 1 : 3 + below(make, 21)] ^= 0x10;
     if (event->frame == TWIN_PAGE) payload[chance(make, 30) ? 3 : 12 + below(make, 12)] = 0x80;
@@ -221,7 +263,7 @@ static void make_plant_event(maker *make, twin_event *event) {
     static const int32_t plant_faults[5] = {
         CL_FAULT_STALL, CL_FAULT_RUNAWAY, CL_FAULT_ENCODER, CL_FAULT_DRIVER, CL_FAULT_BROWN_OUT,
     };
-    event->what = (uint8_t)(TWIN_SHIFT + below(make, make->it.node.memory.homing ? 4 : 3));
+    event->what = (uint8_t)(TWIN_SHIFT + below(make, make->it.node.memory.homing || make->it.node.turning ? 4 : 3));
     if (event->what == TWIN_SHIFT) {
         for (unsigned axis = 0; axis < CL_AXES; axis++) event->args[axis] = between(make, -9, 9);
     } else if (event->what == TWIN_SETTLE) {
@@ -245,7 +287,7 @@ static int64_t next_moment(maker *make, int64_t now_ms) {
     if (kind < 10) return now_ms + below(make, 20);
     if (kind < 14) return now_ms + below(make, 400);
     if (kind == 14) return now_ms + below(make, 5000);
-    if (!make->it.node.moving && !make->it.node.memory.homing && kind > 15) return now_ms + below(make, 50);
+    if (!make->it.node.moving && !make->it.node.turning && !make->it.node.memory.homing && kind > 15) return now_ms + below(make, 50);
     if (due_ms == INT64_MAX || due_ms > now_ms + 1000000) return now_ms + below(make, 1200);
     due_ms += kind == 15 ? -1 : kind == 16 ? 1 : 0;
     return due_ms < now_ms ? now_ms : due_ms;

@@ -63,6 +63,16 @@ enum {
     HOMING_ABANDONED_BY_CLOSE,
     HOMING_ABANDONED_BY_ESTOP,
     HOMING_ABANDONED_BY_A_PERSON,
+    BLINKED,
+    JOGGED,
+    JOGGED_UNHOMED,
+    TURNED,
+    PLACED,
+    PLACED_LAST_AXIS_AFTER_A_FAULT,
+    JOG_BRAKED_BY_SILENCE,
+    TURN_ENDED_BY_SILENCE,
+    TURN_ENDED_BY_HOLD,
+    RUN_FORGOTTEN_BY_AN_ERRAND,
     OUTCOMES,
 };
 
@@ -79,18 +89,23 @@ static const char *const names[OUTCOMES] = {
     "some axes homed", "homing found position", "one axis lost", "conflict of staged", "several wakes",
     "homing abandoned by hold", "homing abandoned by stop", "homing abandoned by silence",
     "homing abandoned by close", "homing abandoned by estop", "homing abandoned by a person",
+    "blinked", "jogged", "jogged unhomed", "turned", "placed", "placed last axis after a fault",
+    "jog braked by silence", "turn ended by silence", "turn ended by hold", "run forgotten by an errand",
 };
 
-static unsigned outcomes[OUTCOMES], states[16], faults[8], events[TWIN_EVENTS], frames[TWIN_FRAMES][TWIN_SPOILS];
+static unsigned outcomes[OUTCOMES], states[16], faults[8], errands[CL_OUTCOME_DEADMAN + 1], events[TWIN_EVENTS], frames[TWIN_FRAMES][TWIN_SPOILS];
 
-/* The counters in this order: outcomes, states, faults, events, frames by what was done to them. */
+/* The counters in this order: outcomes, states, faults, errands, events, frames by what was done to them. */
 void twin_noted(unsigned *counts);
 void twin_noted(unsigned *counts) {
     memcpy(counts, outcomes, sizeof outcomes);
     memcpy(counts + OUTCOMES, states, sizeof states);
     memcpy(counts + OUTCOMES + 16, faults, sizeof faults);
-    memcpy(counts + OUTCOMES + 24, events, sizeof events);
-    memcpy(counts + OUTCOMES + 24 + TWIN_EVENTS, frames, sizeof frames);
+    counts += OUTCOMES + 24;
+    memcpy(counts, errands, sizeof errands);
+    counts += CL_OUTCOME_DEADMAN + 1;
+    memcpy(counts, events, sizeof events);
+    memcpy(counts + TWIN_EVENTS, frames, sizeof frames);
 }
 
 /* Name of an outcome, NULL past the last. */
@@ -166,9 +181,27 @@ static void note_abandoned(const cl_node *was, const cl_node *is, const twin_eve
     note(HOMING_ABANDONED_BY_A_PERSON, event->what == TWIN_STOP_HOMING && !silent);
 }
 
+static void note_errands(const twin *before, const twin *after, const twin_event *event) {
+    const cl_node *was = &before->node, *is = &after->node;
+    bool silent = is->silent && !was->silent, placed = after->plant.places > before->plant.places;
+    bool jogged = is->jogging && after->plant.follows > before->plant.follows && event->frame == TWIN_SERVICE;
+    note(BLINKED, is->blink_until_ms > was->blink_until_ms);
+    note(JOGGED, jogged);
+    note(JOGGED_UNHOMED, jogged && is->memory.unhomed.of[event->payload[10] - 1] != 0);
+    note(TURNED, after->plant.turns > before->plant.turns);
+    note(PLACED, placed);
+    note(PLACED_LAST_AXIS_AFTER_A_FAULT, placed && is->memory.fault != was->memory.fault);
+    note(JOG_BRAKED_BY_SILENCE, was->jogging && silent);
+    note(TURN_ENDED_BY_SILENCE, was->turning && !is->turning && silent);
+    note(TURN_ENDED_BY_HOLD, was->turning && !is->turning && !silent && event->frame == TWIN_DRIVE);
+    bool forgot = was->memory.started > 0 && is->memory.started == 0 && event->what == TWIN_RECEIVE;
+    note(RUN_FORGOTTEN_BY_AN_ERRAND, forgot && event->frame == TWIN_SERVICE);
+    if (event->what == TWIN_RECEIVE && event->frame == TWIN_SERVICE) errands[is->outcome]++;
+}
+
 static void note_homing(const twin *before, const twin *after, const twin_event *event) {
     const cl_memory *was = &before->node.memory, *is = &after->node.memory;
-    bool abandoned = after->plant.give_ups > before->plant.give_ups;
+    bool abandoned = after->plant.give_ups > before->plant.give_ups && was->homing;
     bool ended = was->homing && !is->homing && !abandoned;
     note(BEGAN_HOMING, is->homing && !was->homing);
     note(RUN_FORGOTTEN_BY_HOMING, is->homing && !was->homing && was->started > 0);
@@ -190,12 +223,13 @@ static void note_answer(const cl_node *is, const twin_event *event) {
 
 static void note_frame(const cl_node *was, const cl_node *is, const twin_event *event) {
     bool good = event->spoil == TWIN_UNSPOILED, answered = is->ack_serial > was->ack_serial;
-    bool claims = event->frame == TWIN_DRIVE || event->frame == TWIN_HOME || event->frame == TWIN_ESTOP;
+    bool clocked = event->frame == TWIN_DRIVE || event->frame == TWIN_HOME || event->frame == TWIN_SERVICE;
+    bool claims = clocked || event->frame == TWIN_ESTOP;
     bool for_offered = was->pending.exists && cl_session_of(event->payload) == was->pending.number;
     frames[event->frame][event->spoil]++;
     note(REFUSED_AS_BUSY, good && claims && for_offered && is->pending.exists && is->moving);
     note(BAD_TAG, is->tally.in_window != was->tally.in_window);
-    if (event->frame == TWIN_DRIVE || event->frame == TWIN_HOME) note_clocks(was, is, event);
+    if (clocked) note_clocks(was, is, event);
     if (event->frame == TWIN_HOME) note_orders(was, is, event);
     if (answered) note_answer(is, event);
     note(REFUSED_AS_HOMING, good && claims && for_offered && is->pending.exists && is->memory.homing);
@@ -222,4 +256,5 @@ void twin_note(const twin *before, const twin *after, const twin_event *event) {
     note_sessions(was, is);
     if (event->what == TWIN_RECEIVE) note_frame(was, is, event);
     note_homing(before, after, event);
+    note_errands(before, after, event);
 }

@@ -66,12 +66,52 @@ static bool sought(void *self, cl_sought *search) {
 static void give_up(void *self, int64_t now_ms) {
     twin_plant *plant = self;
     (void)now_ms;
-    plant->search_known = false;
+    plant->search_known = plant->turned_known = false;
     plant->give_ups++;
 }
 
+static void turn(void *self, int64_t now_ms, const cl_turn *wanted) {
+    twin_plant *plant = self;
+    plant->turn = *wanted;
+    plant->turns++;
+    plant->turned_known = plant->seek_ms >= 0;
+    plant->turned_ms = now_ms + plant->seek_ms;
+}
+
+static bool turned(void *self, int64_t *at_ms) {
+    const twin_plant *plant = self;
+    *at_ms = plant->turned_ms;
+    return plant->turned_known;
+}
+
+static void place(void *self, int64_t now_ms, uint8_t axis, int32_t counts) {
+    twin_plant *plant = self;
+    cl_counts at;
+    positions(self, now_ms, &at);
+    plant->shift.at[axis - 1] += counts - at.at[axis - 1];
+    plant->places++;
+}
+
+/* Numbers that differ with all that they may depend on. */
+static void look(void *self, int64_t now_ms, uint8_t axis, uint8_t first, cl_look *seen) {
+    twin_plant *plant = self;
+    *seen = (cl_look){
+        .lines = (uint8_t)(plant->follows & 0x2F),
+        .samples = (uint8_t)plant->turns,
+        .supply_mv = (uint16_t)(3300 + plant->places),
+        .missed = (uint16_t)(axis + plant->seeks),
+        .lag = (uint16_t)(7 * axis),
+        .threshold = (uint16_t)(plant->give_ups + 9),
+        .duty = (int16_t)-axis,
+    };
+    positions(self, now_ms, &seen->counts);
+    for (unsigned number = 0; number < CL_READING_SAMPLES; number++) {
+        seen->trace[number] = (int16_t)(10 * axis - first - (int)number);
+    }
+}
+
 static cl_plant plant_of(twin_plant *plant) {
-    return (cl_plant){plant, follow, positions, settles, fault, seek, sought, give_up};
+    return (cl_plant){plant, follow, positions, settles, fault, seek, sought, give_up, turn, turned, place, look};
 }
 
 static void begin_session(cl_session *session, const twin_session *from) {
@@ -124,6 +164,11 @@ void twin_begin(twin *it, const twin_start *start) {
     cl_node_init(&it->node, &twin_identities[start->who], twin_axes[start->axes], plant, &memory);
     begin_session(&it->node.session, &start->live);
     begin_session(&it->node.pending, &start->offered);
+    if (start->turning) {
+        turn(&it->plant, start->now_ms, &(cl_turn){.axis = 1});
+        it->node.turning = true;
+        it->node.outcome = CL_OUTCOME_BUSY;
+    }
     it->node.silent = start->silent;
     it->node.stopped = start->stopped;
     it->node.lift_above = start->lift_above;
@@ -155,8 +200,8 @@ void twin_do(twin *it, const twin_event *event) {
         plant->fault = (cl_plant_fault){event->now_ms + args[2], (uint8_t)args[0], (uint8_t)args[1]};
     }
     if (event->what == TWIN_SEARCH) {
-        plant->search_known = args[0] != 0;
-        plant->search.at_ms = event->now_ms + args[1];
+        plant->search_known = plant->turned_known = args[0] != 0;
+        plant->search.at_ms = plant->turned_ms = event->now_ms + args[1];
         for (unsigned axis = 0; axis < CL_AXES; axis++) plant->search.reasons.of[axis] = args[2] >> 4 * axis & 15;
     }
 }
@@ -202,6 +247,12 @@ static void look_at_plant(const twin_plant *plant, twin_full *seen) {
     seen->seeks = plant->seeks;
     seen->give_ups = plant->give_ups;
     seen->sought = plant->sought;
+    seen->turns = plant->turns;
+    seen->places = plant->places;
+    seen->turn[0] = plant->turn.axis | plant->turn.at_once << 8;
+    seen->turn[1] = plant->turn.duty;
+    seen->turn[2] = plant->turn.counts;
+    seen->turn[3] = plant->turn.span_ms;
 }
 
 void twin_look_closely(const twin *it, twin_full *seen) {
@@ -218,6 +269,10 @@ void twin_look_closely(const twin *it, twin_full *seen) {
     seen->floods = node->tally.floods;
     seen->in_window = node->tally.in_window;
     seen->moving = node->moving;
+    seen->jogging = node->jogging;
+    seen->turning = node->turning;
+    seen->outcome = node->outcome;
+    seen->blink_until_ms = node->blink_until_ms;
     seen->silent = node->silent;
     seen->stopped = node->stopped;
     seen->lift_above = node->lift_above;

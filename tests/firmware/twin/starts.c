@@ -39,7 +39,7 @@ static void random_session(maker *make, twin_session *session, int64_t now_ms) {
     for (unsigned i = 0; i < CL_KEY_BYTES; i++) session->key[i] = (uint8_t)draw(make);
     session->handshake = draw(make) & ~(uint64_t)CL_ATTEMPT_MASK;
     session->run_tag = run_tag(make);
-    session->deadman_ms = (uint16_t)(chance(make, 80) ? 1000 : unit * below(make, 256));
+    session->deadman_ms = (uint16_t)(chance(make, 55) ? 1000 : chance(make, 60) ? 250 : unit * below(make, 256));
     session->flags = (uint8_t)(chance(make, 50) ? below(make, 16) & ~(uint32_t)CL_FLAG_QUERY : CL_FLAG_RESUME);
     session->heard_ms = now_ms - (chance(make, 85) ? below(make, 300) : session->deadman_ms);
     session->order = (uint8_t)(chance(make, 90) ? below(make, 3) : 253 + below(make, 3));
@@ -77,6 +77,16 @@ static void random_claims(maker *make, twin_start *start) {
     start->silent = start->started > start->finished ? chance(make, 70) : chance(make, 12);
     start->stopped = chance(make, 8);
     start->lift_above = (uint8_t)(start->silent || start->stopped ? live->hold_gen : below(make, 2) * live->hold_gen);
+}
+
+/* As a host that tries out a single node has it: short dead-man, no run, no hold. */
+static void errand_claim(maker *make, twin_start *start) {
+    twin_session *live = &start->live;
+    if (!live->exists || !chance(make, 25)) return;
+    live->owns_run = live->closed = live->hold_gen = start->silent = start->stopped = start->lift_above = 0;
+    live->deadman_ms = chance(make, 80) ? 250 : (uint16_t)(CL_SERVICE_DEADMAN_MS - 50 + 50 * below(make, 3));
+    live->heard_ms = start->now_ms - below(make, 150);
+    live->order = (uint8_t)below(make, 3);
 }
 
 static void random_steps(maker *make, twin_start *start) {
@@ -130,11 +140,13 @@ void random_start(maker *make, twin_start *start) {
     if (chance(make, 60)) memcpy(start->target, start->place, sizeof start->target);
     random_homing(make, start);
     start->estop = chance(make, 2);
+    start->turning = !start->homing && !start->estop && chance(make, 6);
     start->fault = chance(make, 6) ? (uint8_t)(1 + below(make, 7)) : CL_FAULT_NONE;
     start->fault_axis = start->fault ? (uint8_t)below(make, 4) : 0;
     start->fault_ms = start->fault ? start->now_ms - (chance(make, 90) ? below(make, 9999) : 66000000) : 0;
     start->lag_ms = chance(make, 80) ? between(make, 0, 30) : -1;
     random_claims(make, start);
+    errand_claim(make, start);
     start->bad_tags = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX - below(make, 2));
     start->old_frames = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX - below(make, 2));
     start->window_ms = start->now_ms - below(make, 1100);

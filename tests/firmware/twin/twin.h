@@ -15,7 +15,7 @@ enum {
     TWIN_SHIFT,  /* the axes are pushed by args */
     TWIN_SETTLE, /* the plant will settle args[1] ms from now, if args[0], or does not know when */
     TWIN_FAULT,  /* fault args[0] (0: none) of axis args[1] comes args[2] ms from now */
-    TWIN_SEARCH, /* the search ends args[1] ms from now, if args[0], for reasons of 4 bits per axis in args[2] */
+    TWIN_SEARCH, /* the search, or the turn, ends args[1] ms from now, if args[0], for reasons of 4 bits per axis in args[2] */
     TWIN_EVENTS,
 };
 
@@ -23,6 +23,7 @@ enum {
 enum {
     TWIN_DRIVE,
     TWIN_HOME,
+    TWIN_SERVICE,
     TWIN_ESTOP,
     TWIN_STOP,
     TWIN_HELLO,
@@ -43,7 +44,7 @@ enum {
     TWIN_OTHER_SESSION,
     TWIN_ODD_FIELD, /* rightly signed, but a field says what none may say */
     TWIN_CUT_SHORT,
-    TWIN_OLD_CLOCK, /* of a DRIVE or a HOME: rightly signed, but a dead-man time or more ago */
+    TWIN_OLD_CLOCK, /* of a DRIVE, a HOME or a SERVICE: rightly signed, but a dead-man time or more ago */
     TWIN_FUTURE_CLOCK,
     TWIN_WRAPPED_CLOCK, /* so old that its low bits come again */
     TWIN_SPOILS,
@@ -65,12 +66,12 @@ typedef struct {
     int32_t target[3], next_target[3], place[3];
     int32_t move_ms;
     int32_t lag_ms; /* how long the plant settles after a move, -1 if it never knows */
-    int32_t seek_ms; /* how long the plant searches, -1 if it does not know */
+    int32_t seek_ms; /* how long the plant searches or turns, -1 if it does not know */
     uint32_t noise, boot, offers;
     uint16_t finished, started, staged, next_ms, bad_tags, old_frames;
     uint8_t unhomed[3], found[3]; /* found: what a search comes to, if no event says otherwise */
-    uint8_t homing, estop, fault, fault_axis, cause, silent, stopped, lift_above, in_window, who, axes, events;
-    uint8_t zeros[6];
+    uint8_t homing, estop, fault, fault_axis, cause, silent, stopped, lift_above, in_window, who, axes, turning, events;
+    uint8_t zeros[5];
 } twin_start;
 
 typedef struct {
@@ -90,19 +91,20 @@ typedef struct {
 
 /* After the last event of a sequence. */
 typedef struct {
-    int64_t next_ms, move_start_ms, heard_ms, window_ms, deaf_until_ms, fault_ms;
+    int64_t next_ms, move_start_ms, heard_ms, window_ms, deaf_until_ms, fault_ms, blink_until_ms;
     uint64_t run_tag;
     int32_t target[3], next_target[3], plant_start[3], plant_target[3];
     int32_t move_ms, duration_ms, ramp_ms, brake_ms;
-    uint32_t noise, counter, floods, follows, boot, offers, seeks, give_ups;
+    int32_t turn[4]; /* axis, and 256 at once; duty, counts, ms */
+    uint32_t noise, counter, floods, follows, boot, offers, seeks, give_ups, turns, places;
     uint16_t finished, started, staged, next_step_ms, bad_tags, old_frames, number, release, offered;
     uint8_t unhomed[3], sought, homing, estop, fault, fault_axis, moving, silent, stopped, lift_above, hold_gen, closed;
-    uint8_t in_window, owns_run, order;
-    uint8_t zeros[5];
+    uint8_t in_window, owns_run, order, jogging, turning, outcome;
+    uint8_t zeros[2];
 } twin_full;
 
 _Static_assert(sizeof(twin_session) == 56 && sizeof(twin_start) == 248 && sizeof(twin_event) == 64, "no padding");
-_Static_assert(sizeof(twin_short) == 48 && sizeof(twin_full) == 192, "no padding");
+_Static_assert(sizeof(twin_short) == 48 && sizeof(twin_full) == 224, "no padding");
 
 /* Axes that follow a move exactly and do besides what the events say; twin.py has the same. */
 typedef struct {
@@ -112,10 +114,12 @@ typedef struct {
     cl_plant_fault fault;
     cl_sought search;
     cl_reasons found;
+    cl_turn turn;
+    int64_t turned_ms;
     int32_t lag_ms, seek_ms;
-    uint32_t follows, seeks, give_ups;
+    uint32_t follows, seeks, give_ups, turns, places;
     uint8_t sought; /* the axes of the last search */
-    bool following, settle_known, fault_known, search_known;
+    bool following, settle_known, fault_known, search_known, turned_known;
 } twin_plant;
 
 typedef struct {
