@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +11,18 @@ from typing import Any
 from curveline._version import __version__
 from curveline.drive_settings import AXES, DriveSettings
 from curveline.driving.live import sender_of
+from curveline.driving.node_calibration import (
+    REPEATS,
+    Calibration,
+    Ruler,
+    calibrate,
+    counts_per_turn,
+    in_turns,
+    mock_ruler,
+)
+from curveline.driving.node_check import NodeCheck, check
+from curveline.driving.node_errands import Jogged, NodeInfo, NodePlace, Watched, blink, info, jog, watch, zero
+from curveline.driving.node_tuning import Tuning, tune
 from curveline.driving.status import node_document
 from curveline.errors import InvalidInput
 from curveline.radio.host.link import Halted
@@ -19,6 +31,7 @@ from curveline.radio.host.service import clear_fault, home_axes, report_of
 from curveline.radio.host.stop_causes import display_option
 from curveline.radio.interface import InUse, Radio
 from curveline.radio.protocol.frames import ReportFrame, StatusFrame
+from curveline.radio.protocol.service_frames import MotorFacts
 
 
 def refuse_while_sending(drive: DriveSettings, named: str, spec: str, runs: Path) -> None:
@@ -63,6 +76,72 @@ class OneNode:
             return home_axes(
                 self.radio, self.drive, self.number, sum(1 << AXES.index(name) for name in wanted), watcher
             )
+
+    def info(self) -> NodeInfo:
+        """Who the node is, and what it holds."""
+        with self._named():
+            return info(self._place)
+
+    def blink(self, seconds: float = 10.0) -> None:
+        """Let the node's lamp flicker for so long."""
+        with self._named():
+            blink(self._place, seconds)
+
+    def jog(
+        self,
+        axis: str,
+        by: float,
+        *,
+        unhomed: bool = False,
+        viewer: Callable[[MotorFacts], None] = lambda facts: None,
+    ) -> Jogged:
+        """Move one axis by `by` [mm or degrees], slowly, and only as long as this runs.
+
+        `unhomed` allows it for an axis that is not homed, 20 mm or degrees at most. InvalidInput beyond its limits.
+        """
+        with self._named():
+            return jog(self._place, axis, by, unhomed=unhomed, viewer=viewer)
+
+    def zero(self) -> ReportFrame:
+        """Let extrude count from where it stands; nothing moves. What the node says then."""
+        with self._named():
+            return zero(self._place)
+
+    def watch(self) -> Iterator[Watched]:
+        """What the node says of its motors, ten times a second, for ever."""
+        with self._named():
+            yield from watch(self._place)
+
+    def check(self, axes: Sequence[str] = AXES, told: Callable[[str], None] = lambda name: None) -> NodeCheck:
+        """Turn the motors of some axes a little, one after the other, and say what is wired wrongly."""
+        with self._named():
+            return check(self._place, axes, told)
+
+    def calibrate(self, axis: str, ruler: Ruler, *, way: float | None = None, repeats: int = REPEATS) -> Calibration:
+        """Move an axis several times, and ask `ruler` how far it went; what a turn of its gear makes by that."""
+        with self._named():
+            found = calibrate(self._place, axis, ruler, way=way, repeats=repeats)
+        per_unit = self.drive.axes[AXES.index(axis)].counts_per_unit
+        return in_turns(found, counts_per_turn(self.display) / per_unit)
+
+    def tune(self, axis: str, told: Callable[[float], None] = lambda duty: None) -> Tuning:
+        """Give a motor its duty at once, and say which gains suit it."""
+        with self._named():
+            return tune(self._place, axis, told)
+
+    @property
+    def mock_ruler(self) -> Callable[[Jogged], float] | None:
+        """A ruler laid to a mock display; None for a real one."""
+        return mock_ruler(self._place)
+
+    def told(self, key: str, content: object) -> dict[str, Any]:
+        """Something that was found out about the node, under its key, as plain data."""
+        head = {"curveline": __version__, "display": self.drive.display, "radio": self.spec, "node": self.number}
+        return {**head, key: content}
+
+    @property
+    def _place(self) -> NodePlace:
+        return NodePlace(self.radio, self.drive, self.number)
 
     def status(self, report: ReportFrame | None = None) -> NodeStatus:
         """What the node said in a report, in words; what it says now if there is none."""

@@ -238,6 +238,13 @@ class Session:
         refuse_while_sending(self.drive, self.named, self.spec, self.folder)
         return OneNode(number, self.named, self.spec, self.drive, self.radio)
 
+    def stray_channel(self, number: int) -> int | None:
+        """The channel on which a node answers that does not on the display's; None if it does on none."""
+        from curveline.driving.stray import stray_channel
+
+        self.close()
+        return stray_channel(self.spec, self.drive, self.folder, number)
+
     def rod(self) -> RodNow:
         """What the rod of this display went through by the runs on record, and what set that left in it now.
 

@@ -70,7 +70,8 @@ bench *bench_new(const uint8_t master[CL_KEY_BYTES], uint32_t chip, uint32_t boo
     cl_identity identity = {.number = 1, .chip = chip, .firmware = 2};
     cl_memory memory = {.nonce = {.boot = boot, .noise = noise}, .cause = CL_CAUSE_POWER_ON};
     memcpy(identity.master.bytes, master, CL_KEY_BYTES);
-    cl_plant plant = {b, follow, positions, settles, fault, seek, sought, give_up};
+    cl_plant plant = {.self = b, .follow = follow, .positions = positions, .settles = settles, .fault = fault,
+                      .seek = seek, .sought = sought, .give_up = give_up};
     cl_node_init(&b->node, &identity, axes, plant, &memory);
     return b;
 }

@@ -110,7 +110,14 @@ MISTAKES = (
     ("frames.c", "(now - payload[1])", "(now + 1 - payload[1])"),
     ("frames.c", "axes == 0 || axes > CL_ALL_AXES || ", "axes > CL_ALL_AXES || "),
     ("frames.c", "!zero_from(payload, HOME_FIELDS_END)", "false"),
-    ("frames.c", "seal(payload, key, (uint64_t)frame->clock);", "seal(payload, key, (uint16_t)frame->clock);"),
+    *(
+        (
+            "frames.c",
+            f"{before}    seal(payload, key, (uint64_t)frame->clock);",
+            f"{before}    seal(payload, key, (uint16_t)frame->clock);",
+        )
+        for before in ("put_condition(payload + 10, payload + 16, &frame->now);\n", "payload[11] = frame->index;\n")
+    ),
     ("frames.c", "frame->axes.of[0] | frame->axes.of[1] << 4", "frame->axes.of[1] | frame->axes.of[0] << 4"),
     ("receive.c", "session->stopped ? CL_LIFT : 0", "0"),
     ("receive.c", "node->stopped = session->stopped;", "node->stopped = false;"),
@@ -120,6 +127,27 @@ MISTAKES = (
     ("node.c", "status.now.staged = session->order;", "status.now.staged = 0;"),
     ("frames.c", " | frame->stopped << 4", ""),
     ("frames.c", " | frame->turning << 5", ""),
+    ("errand.c", "node->session.owns_run || cl_node_moves(node) || ", "cl_node_moves(node) || "),
+    (
+        "errand.c",
+        "node->session.deadman_ms > CL_SERVICE_DEADMAN_MS",
+        "node->session.deadman_ms >= CL_SERVICE_DEADMAN_MS",
+    ),
+    ("errand.c", "memory->estop || node->silent || ", "memory->estop || "),
+    ("errand.c", "frame->order <= node->session.order", "frame->order < node->session.order"),
+    ("errand.c", "    cl_node_forget_run(node);\n", ""),
+    ("errand.c", "    if (!frame->unhomed) return CL_OUTCOME_UNHOMED;\n", ""),
+    ("errand.c", "    if (most > CL_UNHOMED_COUNTS) most = CL_UNHOMED_COUNTS;\n", ""),
+    ("errand.c", "return within(axis, target) ? CL_OUTCOME_NONE : CL_OUTCOME_BEYOND;", "return CL_OUTCOME_NONE;"),
+    ("errand.c", "frame->rate > CL_TURN_COUNTS", "frame->rate >= CL_TURN_COUNTS"),
+    ("errand.c", "size(frame->amount) > CL_TURN_DUTY", "size(frame->amount) >= CL_TURN_DUTY"),
+    ("errand.c", "    node->outcome = CL_OUTCOME_DONE;\n", ""),
+    ("node.c", "there ? CL_OUTCOME_DONE : CL_OUTCOME_ENDED", "CL_OUTCOME_DONE"),
+    ("node.c", "    cl_node_end_errand(node, CL_OUTCOME_FAILED);\n", ""),
+    ("node.c", "        cl_node_end_errand(node, CL_OUTCOME_ENDED);\n        node->plant", "        node->plant"),
+    ("node.c", "    if (cl_node_moves(node)) return CL_STATE_MOVING;\n", ""),
+    ("frames.c", " && payload[11] < FLAGS_END", ""),
+    ("frames.c", " && zero_from(payload, SERVICE_FIELDS_END)", ""),
     ("keys.c", "if (nonce != 0)", "if (1)"),
     ("keys.c", "(nonce->offers - 1) % UINT16_MAX + 1", "nonce->offers"),
 )

@@ -15,6 +15,7 @@ import pytest
 
 from curveline.radio.protocol import codes, frames, page_frames
 from curveline.radio.protocol.codes import BootCause, NodeState
+from curveline.radio.protocol.service_frames import ServiceFrame, encode_service
 from curveline.radio.protocol.frames import (
     DriveFrame,
     EstopFrame,
@@ -59,6 +60,11 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ]
     found += [frames.encode_estop(EstopFrame(1, 1, counter), KEY) for counter in (1, codes.COUNTER_END - 1)]
     found += [frames.encode_home(HomeFrame(0, 1, 1, axes, axes), KEY) for axes in range(1, codes.ALL_AXES + 1)]
+    found += [
+        encode_service(ServiceFrame(0, 1, 1, operation, 1, 1, page, *flags, 200, 500, 400), KEY)
+        for operation, page in product(codes.ServiceOperation, codes.ReadingPage)
+        for flags in ((False, False), (True, True))
+    ]
     found += [frames.encode_hello(HelloFrame(1, nonce << 8, 0x1111, 0, 1000, nonce), KEY) for nonce in range(16)]
     found += [frames.encode_stop(StopFrame(purpose), KEY) for purpose in (0, 1)]
     found += [page_frames.encode_ask(page_frames.AskFrame(node, 300)) for node in (1, codes.EVERY_NODE)]

@@ -21,6 +21,7 @@ from curveline.radio.protocol.frames import (
     encode_home,
 )
 from curveline.radio.protocol.keys import session_key
+from curveline.radio.protocol.service_frames import ReadingFrame, ServiceFrame, decode_reading, encode_service
 
 NO_LOAD: tuple[int, Counts, int] = (0, (0, 0, 0), 0)
 """Nothing to stage: step, target and move time of a DRIVE that only asks."""
@@ -109,6 +110,22 @@ class Peer:
         """The next HOME: find the zeros of `axes`, bit 0 for the first; one order is carried out once."""
         self.counter += 1
         return encode_home(HomeFrame(self.clock, self.session, self.counter, axes, order), self.key)
+
+    def service(self, wanted: ServiceFrame) -> bytes:
+        """The next SERVICE: what is wanted, with the time, session and counter of now."""
+        self.counter += 1
+        frame = replace(wanted, clock=self.clock, session=self.session, counter=self.counter)
+        return encode_service(frame, self.key)
+
+    def reading(self, payload: bytes) -> ReadingFrame | None:
+        """The READING of this session that a payload is, if it is one; the node's time is taken from it."""
+        if kind_of(payload) is not FrameKind.READING or int.from_bytes(payload[2:4], "little") != self.session:
+            return None
+        reading = decode_reading(payload, self.key, self.clock)
+        if isinstance(reading, Reject) or reading.node != self.number or reading.echo > self.counter:
+            return None
+        self.clock = max(self.clock, reading.clock)
+        return reading
 
     def estop(self) -> bytes:
         """The next ESTOP."""

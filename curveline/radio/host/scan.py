@@ -68,6 +68,11 @@ def scan(radio: Radio, drive: DriveSettings, probes: int = PROBES) -> list[Scann
     return found
 
 
+def scan_one(radio: Radio, found: ScannedNode, probes: int = PROBES) -> None:
+    """Ask one address who is there."""
+    _ask(radio, [found], probes)
+
+
 def problems(found: ScannedNode, known: int, drive: DriveSettings) -> list[str]:
     """What is wrong with one address, in sentences; `known` is the chip id that the site has on record, if any."""
     where = f"node {found.node}"

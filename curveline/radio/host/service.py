@@ -73,7 +73,7 @@ def clear_fault(radio: Radio, drive: DriveSettings, number: int) -> ReportFrame:
 
     LinkError if it does not answer or belongs to another host.
     """
-    with _claimed(radio, drive, number, FLAG_CLEAR):
+    with claimed(radio, drive, number, FLAG_CLEAR):
         pass
     return report_of(radio, drive, number)
 
@@ -86,15 +86,15 @@ def home_axes(
     `watcher` is told every status. The node stops when this ends, however it does: KeyboardInterrupt is the operator's
     wish. LinkError if it does not answer, does not begin, or belongs to another host.
     """
-    with _claimed(radio, drive, number) as claim:
+    with claimed(radio, drive, number) as claim:
         claim.home(axes, watcher)
     return report_of(radio, drive, number)
 
 
 @contextmanager
-def _claimed(radio: Radio, drive: DriveSettings, number: int, flags: int = 0) -> Iterator[_Claim]:
+def claimed(radio: Radio, drive: DriveSettings, number: int, flags: int = 0) -> Iterator[Claim]:
     """A node for as long as this lasts; it is told to hold and given back in any case."""
-    claim = _Claim(radio, drive, number)
+    claim = Claim(radio, drive, number)
     claim.begin(flags)
     try:
         yield claim
@@ -102,8 +102,11 @@ def _claimed(radio: Radio, drive: DriveSettings, number: int, flags: int = 0) ->
         claim.give_back()
 
 
-class _Claim:
+class Claim:
     """The session of one node."""
+
+    deadman_ms = 0
+    """After which the node stops; 0 for that of a run."""
 
     def __init__(self, radio: Radio, drive: DriveSettings, number: int) -> None:
         self._radio = radio
@@ -115,7 +118,7 @@ class _Claim:
     def begin(self, flags: int) -> None:
         """Take the node, which stands; LinkError if it is another's, or not as it should be."""
         peer, config = self._peer, config_hash(axes_of(self._drive))
-        deadman_ms = Pace(Policy(), 1, self._drive.data_rate).deadman_ms
+        deadman_ms = self.deadman_ms or Pace(Policy(), 1, self._drive.data_rate).deadman_ms
         self._hello = HelloFrame(peer.number, peer.nonce, 0, config, deadman_ms, flags)
 
         def read(payload: bytes) -> IdentFrame | Reject:
@@ -178,7 +181,12 @@ class _Claim:
         peer = self._peer
         (answer,) = self._radio.exchange([(peer.address, payload)])
         peer.tally.count(answer.payload, answer.retries)
-        fact = peer.take(answer.payload or b"")
+        return self._heard(answer.payload or b"")
+
+    def _heard(self, payload: bytes) -> StatusFrame | None:
+        """What an answer proves, if it is the status of the session."""
+        peer = self._peer
+        fact = peer.take(payload)
         if isinstance(fact, IdentFrame) and peer.is_replaced_by(fact):
             if fact.stopped and not peer.was_stopped:
                 raise self._halted(Halt(Cause.STOPPED, peer.number))
@@ -203,4 +211,5 @@ def _why_silent(peer: Peer) -> Cause:
 
 
 def _halted(radio: Radio, drive: DriveSettings, halt: Halt) -> Halted:
+    """What stops a host, with the reason for it, if that can be found."""
     return Halted(explain(radio, drive, halt))

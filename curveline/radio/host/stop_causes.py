@@ -177,6 +177,23 @@ class Cause(Enum):
         "another line of the run cannot begin, so that this one does not either",
         "see to that line; then send again, or go on with the run: `curveline send --resume last`",
     )
+    OLDER = (
+        "node {node} has firmware {detail}, which knows nothing of that",
+        "flash the node with the firmware of this release of curveline",
+    )
+    REFUSED = (
+        "node {node} does not do that: {detail}",
+        "see how it is: `curveline node status {node}{display}`",
+    )
+    CUT_SHORT = (
+        "node {node} stopped on its way: {detail}",
+        "see how it is: `curveline node status {node}{display}`; then try again",
+    )
+    CHANNEL = (
+        "node {node} does not answer on channel {detail}",
+        "write the display's settings to the node, `curveline keys node {node}{display}`, or correct the channel in the "
+        "display file",
+    )
     UNHEEDED = (
         "node {node} did not begin to home: {detail}",
         "see what it is doing: `curveline node status {node}{display}`; then try again",

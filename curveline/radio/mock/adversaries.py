@@ -23,6 +23,7 @@ from curveline.radio.protocol.frames import HelloFrame, IdentFrame, decode_ident
 from curveline.radio.protocol.page_frames import decode_ask, decode_page, encode_page
 
 NEXT_VERSION = VERSION + 1
+OLD_FIRMWARE = 2
 FEED_MS = 100
 DEADMAN_MS = 1000
 REPLAYS = 500
@@ -45,6 +46,17 @@ class NextVersion(NodeMachine):
             page = decode_page(self.ack, ask.handshake)
             if not isinstance(page, Reject):
                 self.ack = encode_page(replace(page, version=NEXT_VERSION), ask.handshake)
+
+
+class OldFirmware(NodeMachine):
+    """A node of this protocol, but from before it could be tried out."""
+
+    def receive(self, now_ms: int, payload: bytes) -> None:
+        """See Node."""
+        if kind_of(payload) is FrameKind.SERVICE:
+            self.advance(now_ms)
+        else:
+            super().receive(now_ms, payload)
 
 
 class Pair:

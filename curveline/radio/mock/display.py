@@ -30,6 +30,8 @@ from curveline.radio.protocol.motion import axes_of
 from curveline.radio.site.key_file import hardware_site
 
 SAMPLE_MS = 20
+OTHER_GEAR = 2.98
+"""How much further an axis goes per count with a gear of 100:1 in place of 298:1."""
 REST_STEP_MS = 100
 REOPEN_US = 50_000
 """How long it takes to find out that a radio is still away."""
@@ -109,6 +111,7 @@ class MockRadio:
         self.curvature, self.stiffness, self.hand = spec.curvature, spec.stiffness, spec.hand
         self.scatter = spec.scatter
         self._store = store
+        self._channel = drive.channel
         self._closed = False
         self._stations = self._build(drive, state, spec)
         self._numbers = {address.upper(): number for number, address in enumerate(drive.addresses, start=1)}
@@ -155,7 +158,8 @@ class MockRadio:
         self._reach()
         begin_us = self.now_us()
         station = self._stations[number - 1] if number else None
-        heard = station.exchange(self._chip.air, payload, begin_us) if station else self._chip.air.unheard()
+        listens = station is not None and station.channel in (None, self._channel)
+        heard = station.exchange(self._chip.air, payload, begin_us) if station and listens else self._chip.air.unheard()
         self.sleep_until(begin_us + heard.took_us)
         if self._progress() != self._saved:
             self.save()
@@ -204,6 +208,11 @@ class MockRadio:
             moments.update(range(begin + -begin % SAMPLE_MS, end, SAMPLE_MS))
             moments.update((begin, end))
         return [(moment / 1000.0, self._positions_at(moment)) for moment in sorted(moments)]
+
+    def ruler(self, number: int, axis: int, way: float) -> float:
+        """What a ruler says [mm or degrees] where an axis (from 1) of a node has gone `way` by its counts."""
+        is_other = self._stations[number - 1].plant.wiring.geared >> axis - 1 & 1
+        return way * OTHER_GEAR if is_other else way
 
     def save(self) -> None:
         """Remember how the display stands now."""
@@ -255,7 +264,7 @@ class MockRadio:
         for later_ms in range(now_ms, now_ms + REST_LIMIT_MS, REST_STEP_MS):
             for node in self.nodes:
                 node.advance(later_ms)
-            if all(node.move is None and not node.memory.homing for node in self.nodes):
+            if not any(node.is_turning for node in self.nodes):
                 break
         self._chip.skip_to(later_ms * 1000)
 

@@ -15,7 +15,15 @@ from random import Random
 
 from curveline.radio.host.journal import SystemDisk
 from curveline.radio.interface import RadioGone
-from curveline.radio.mock.adversaries import REPLAYS, NextVersion, Rival, forged, stranger_identity
+from curveline.radio.mock.adversaries import (
+    OLD_FIRMWARE,
+    REPLAYS,
+    NextVersion,
+    OldFirmware,
+    Rival,
+    forged,
+    stranger_identity,
+)
 from curveline.radio.mock.air import Air
 from curveline.radio.mock.mock_node import FOR_EVER, Station
 from curveline.radio.node.machine import NodeMachine
@@ -29,6 +37,8 @@ RESET_MS = 200
 REPLUG_MS = 2500
 """Longer than the dead-man time: the nodes hold meanwhile."""
 SLEEP_MS = 10_000
+STRAY_CHANNEL = 23
+"""Where a node listens that has the settings of another display."""
 
 
 class Form(Enum):
@@ -227,8 +237,33 @@ def _unhomed(stage: MishapStage, mishap: Mishap) -> None:
     stage.station(mishap).memory.unhomed = NOWHERE
 
 
-def _absent(stage: MishapStage, mishap: Mishap) -> None:
-    stage.station(mishap).plant.wiring.absent |= 1 << mishap.axis - 1
+def _wired(name: str) -> Prepare:
+    """The board is built wrong: one more axis in the set `name` of its wiring."""
+
+    def prepare(stage: MishapStage, mishap: Mishap) -> None:
+        wiring = stage.station(mishap).plant.wiring
+        setattr(wiring, name, getattr(wiring, name) | 1 << mishap.axis - 1)
+
+    return prepare
+
+
+def _supply(stage: MishapStage, mishap: Mishap) -> None:
+    stage.station(mishap).plant.wiring.is_sagging = True
+
+
+def _key(stage: MishapStage, mishap: Mishap) -> None:
+    station = stage.station(mishap)
+    site = station.identity.site
+    station.identity = replace(station.identity, site=replace(site, master=bytes(each ^ 0xA5 for each in site.master)))
+
+
+def _channel(stage: MishapStage, mishap: Mishap) -> None:
+    stage.station(mishap).channel = STRAY_CHANNEL
+
+
+def _firmware(stage: MishapStage, mishap: Mishap) -> None:
+    station = stage.station(mishap)
+    station.kind, station.identity = OldFirmware, replace(station.identity, firmware=OLD_FIRMWARE)
 
 
 def _estop(stage: MishapStage, mishap: Mishap) -> None:
@@ -290,7 +325,17 @@ MISHAPS: Mapping[str, MishapRow] = {
     "stop": MishapRow(Form.STEP, "somebody else stops the display", strike=_stop),
     "disk": MishapRow(Form.FULL_STEP, "the disk under the run's record is full", strike=_disk),
     "unhomed": MishapRow(Form.NODE, "a node has not been homed", prepare=_unhomed),
-    "absent": MishapRow(Form.AXIS_NODE, "a motor is not connected", prepare=_absent),
+    "absent": MishapRow(Form.AXIS_NODE, "a motor is not connected", prepare=_wired("absent")),
+    "reversed": MishapRow(Form.AXIS_NODE, "a motor's two wires are exchanged", prepare=_wired("reversed")),
+    "swapped": MishapRow(Form.AXIS_NODE, "an encoder is in the socket of the next axis", prepare=_wired("swapped")),
+    "noisy": MishapRow(Form.AXIS_NODE, "an encoder loses edges", prepare=_wired("noisy")),
+    "loose": MishapRow(Form.AXIS_NODE, "an encoder gives counts now and then", prepare=_wired("loose")),
+    "gear": MishapRow(Form.AXIS_NODE, "a motor has another gear", prepare=_wired("geared")),
+    "switch": MishapRow(Form.AXIS_NODE, "a switch is always closed", prepare=_wired("stuck_switches")),
+    "supply": MishapRow(Form.NODE, "the supply sags while a motor turns", prepare=_supply),
+    "key": MishapRow(Form.NODE, "a node has the key of another site", prepare=_key),
+    "channel": MishapRow(Form.NODE, "a node listens on another channel", prepare=_channel),
+    "firmware": MishapRow(Form.NODE, "a node has older firmware", prepare=_firmware),
     "estop": MishapRow(Form.NODE, "a node was stopped for good", prepare=_estop),
     "version": MishapRow(Form.NODE, "a node has firmware for another protocol", prepare=_version),
     "config": MishapRow(Form.NODE, "a node holds other limits", prepare=_config),

@@ -30,6 +30,8 @@ class Station:
         self.twin: NodeMachine | None = None
         self.is_clone = False
         self.deaf_until_ms = 0
+        self.channel: int | None = None
+        """Where it listens, None for where its host sends."""
         self.driven = False
         """Whether a host has taken the node over since it was switched on here."""
 

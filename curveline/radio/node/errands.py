@@ -86,13 +86,19 @@ class NodeErrands(NodeBody):
         if session.hello.deadman_ms > SERVICE_DEADMAN_MS:
             return ErrandOutcome.DEADMAN
         at = self.plant.positions(now_ms)
-        return self._jog_refusal(at, frame) if frame.operation is ServiceOperation.JOG else self._turn_refusal(at, frame)
+        return (
+            self._jog_refusal(at, frame) if frame.operation is ServiceOperation.JOG else self._turn_refusal(at, frame)
+        )
 
     def _jog_refusal(self, at: Counts, frame: ServiceFrame) -> ErrandOutcome:
         if self.memory.fault is not Fault.NONE:
             return ErrandOutcome.FAULTY
         axis, target = self._axes[frame.axis - 1], at[frame.axis - 1] + frame.amount
-        if any(abs(each) > 2 * POSITION_LIMIT for each in at) or abs(target) > POSITION_LIMIT or frame.rate < LEAST_RATE:
+        if (
+            any(abs(each) > 2 * POSITION_LIMIT for each in at)
+            or abs(target) > POSITION_LIMIT
+            or frame.rate < LEAST_RATE
+        ):
             return ErrandOutcome.BEYOND
         if self.memory.unhomed[frame.axis - 1] == 0:
             return ErrandOutcome.NONE if axis.low <= target <= axis.high else ErrandOutcome.BEYOND

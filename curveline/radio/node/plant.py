@@ -261,9 +261,7 @@ class MotorPlant:
 
     def place(self, now_ms: int, axis: int, counts: int) -> None:
         """See Plant."""
-        x, y, z = (
-            counts if number == axis else each for number, each in enumerate(self.positions(now_ms), start=1)
-        )
+        x, y, z = (counts if number == axis else each for number, each in enumerate(self.positions(now_ms), start=1))
         self._append(_Turned(now_ms, ((x, y, z),)))
 
     def look(self, now_ms: int, axis: int, first: int) -> PlantLook:
@@ -272,7 +270,9 @@ class MotorPlant:
         counts = self.bench.trembling(now_ms, self.positions(now_ms), self.wiring)
         facts = self.bench.facts(now_ms, axis, first)
         lines = self.wiring.stuck_switches | LINE_AWAKE * turns
-        return PlantLook(counts, lines, self.wiring.supply_mv(turns=turns), facts.missed, facts.duty, self._lag, *facts.kept)
+        return PlantLook(
+            counts, lines, self.wiring.supply_mv(turns=turns), facts.missed, facts.duty, self._lag, *facts.kept
+        )
 
     def _append(self, stretch: _MotionStretch | _Turned) -> None:
         self._past.append(stretch)

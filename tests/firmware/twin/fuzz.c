@@ -101,7 +101,7 @@ static void endorse(fuzzer *fuzz, const cl_node *node, int64_t now_ms, uint8_t *
     const cl_keyed *key = &node->node_key;
     uint8_t kind = payload[0] & 0xF;
     uint64_t clock = 0;
-    bool timed = kind == CL_KIND_DRIVE || kind == CL_KIND_HOME;
+    bool timed = kind == CL_KIND_DRIVE || kind == CL_KIND_HOME || kind == CL_KIND_SERVICE;
     if (below(fuzz, 8) > 0) payload[0] = (uint8_t)(CL_VERSION << 4 | kind);
     if (timed || kind == CL_KIND_ESTOP) {
         key = &session->key;
@@ -117,6 +117,32 @@ static void endorse(fuzzer *fuzz, const cl_node *node, int64_t now_ms, uint8_t *
     if (kind == CL_KIND_STOP) key = &node->stop_key;
     if (kind == CL_KIND_PAGE) key = &node->open_key;
     cl_tag(key, payload, clock, CL_FROM_HOST, payload + CL_BODY_BYTES);
+}
+
+static void turn(void *self, int64_t now_ms, const cl_turn *wanted) {
+    if (wanted->axis == 0 || wanted->axis > CL_AXES || wanted->span_ms == 0) exit(6);
+    (void)self;
+    (void)now_ms;
+}
+
+static bool turned(void *self, int64_t *at_ms) {
+    wild_plant *plant = self;
+    *at_ms = (int64_t)below(plant->fuzz, 100000);
+    return below(plant->fuzz, 2);
+}
+
+static void place(void *self, int64_t now_ms, uint8_t axis, int32_t counts) {
+    if (axis == 0 || axis > CL_AXES) exit(7);
+    (void)self;
+    (void)now_ms;
+    (void)counts;
+}
+
+static void look(void *self, int64_t now_ms, uint8_t axis, uint8_t first, cl_look *seen) {
+    wild_plant *plant = self;
+    if (axis == 0 || axis > CL_AXES) exit(8);
+    (void)now_ms;
+    for (unsigned byte = 0; byte < sizeof *seen; byte++) ((uint8_t *)seen)[byte] = (uint8_t)(draw(plant->fuzz) + first);
 }
 
 /* One payload, in memory of just its length, so that a step beyond its end is seen. */
@@ -146,7 +172,8 @@ static void live(fuzzer *fuzz, uint64_t executions) {
     twin_generate(draw(fuzz), &start, events);
     start.estop = 0;
     twin_begin(&it, &start);
-    it.node.plant = (cl_plant){&plant, follow, positions, settles, fault, seek, sought, give_up};
+    it.node.plant = (cl_plant){&plant, follow, positions, settles, fault, seek, sought, give_up,
+                                turn, turned, place, look};
     int64_t now_ms = start.now_ms;
     while (executions-- > 0) {
         now_ms += below(fuzz, 3) ? 0 : below(fuzz, 120);

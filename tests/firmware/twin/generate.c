@@ -61,6 +61,7 @@ static void fill_errand(maker *make, const cl_axis_limits *axis, uint8_t *payloa
     if (payload[8] != CL_OPERATION_TURN && chance(make, 20)) amount = chance(make, 50) ? axis->low - at : axis->high - at;
     if (payload[8] == CL_OPERATION_TURN && chance(make, 20)) amount = between(make, CL_TURN_DUTY - 1, CL_TURN_DUTY + 1);
     if (chance(make, 10)) amount = between(make, -CL_UNHOMED_COUNTS - 9, CL_UNHOMED_COUNTS + 9);
+    if (chance(make, 10)) amount = CL_UNHOMED_COUNTS + between(make, -1, 2);
     if (chance(make, 5)) amount += between(make, -1, 1);
     uint16_t rate = rates[below(make, 3)] + (uint16_t)between(make, -1, 1);
     cl_put32(payload + 12, (uint32_t)amount);

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import Enum
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from curveline.cli import consent
 from curveline.cli.options import require_radio, runs_folder
 from curveline.cli.printing import screen
 from curveline.cli.terminal import TERMINAL
+from curveline.errors import EXIT_NO
 
 if TYPE_CHECKING:
     from curveline.driving.one_node import OneNode
@@ -17,6 +22,19 @@ if TYPE_CHECKING:
     from curveline.radio.protocol.frames import ReportFrame
 
 NumberArgument = Annotated[int, typer.Argument(metavar="N", help="Number of the node in the row, from 1.")]
+
+
+class AxisOption(Enum):
+    """An axis of a node, as an option names it."""
+
+    EXTRUDE = "extrude"
+    BIAS = "bias"
+    TRANSLATE = "translate"
+
+
+AxisArgument = Annotated[
+    AxisOption, typer.Argument(metavar="AXIS", help="extrude (mm), bias (degrees) or translate (mm).")
+]
 
 
 def session_of(radio: str | None, display: str, runs: str | None) -> Session:
@@ -35,3 +53,33 @@ def show_report(node: OneNode, report: ReportFrame, *, as_json: bool) -> NodeSta
     else:
         screen.result("\n".join(describe(node, report)))
     return node.status(report)
+
+
+def require_consent(question: str, *, agreed: bool) -> None:
+    """Ask before a motor turns, unless that is agreed to already; leave if the answer is no."""
+    if agreed:
+        return
+    consent.require_terminal("motors turn, and ", "add --yes to agree")
+    if not consent.agrees(question):
+        screen.note("nothing was moved")
+        raise typer.Exit(EXIT_NO)
+
+
+@contextmanager
+def looking_elsewhere(session: Session, number: int) -> Iterator[None]:
+    """Look on the other channels for a node that does not answer, and say where it is."""
+    from curveline.radio.host.link import Halted
+    from curveline.radio.host.stop_causes import Cause, Halt
+
+    try:
+        yield
+    except Halted as error:
+        if error.halt.cause is not Cause.SILENT:
+            raise
+        own = session.drive.channel
+        screen.note(f"node {number} does not answer on channel {own}; looking on the others")
+        channel = session.stray_channel(number)
+        if channel is None:
+            raise
+        detail = f"{own}, which the display file names, but on {channel}"
+        raise Halted(Halt(Cause.CHANNEL, number, detail=detail, display=error.halt.display)) from None

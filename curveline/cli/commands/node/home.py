@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import suppress
-from enum import Enum
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from curveline.cli import consent
-from curveline.cli.commands.node.common import NumberArgument, session_of, show_report
+from curveline.cli.commands.node.common import AxisOption, NumberArgument, session_of, show_report
 from curveline.cli.options import DisplayOption, JsonOption, RadioOption, RunsOption, YesOption
 from curveline.cli.printing import screen
 from curveline.errors import EXIT_DONE, EXIT_LINK, EXIT_NO, LinkError
@@ -18,14 +17,6 @@ from curveline.errors import EXIT_DONE, EXIT_LINK, EXIT_NO, LinkError
 if TYPE_CHECKING:
     from curveline.driving.one_node import OneNode
     from curveline.radio.protocol.frames import ReportFrame, StatusFrame
-
-
-class AxisOption(Enum):
-    """An axis of a node, as an option names it."""
-
-    EXTRUDE = "extrude"
-    BIAS = "bias"
-    TRANSLATE = "translate"
 
 
 def home(
