@@ -145,6 +145,11 @@ PLAN = ResultKind(
 )
 """Of a plan; of pictures also its display, and who is told how far they have come."""
 
+TUNING = ResultKind(
+    _with_pictures({".json": "curveline.calibrating.step_response:to_json"}, "curveline.figures.tunings:draw")
+)
+"""Of how a motor answers to its duty."""
+
 TRADE = ResultKind(_with_pictures({".json": "curveline.bench.report:to_json"}, "curveline.bench.trade_figure:draw"))
 """Of what a benchmark measured."""
 

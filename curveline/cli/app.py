@@ -42,14 +42,17 @@ from curveline.cli.commands.keys import node as image
 from curveline.cli.commands.keys import show as show_keys
 from curveline.cli.commands.new import display as new_display
 from curveline.cli.commands.new import shape as new_shape
-from curveline.cli.commands.node import clear, home
+from curveline.cli.commands.node import blink, clear, home, info, jog, tune, zero
+from curveline.cli.commands.node import calibrate as node_calibrate
+from curveline.cli.commands.node import check as node_check
 from curveline.cli.commands.node import status as node_status
+from curveline.cli.commands.node import watch as node_watch
 from curveline.cli.commands.runs import listing
 from curveline.cli.commands.runs import show as show_run
 from curveline.cli.misuse import misuse_of
 from curveline.cli.printing import failures, manner, screen, terminal
 from curveline.cli.printing.failures import Interrupted
-from curveline.cli.printing.help.help_pages import HelpCommand, HelpGroup
+from curveline.cli.printing.help.help_pages import HelpCommand, HelpGroup, SignedCommand
 from curveline.cli.printing.progress.ticker import patience
 from curveline.errors import EXIT_INTERRUPTED, EXIT_NO, CurvelineError, LinkError, SystemRefusal
 from curveline.system.portable import is_hang_up
@@ -65,7 +68,11 @@ system refused while a radio was in use; 130 interrupted. Results go to stdout, 
 """.strip()
 HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
-LINKED = (send.send, status.status, stop.stop, adopt.adopt, node_status.status, clear.clear, home.home)
+OF_ONE_NODE = (
+    *(node_status.status, info.info, clear.clear, home.home, blink.blink, jog.jog, zero.zero, node_watch.watch),
+    *(node_check.check, node_calibrate.calibrate, tune.tune),
+)
+LINKED = (send.send, status.status, stop.stop, adopt.adopt, *OF_ONE_NODE)
 """Commands that have a radio in use."""
 
 COMPUTING = "Compute"
@@ -108,7 +115,8 @@ def _add(to: typer.Typer, command: Callable[..., None], panel: str | None = None
     """Add a command; one that does nothing without arguments explains itself when it has none."""
     is_enough = all(parameter.default is not Parameter.empty for parameter in signature(command).parameters.values())
     needs = not is_enough or command in (plan.plan, send.send)
-    to.command(cls=HelpCommand, epilog=EPILOG, no_args_is_help=needs, rich_help_panel=panel)(_reporting(command))
+    kind = SignedCommand if command is jog.jog else HelpCommand
+    to.command(cls=kind, epilog=EPILOG, no_args_is_help=needs, rich_help_panel=panel)(_reporting(command))
 
 
 def _group(name: str, what: str, panel: str, commands: Sequence[Callable[..., None]]) -> typer.Typer:
@@ -130,9 +138,9 @@ for _panel, _commands in COMMANDS.items():
         _add(app, _command, _panel)
 _group(
     "node",
-    "One node: how it is, and what brings it back to work.",
+    "One node: how it is, what brings it back to work, and how it is tried out.",
     DRIVING,
-    (node_status.status, clear.clear, home.home),
+    OF_ONE_NODE,
 )
 runs = _group(
     "runs",

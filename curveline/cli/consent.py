@@ -26,3 +26,14 @@ def agrees(question: str) -> bool:
         raise KeyboardInterrupt from None
     finally:
         terminal.begin()
+
+
+def number(question: str) -> float:
+    """The number that is answered; KeyboardInterrupt if there is none."""
+    terminal.end()
+    try:
+        return float(typer.prompt(question, type=float, err=True))
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    finally:
+        terminal.begin()

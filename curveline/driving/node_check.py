@@ -1,13 +1,14 @@
-"""Whether a motor, its encoder and its switch are wired as they should be: one motor turned a little, and what came of it.
+"""Whether a motor, its encoder and its switch are wired as they should be: it is turned a little, and what came of it.
 
-It needs no other axis, no zero and no rod: a motor is turned without a loop, both ways, gently and not far, and only when
-that went as it should, closed loop for a moment. What is found is said in words of wires.
+It needs no other axis, no zero and no rod: a motor is turned without a loop, both ways, gently and not far, and only
+when that went as it should, closed loop for a moment. What is found is said in words of wires.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import Any
 
 from curveline.drive_settings import AXES, UNITS
@@ -95,7 +96,8 @@ def check(place: NodePlace, names: Sequence[str] = AXES, told: Callable[[str], N
     """
     numbers = [place.axis(name) for name in names]
     report = place.report()
-    if any(each.code == "twin" for each in (address := tuple(_of_address(place)))):
+    address = tuple(_of_address(place))
+    if any(each.code == "twin" for each in address):
         return NodeCheck(place.number, address, ())
     found = []
     for number, name in zip(numbers, names, strict=True):
@@ -130,8 +132,8 @@ def _of_node(report: ReportFrame, axes: Sequence[AxisCheck]) -> Iterator[Finding
         yield Finding(
             "supply",
             f"the supply goes down to {min(weak) / 1000:.2f} V while a motor turns",
-            "the logic needs 3.0 V at all times: a stronger supply, shorter cables, 10 uF at the radio; feed the motors "
-            "apart from the logic",
+            "the logic needs 3.0 V at all times: a stronger supply, shorter cables, 10 uF at the radio; feed the "
+            "motors apart from the logic",
         )
 
 
@@ -195,14 +197,15 @@ def _judged(number: int, forward: TurnResult, backward: TurnResult, missed: int)
         yield Finding(
             "reversed",
             f"{name} counts down when its motor is driven forwards",
-            "swap the motor's two wires; if the axis then goes the wrong way, swap them back and swap its encoder's A and B",
+            "swap the motor's two wires; if the axis then goes the wrong way, swap them back, and swap its "
+            "encoder's A and B",
         )
     elif there <= LIFE_COUNTS or back >= -LIFE_COUNTS:
         yield Finding(
             "one-way",
             f"{name} turns only one way: {there:+d} counts forwards, {back:+d} backwards",
-            f"free what blocks it, or move it away from its end by hand; else one of the wires at pins {DRIVER_PINS[name]} "
-            "is open",
+            f"free what blocks it, or move it away from its end by hand; else one of the wires at pins "
+            f"{DRIVER_PINS[name]} is open",
         )
     if not other:
         yield from _counting(name, forward, backward, missed)
@@ -228,7 +231,7 @@ def _counting(name: str, forward: TurnResult, backward: TurnResult, missed: int)
 
 def _pauses(samples: Sequence[int]) -> int:
     """Samples without a count, amid others with some, once the motor has come to speed."""
-    steps = [abs(after - before) for before, after in zip(samples, samples[1:], strict=False)]
+    steps = [abs(after - before) for before, after in pairwise(samples)]
     if not any(steps):
         return 0
     usual = sorted(step for step in steps if step)[len([step for step in steps if step]) // 2]
@@ -248,8 +251,8 @@ def _swapped(name: str, other: str) -> Finding:
     return Finding(
         "swapped",
         f"the motor of {name} turns, and the encoder of {other} counts",
-        f"their encoders are exchanged, or their motors: {name}'s encoder belongs to pins {ENCODER_PINS[name]}, its motor's "
-        f"driver inputs to pins {DRIVER_PINS[name]}",
+        f"their encoders are exchanged, or their motors: {name}'s encoder belongs to pins {ENCODER_PINS[name]}, its "
+        f"motor's driver inputs to pins {DRIVER_PINS[name]}",
     )
 
 
@@ -257,8 +260,9 @@ def _absent(name: str) -> Finding:
     return Finding(
         "absent",
         f"no counts came from {name}, either way",
-        f"if its motor did not turn: is it plugged in (driver inputs at pins {DRIVER_PINS[name]}), have the drivers their "
-        f"supply, is nSLEEP at pin 5? If it did: its encoder has no 3.3 V, or is not at pins {ENCODER_PINS[name]}",
+        f"if its motor did not turn: is it plugged in (driver inputs at pins {DRIVER_PINS[name]}), have the drivers "
+        f"their supply, is nSLEEP at pin 5? If it did: its encoder has no 3.3 V, or is not at pins "
+        f"{ENCODER_PINS[name]}",
     )
 
 
@@ -266,6 +270,6 @@ def _stuck(name: str) -> Finding:
     return Finding(
         "switch",
         f"{name}'s switch is closed, and stays so 4 mm further up",
-        "it is stuck, shorted to ground, or an opener where a closer belongs; pressed it must connect pin 18 to ground, "
-        "released it must not",
+        "it is stuck, shorted to ground, or an opener where a closer belongs; pressed it must connect pin 18 to "
+        "ground, released it must not",
     )

@@ -1,4 +1,4 @@
-"""What one node is told to do while it is being tried out: blink, jog an axis, take a zero; and what it says meanwhile."""
+"""What one node is told to do while it is being tried out: blink, jog an axis, take a zero; and what it says then."""
 
 from __future__ import annotations
 
@@ -191,9 +191,18 @@ def info(place: NodePlace) -> NodeInfo:
         pairs = zip(AXES, drive.axes, strict=True)
         limits = {name: _range(errand, axis, index) for index, (name, axis) in enumerate(pairs, start=1)}
     return NodeInfo(
-        *(number, found.address, drive.channel, drive.data_rate),
-        *(tuple(f"{chip:08x}" for chip in sorted(found.pages)), page.firmware, page.version),
-        *(report.boot, page.config_hash == config_hash(axes_of(drive)), limits, page.bad_tags, page.old_frames),
+        node=number,
+        address=found.address,
+        channel=drive.channel,
+        data_rate=drive.data_rate,
+        chips=tuple(f"{chip:08x}" for chip in sorted(found.pages)),
+        firmware=page.firmware,
+        protocol=page.version,
+        boot=report.boot,
+        limits_fit=page.config_hash == config_hash(axes_of(drive)),
+        limits=limits,
+        bad_tags=page.bad_tags,
+        old_frames=page.old_frames,
     )
 
 
@@ -209,7 +218,12 @@ def watch(place: NodePlace, period_s: float = 0.1) -> Iterator[Watched]:
             motors = errand.motors()
             x, y, z = (errand.axis(number) for number in (1, 2, 3))
             yield Watched(
-                *(motors.counts, (x.missed, y.missed, z.missed), motors.switches),
-                *(bool(motors.lines & LINE_DRIVER), (x.duty, y.duty, z.duty), x.step, motors.supply_mv or None),
+                counts=motors.counts,
+                missed=(x.missed, y.missed, z.missed),
+                switches=motors.switches,
+                driver_fault=bool(motors.lines & LINE_DRIVER),
+                duty=(x.duty, y.duty, z.duty),
+                step=x.step,
+                supply_mv=motors.supply_mv or None,
             )
             errand.rest(period_s)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from curveline._version import __version__
+from curveline.calibrating.step_response import Tuning
 from curveline.drive_settings import AXES, DriveSettings
 from curveline.driving.live import sender_of
 from curveline.driving.node_calibration import (
@@ -22,7 +23,7 @@ from curveline.driving.node_calibration import (
 )
 from curveline.driving.node_check import NodeCheck, check
 from curveline.driving.node_errands import Jogged, NodeInfo, NodePlace, Watched, blink, info, jog, watch, zero
-from curveline.driving.node_tuning import Tuning, tune
+from curveline.driving.node_tuning import tune
 from curveline.driving.status import node_document
 from curveline.errors import InvalidInput
 from curveline.radio.host.link import Halted

@@ -1,4 +1,4 @@
-"""Where a node listens that does not answer: the channels are tried one by one, as nobody may know which was written to it."""
+"""Where a node listens that does not answer: channels are tried one by one, as nobody may know which it was given."""
 
 from __future__ import annotations
 

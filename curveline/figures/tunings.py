@@ -11,7 +11,7 @@ STYLES = ("-", "--", "-.", ":")
 
 def draw(found: Tuning, *, kind: str) -> bytes:
     """The turns of one motor as "svg", "png" or "pdf"; MissingExtra without matplotlib."""
-    with new_figure(WIDTH, HEIGHT) as figure:
+    with new_figure(WIDTH, HEIGHT, kind) as figure:
         axes = figure.add_subplot()
         for style, response in zip(STYLES, found.responses, strict=False):
             times = [SAMPLE_S * index for index in range(len(response.counts))]

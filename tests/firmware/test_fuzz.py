@@ -15,7 +15,6 @@ import pytest
 
 from curveline.radio.protocol import codes, frames, page_frames
 from curveline.radio.protocol.codes import BootCause, NodeState
-from curveline.radio.protocol.service_frames import ServiceFrame, encode_service
 from curveline.radio.protocol.frames import (
     DriveFrame,
     EstopFrame,
@@ -27,6 +26,7 @@ from curveline.radio.protocol.frames import (
     StatusFrame,
     StopFrame,
 )
+from curveline.radio.protocol.service_frames import ServiceFrame, encode_service
 
 from . import build, twin
 

@@ -166,9 +166,8 @@ class Errand(Claim):
         mark, self._heard_us = peer.counter + 1, self._radio.now_us()
         while True:
             reading = self._ask(wanted)
-            if reading is not None and reading.echo >= mark and reading.page is wanted.page:
-                if wanted.page is not ReadingPage.TRACE or reading.index == wanted.rate:
-                    return reading
+            if reading is not None and reading.echo >= mark and _is_wanted(reading, wanted):
+                return reading
             if self._strange > DEAF_ANSWERS:
                 raise self._halted(self._older())
             if self._radio.now_us() - self._heard_us > SILENCE_US:
@@ -211,6 +210,12 @@ class Errand(Claim):
         if firmware:
             return Halt(Cause.OLDER, number, detail=f"{firmware[0]}, this release needs {NEEDED_FIRMWARE}")
         return Halt(Cause.TAKEN, number)
+
+
+def _is_wanted(reading: ReadingFrame, wanted: ServiceFrame) -> bool:
+    """Whether it is the page that was asked for, and of a trace the part."""
+    is_part = wanted.page is not ReadingPage.TRACE or reading.index == wanted.rate
+    return reading.page is wanted.page and is_part
 
 
 @contextmanager

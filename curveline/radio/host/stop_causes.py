@@ -191,8 +191,7 @@ class Cause(Enum):
     )
     CHANNEL = (
         "node {node} does not answer on channel {detail}",
-        "write the display's settings to the node, `curveline keys node {node}{display}`, or correct the channel in the "
-        "display file",
+        "write the display's settings to the node: `curveline keys node`; or correct the channel in the display file",
     )
     UNHEEDED = (
         "node {node} did not begin to home: {detail}",

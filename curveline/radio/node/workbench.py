@@ -1,8 +1,8 @@
 """One motor turned without a loop, at 1 kHz, to see what comes of it: the specification of firmware/core/workbench.c.
 
-Duty grows until an encoder gives counts, goes a little higher and stays; or it is all there from the beginning. The turn
-ends after so many counts of any encoder, after its time, or when the drivers report a fault; then the motor is shorted
-for a moment. What it is for: which encoder belongs to which motor, which way round, and what duty the motor needs.
+Duty grows until an encoder gives counts, goes a little higher and stays; or it is all there from the beginning. The
+turn ends after so many counts of any encoder, after its time, or when the drivers report a fault; then the motor is
+shorted for a moment. What it is for: which encoder belongs to which motor, which way round, and what duty that needs.
 """
 
 from __future__ import annotations

@@ -53,19 +53,17 @@ def calibrate(
     """
     from curveline.cli.printing.reports.node_trials import describe_calibration
     from curveline.driving.node_calibration import written
+    from curveline.system.files import write_file
 
     if measured and len(measured) != times:
         raise InvalidInput(f"{len(measured)} ways are measured, of {times}", f"say --times {len(measured)}")
-    if output is not None:
-        screen_name = _changeable(output)
+    path = None if output is None else _changeable(output)
     require_consent(f"Move node {number}'s {axis.value} there and back, {times} times?", agreed=yes)
     with session_of(radio, display, runs) as session:
         node = session.node(number)
         found = node.calibrate(axis.value, _ruler(node, measured), way=way, repeats=times)
-        if output is not None:
-            from curveline.system.files import write_file
-
-            write_file(screen_name, written(found, output).encode(), force=True)
+        if path is not None:
+            write_file(path, written(found, path).encode(), force=True)
         if json:
             screen.emit(node.told("calibration", found.document()))
         else:

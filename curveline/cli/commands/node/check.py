@@ -17,6 +17,11 @@ from curveline.cli.options import DisplayOption, JsonOption, RadioOption, RunsOp
 from curveline.cli.printing import screen
 from curveline.errors import EXIT_DONE, EXIT_NO
 
+SEEN = (
+    "seen from outside, extrude should feed rod out first, translate rise, and bias turn to larger angles; swap the "
+    "two wires of a motor that went the other way first, and its encoder's A and B as well"
+)
+
 
 def check(
     number: NumberArgument,
@@ -31,8 +36,8 @@ def check(
 ) -> None:
     """Turn the motors of a node a little, one by one, and say what is wired wrongly, and what to swap.
 
-    Each turns with a third of its force at most, some millimetres or degrees there and back; with one motor plugged in, name
-    its axis: it needs no other. Take the rod out of the clamp first. Exit code 1 if anything is wrong.
+    Each turns with a third of its force at most, some millimetres or degrees there and back; with one motor plugged in,
+    name its axis: it needs no other. Take the rod out of the clamp first. Exit code 1 if anything is wrong.
     """
     from curveline.cli.printing.reports.node_trials import describe_check
     from curveline.drive_settings import AXES
@@ -46,4 +51,6 @@ def check(
             screen.emit(node.told("check", found.document()))
         else:
             screen.result("\n".join(describe_check(node, found)))
+            if found.is_well:
+                screen.note(SEEN)
     raise typer.Exit(EXIT_DONE if found.is_well else EXIT_NO)

@@ -9,12 +9,15 @@ import typer
 from curveline.cli.commands.node.common import AxisArgument, NumberArgument, session_of
 from curveline.cli.options import DisplayOption, JsonOption, RadioOption, RunsOption
 from curveline.cli.printing import screen
+from curveline.cli.printing.help.help_pages import signed
 
 
 def jog(
     number: NumberArgument,
     axis: AxisArgument,
-    by: Annotated[float, typer.Argument(metavar="BY", help="How far: mm, or degrees of bias; -5 is back.")],
+    by: Annotated[
+        float, typer.Argument(metavar="BY", parser=signed, help="How far: mm, or degrees of bias; -5 is back.")
+    ],
     unhomed: Annotated[
         bool, typer.Option("--unhomed", help="Also an axis that is not homed, by 20 mm or degrees at most.")
     ] = False,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, cast
@@ -29,6 +30,10 @@ FEW = 7
 OTHERS = "Options"
 
 
+MINUS = "\u2212"
+"""In place of the hyphen before a number, while a command line is taken apart."""
+
+
 class _Explained:
     """What commands and groups of them have in common: they explain themselves in this form."""
 
@@ -51,6 +56,19 @@ class HelpCommand(_Explained, TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """See typer."""
         return _parsed(self, ctx, args, super().parse_args)
+
+
+class SignedCommand(HelpCommand):
+    """A command of whose arguments one may be a number below zero, which is not to be taken for an option."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """See typer."""
+        return super().parse_args(ctx, [re.sub(r"^-(?=\.?[0-9])", MINUS, each) for each in args])
+
+
+def signed(text: str) -> float:
+    """The number that such an argument is."""
+    return float(str(text).replace(MINUS, "-"))
 
 
 class HelpGroup(_Explained, TyperGroup):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from curveline.calibrating.step_response import BOUNDS, SHIPPED, Tuning
 from curveline.cli.printing import screen
 from curveline.drive_settings import AXES, UNITS
 from curveline.driving.node_calibration import Calibration
 from curveline.driving.node_check import AxisCheck, Finding, NodeCheck
 from curveline.driving.node_errands import Jogged, NodeInfo, Watched
-from curveline.driving.node_tuning import BOUNDS, SHIPPED, Tuning
 from curveline.driving.one_node import OneNode
 from curveline.phrases import wrapped
 
@@ -76,8 +76,8 @@ def _axis(each: AxisCheck) -> Iterator[str]:
 
 def _findings(findings: Iterable[Finding]) -> Iterator[str]:
     for each in findings:
-        yield from wrapped(f"  {each.code}: {each.text}", "    ")
-        yield from wrapped(f"    what to do: {each.hint}", "    ")
+        yield from wrapped(f"{each.code}: {each.text}", 4)
+        yield from wrapped(f"what to do: {each.hint}", 4)
 
 
 def describe_calibration(node: OneNode, found: Calibration) -> Iterator[str]:
