@@ -140,6 +140,7 @@ _HOMES = {
     **dict.fromkeys(("send_lines", "home_lines", "resume_lines", "dry_run_lines"), "driving.lines.from_python"),
     **dict.fromkeys(("status", "stop", "rod_now", "runs", "log"), "api"),
     "write": "writing",
+    "write_calibration": "driving.node_calibration",
     **dict.fromkeys(("new_keys", "read_keys", "node_image"), "driving.site_keys"),
     "read_shape": "shapes.files",
     "read_display": "shapes.files",

@@ -18,6 +18,7 @@ KEPT = {
     "atlases.atlas:Atlas": "ATLAS",
     "bench.report:BenchReport": "TRADE",
     "calibrating.calibrated:RodCalibration": "CALIBRATION",
+    "calibrating.step_response:Tuning": "TUNING",
     "comparing.agreement:Comparison": "COMPARISON",
     "fitting.fit:Fit": "FIT",
     "loading.falling:SnapFall": "FALL",
@@ -52,6 +53,7 @@ def write(
     | `Atlas` | .npz, .json, .svg, .png, .pdf |
     | `SnapFall` | .gif, .svg, .png, .pdf |
     | `BenchReport` | .json, .svg, .png, .pdf |
+    | `Tuning` | .json, .svg, .png, .pdf |
     | `SweepReport` | .json, .npz, .csv; .svg, .png and .pdf over one key or two |
 
     Curves of shapes and sweeps have `points` points, as many as their settings say (201) if it is None. `plot` is what

@@ -18,11 +18,13 @@ from curveline.atlases.atlas import Atlas
 from curveline.atlases.curves import StableCurves
 from curveline.bench.report import BenchReport
 from curveline.calibrating.calibrated import RodCalibration
+from curveline.calibrating.step_response import Tuning
 from curveline.comparing.agreement import Comparison
 from curveline.displays.check import DisplayCheck
 from curveline.driving.adoption import Adoption
 from curveline.driving.logbook import RunLog
 from curveline.driving.looking.verified import VerifiedTour
+from curveline.driving.node_calibration import Calibration
 from curveline.driving.one_node import OneNode
 from curveline.driving.run_result import RunResult
 from curveline.driving.runs import Run
@@ -50,6 +52,7 @@ STANDS_FOR: dict[str, Any] = {
     "batch": ShapeBatch,
     "bench": BenchReport,
     "calibration": RodCalibration,
+    "calibration": Calibration,
     "checked": DisplayCheck,
     "comparison": Comparison,
     "control": curveline.Control,
@@ -72,6 +75,7 @@ STANDS_FOR: dict[str, Any] = {
     "sweep": SweepReport,
     "tour": VerifiedTour,
     "trials": Trials,
+    "tuning": Tuning,
 }
 """What the names on the page stand for."""
 COMMANDS = dict(command_reference.commands())

@@ -7,15 +7,13 @@ import tomllib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from math import isfinite, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from curveline.drive_settings import AXES, UNITS
 from curveline.driving.node_check import Finding
 from curveline.driving.node_errands import Jogged, NodePlace, jog, unhomed_most
 from curveline.errors import InvalidInput
-
-if TYPE_CHECKING:
-    from curveline.system.files import AnyPath
+from curveline.system.files import AnyPath, write_file
 
 USUAL_WAY = {"mm": 50.0, "deg": 30.0}
 """How far an axis goes, by unit."""
@@ -104,6 +102,11 @@ def written(calibration: Calibration, display: AnyPath) -> str:
         hint = "`curveline new display` makes a file to be changed; measure with that"
         raise InvalidInput(f"{named} is a built-in display, and stays as it is", hint)
     return changed_text(text_of(given), {("drive", calibration.key): calibration.new}, named)
+
+
+def write_calibration(calibration: Calibration, display: AnyPath) -> None:
+    """Put what was found into a display file, and leave the rest of it as it is; else as `written`."""
+    write_file(display, written(calibration, display).encode(), force=True)
 
 
 def counts_per_turn(display: AnyPath) -> float:

@@ -43,6 +43,14 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "node status": ("node", "status", "1", *RADIO),
     "node clear": ("node", "clear", "1", *RADIO),
     "node home": ("node", "home", "1", *RADIO, "--yes"),
+    "node info": ("node", "info", "1", *RADIO),
+    "node blink": ("node", "blink", "1", *RADIO),
+    "node jog": ("node", "jog", "1", "bias", "-1", *RADIO),
+    "node zero": ("node", "zero", "1", *RADIO),
+    "node watch": ("node", "watch", "1", *RADIO, "--seconds", "0.1"),
+    "node check": ("node", "check", "1", *RADIO, "--yes"),
+    "node calibrate": ("node", "calibrate", "1", "bias", *RADIO, "--yes"),
+    "node tune": ("node", "tune", "1", "bias", *RADIO, "--yes"),
     "display check": ("display", "check", "single"),
     "runs": ("runs", "--display", "single"),
     "runs show": ("runs", "show", "last"),
@@ -54,7 +62,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "bench": ("bench", "--quick", PEAK),
 }
 """Every command that can answer in JSON, as it is typed to do something."""
-LINKED = {"send", "watch", "status", "stop", "node status", "node clear", "node home"}
+LINKED = {"send", "watch", "status", "stop", *(name for name in COMMANDS if name.startswith("node "))}
 each_command = pytest.mark.parametrize("name", COMMANDS)
 
 

@@ -30,6 +30,8 @@ FAULTS = (
         "chip=2",
         "chip=1,twin=1",
     ),
+    *("reversed=extrude@1", "swapped=bias@2", "noisy=extrude@1", "loose=extrude@2", "key=2", "channel=1"),
+    *("firmware=1", "gear=bias@1", "switch=translate@2", "supply=1"),
     *("busy=1", "clone=2", "stranger=0.5", "replay=0.5"),
 )
 MOVES = ("send", "node home")

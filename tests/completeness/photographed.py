@@ -93,7 +93,7 @@ def differing(scene: Scene, source: np.random.Generator) -> Scene:
 
 
 def shown_by(name: str, seed: int) -> tuple[Array, float]:
-    """The curve (n, 2) [m] of a display that is to show a shape, every other one as its file says; RMS from the model."""
+    """The curve (n, 2) [m] of a display that is to show a shape; RMS from the model: 0 of every other one."""
     scene, segments = _simulated(name)
     model = segments[0].wanted
     assert model is not None

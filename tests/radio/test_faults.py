@@ -113,10 +113,27 @@ HALTING = [
     ),
 ]
 ALIKE = [
+    Row("reversed=extrude@1", Cause.RUNAWAY, 1, r"node 1 moved against its command in step 1 \(extrude\)", "wired"),
+    Row("swapped=bias@2", Cause.LOST, 2, r"node 2 has lost its position in step \d \(\w+: encoder\)", "cable of that"),
+    Row("noisy=extrude@1", Cause.LOST, 1, r"node 1 has lost its position in step 1 \(extrude: encoder\)", "cable"),
+    Row("loose=extrude@2", Cause.LOST, 2, r"node 2 has lost its position in step 1 \(extrude: encoder\)", "cable"),
+    Row("key=2", Cause.UNTRUSTED, 2, "node 2 answers, but not to the key of this site", "keys node", moves=False),
+    Row("channel=1", Cause.SILENT, 1, "node 1 does not answer", "the channel", moves=False),
     Row("absent=bias@2", Cause.LOST, 2, r"node 2 has lost its position in step 2 \(bias: encoder\)", "cable of that"),
 ]
 """Rows whose cause another row has, too."""
-BORNE = ["twin=1", "reset@step2", "replug@step2", "stranger=0.5", "replay=0.5", "stranger=0.6,replay=0.6"]
+BORNE = [
+    "firmware=1",
+    "gear=bias@1",
+    "switch=translate@2",
+    "supply=1",
+    "twin=1",
+    "reset@step2",
+    "replug@step2",
+    "stranger=0.5",
+    "replay=0.5",
+    "stranger=0.6,replay=0.6",
+]
 WEATHER = ["", ",loss=0.3,dup=0.1,stale=0.2"]
 
 

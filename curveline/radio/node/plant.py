@@ -49,7 +49,7 @@ class Sought:
 class PlantLook:
     """What a plant sees of itself: encoder counts, lines as in a READING, supply; the rest is of one axis.
 
-    Its missed edges, duty now, largest lag of the last move [counts]; of the last turn threshold, how many samples, some.
+    Its missed edges, duty now, largest lag of the last move [counts]; of the last turn threshold, samples kept, a few.
     """
 
     counts: Counts

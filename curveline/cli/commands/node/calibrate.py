@@ -52,8 +52,7 @@ def calibrate(
     lets the extruder go further. After the display file has changed, its nodes need their settings anew.
     """
     from curveline.cli.printing.reports.node_trials import describe_calibration
-    from curveline.driving.node_calibration import written
-    from curveline.system.files import write_file
+    from curveline.driving.node_calibration import write_calibration
 
     if measured and len(measured) != times:
         raise InvalidInput(f"{len(measured)} ways are measured, of {times}", f"say --times {len(measured)}")
@@ -63,7 +62,7 @@ def calibrate(
         node = session.node(number)
         found = node.calibrate(axis.value, _ruler(node, measured), way=way, repeats=times)
         if path is not None:
-            write_file(path, written(found, path).encode(), force=True)
+            write_calibration(found, path)
         if json:
             screen.emit(node.told("calibration", found.document()))
         else:

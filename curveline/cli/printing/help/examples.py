@@ -140,9 +140,33 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ("curveline keys adopt --radio mock:keys --yes", "the same with a model of the display, to try it"),
     ),
     "curveline keys show": (("curveline keys show", "where the keys are, and which nodes are known"),),
-    "curveline node": (("curveline node status 1 --radio mock", "all about the first node"),),
+    "curveline node": (
+        ("curveline node status 1 --radio mock", "all about the first node"),
+        ("curveline node check 1 --radio mock --yes", "whether its motors and encoders are wired rightly"),
+    ),
     "curveline node status": (("curveline node status 1 --radio mock", "all about the first node"),),
     "curveline node clear": (("curveline node clear 2 --radio mock", "end the fault of the second node"),),
+    "curveline node info": (("curveline node info 1 --radio mock", "address, channel, firmware, limits"),),
+    "curveline node blink": (("curveline node blink 2 --radio mock", "see which one is the second node"),),
+    "curveline node jog": (
+        ("curveline node jog 1 bias -5 --radio mock", "turn the first node back by 5 degrees"),
+        ("curveline node jog 1 translate 10 --unhomed --radio mock", "lift it, although it has not been homed"),
+    ),
+    "curveline node zero": (("curveline node zero 1 --radio mock", "the rod is threaded: it counts from here"),),
+    "curveline node watch": (
+        ("curveline node watch 1 --radio mock --seconds 1", "counts, switches and supply, for a second"),
+    ),
+    "curveline node check": (
+        ("curveline node check 1 bias --radio mock --yes", "one motor, with no other plugged in"),
+        ("curveline node check 1 --radio mock:reversed=bias@1 --yes", "a model of a board that is wired wrongly"),
+    ),
+    "curveline node calibrate": (
+        (
+            "curveline node calibrate 1 extrude --times 2 --measured 49.9 --measured 50.1 --radio mock --yes",
+            "what a turn of its gear makes, by a ruler",
+        ),
+    ),
+    "curveline node tune": (("curveline node tune 1 bias --radio mock --yes", "how its motor answers to duty"),),
     "curveline node home": (("curveline node home 2 --radio mock --yes", "find the zeros of the second node"),),
     "curveline display": (("curveline display check single", "what a built-in display can do"),),
     "curveline display check": (
