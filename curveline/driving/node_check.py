@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
+from math import copysign
 from typing import Any
 
 from curveline.drive_settings import AXES, UNITS
 from curveline.driving.node_errands import NodePlace, wish_of
+from curveline.errors import InvalidInput
 from curveline.radio.host.errands import Errand, TurnResult
 from curveline.radio.host.scan import ScannedNode, scan_one
 from curveline.radio.protocol.codes import BootCause, Fault
@@ -35,6 +37,8 @@ PAUSES = 3
 """Samples of 4 ms without a count, amid others with some, that a turning motor does not have."""
 WEAK_MV = 3000
 """Below this encoders and radio are not sure to work."""
+SPARE_COUNTS = 32
+"""How far from where it is told to stand a node may say that it stands."""
 LOOK_S = 0.3
 PROOF = {"mm": 1.0, "deg": 3.0}
 """How far an axis goes closed loop, by unit."""
@@ -96,6 +100,8 @@ def check(place: NodePlace, names: Sequence[str] = AXES, told: Callable[[str], N
     """
     numbers = [place.axis(name) for name in names]
     report = place.report()
+    for number in numbers:
+        _require_room(place, number, report)
     address = tuple(_of_address(place))
     if any(each.code == "twin" for each in address):
         return NodeCheck(place.number, address, ())
@@ -104,6 +110,18 @@ def check(place: NodePlace, names: Sequence[str] = AXES, told: Callable[[str], N
         told(name)
         found.append(_axis_check(place, number, report))
     return NodeCheck(place.number, (*address, *_of_node(report, found)), tuple(found))
+
+
+def _require_room(place: NodePlace, number: int, report: ReportFrame) -> None:
+    """InvalidInput for a homed axis that stands too near to an end of its travel to be turned both ways."""
+    axis, at, name = place.drive.axes[number - 1], report.position[number - 1], AXES[number - 1]
+    room = max(CHECK_COUNTS, axis.counts(PROOF[UNITS[number - 1]])) + SPARE_COUNTS
+    low, high = axis.counts(axis.low) + room, axis.counts(axis.high) - room
+    if report.axes[number - 1] == 0 and not low <= at <= high:
+        way = axis.value(min(max(at, low), high) - at)
+        way += copysign(0.1, way)
+        hint = f"jog it away from there first: `curveline node jog {place.number} {name} {way:.1f}`"
+        raise InvalidInput(f"{name} stands too near to the end of its travel to be turned both ways", hint)
 
 
 def _of_address(place: NodePlace) -> Iterator[Finding]:

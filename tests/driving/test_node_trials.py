@@ -314,6 +314,17 @@ def test_info_tells_the_limits_of_the_display_file(session_of: Callable[..., Ses
         assert not session.node(1).info().limits_fit
 
 
+def test_an_axis_at_the_end_of_its_travel_is_not_checked_there(session_of: Callable[..., Session]) -> None:
+    with session_of("") as session:
+        node = session.node(1)
+        node.jog("bias", 74.0)
+        with pytest.raises(InvalidInput, match="too near to the end") as caught:
+            node.check(["bias"])
+        way = float(caught.value.hint.split()[-1].strip("`"))
+        node.jog("bias", way)
+        assert node.check(["bias"]).is_well
+
+
 # What is measured
 
 

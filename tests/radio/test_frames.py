@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from hashlib import blake2s
 from itertools import combinations
 from random import Random
@@ -12,7 +13,17 @@ from hypothesis import strategies as st
 
 from curveline.errors import InvalidInput
 from curveline.radio.protocol import codes, envelope, frames, page_frames
-from curveline.radio.protocol.codes import NOT_HOMED, BootCause, Fault, FrameKind, NodeState, Reject
+from curveline.radio.protocol.codes import (
+    NOT_HOMED,
+    BootCause,
+    ErrandOutcome,
+    Fault,
+    FrameKind,
+    NodeState,
+    ReadingPage,
+    Reject,
+    ServiceOperation,
+)
 from curveline.radio.protocol.frames import (
     DriveFrame,
     EstopFrame,
@@ -26,6 +37,25 @@ from curveline.radio.protocol.frames import (
 )
 from curveline.radio.protocol.keys import OPEN_KEY, Site, derive, session_key
 from curveline.radio.protocol.page_frames import AskFrame, PageFrame
+from curveline.radio.protocol.service_frames import (
+    AxisFacts,
+    LimitFacts,
+    MotorFacts,
+    ReadingFrame,
+    ServiceFrame,
+    axis_in,
+    decode_reading,
+    decode_service,
+    encode_reading,
+    encode_service,
+    limits_in,
+    motors_in,
+    pack_axis,
+    pack_limits,
+    pack_motors,
+    pack_samples,
+    samples_in,
+)
 
 KEY = bytes(range(16))
 NONCE = 0x0123456789ABCD00
@@ -43,6 +73,13 @@ REPORT = ReportFrame(
     *(4, 0x00090A, BootCause.WATCHDOG, 6, 7, 8, NodeState.MOVING, 5, Fault.STALL, 2, (8, -16, 262136)),
     *((0, NOT_HOMED, Fault.ENCODER), 0x0E10, True, False),
 )
+SERVICE = ServiceFrame(
+    *(CLOCK, 0x1234, 0x01020304, ServiceOperation.TURN, 7, 2, ReadingPage.AXIS, True, True, -0x123, 0x0201, 0x0403),
+)
+MOTORS = MotorFacts((-1, 0x123456, -0x7FFFFF), 0x2C, 3300)
+READING = ReadingFrame(
+    *(2, 0x1234, 0x01020304, CLOCK, ReadingPage.MOTORS, ErrandOutcome.UNHOMED, 7, pack_motors(MOTORS)),
+)
 STOP = StopFrame(1)
 ASK = AskFrame(0xFF, NONCE + 1)
 PAGE = PageFrame(4, 0xCAFEF00D, 0x00010203, 0x00090A, 0xBEEF, NodeState.READY, 2, 0x0201, 0x0403)
@@ -52,6 +89,10 @@ GOLDEN = {
     "drive": "21 05 3412 04030201 0700 0800 ffffff 563412 010080 1122 05",
     # head clock session counter / axes order
     "home": "29 05 3412 04030201 05 07" + "00" * 14,
+    # head clock session counter / operation order axis flags|page / amount, rate, span
+    "service": "2a 05 3412 04030201 03 07 02 31 ddfeffff 0102 0304" + "00" * 4,
+    # head node session echo / clock outcome|page order / counts, lines, supply
+    "reading": "2b 02 3412 04030201 0504 60 07 ffffff 563412 010080 2c e40c",
     "estop": "27 03 3412 04030201" + "00" * 16,
     # head node session echo / clock finished started staged / state|hold axis|fault / three positions in 8 counts
     "status": "22 02 3412 04030201 0504 0600 0700 0800 45 23 0100 feff ff7f",
@@ -71,6 +112,8 @@ GOLDEN = {
 ENCODED = {
     "drive": frames.encode_drive(DRIVE, KEY),
     "home": frames.encode_home(HOME, KEY),
+    "service": encode_service(SERVICE, KEY),
+    "reading": encode_reading(READING, KEY),
     "estop": frames.encode_estop(ESTOP, KEY),
     "status": frames.encode_status(STATUS, KEY),
     "hello": frames.encode_hello(HELLO, KEY),
@@ -83,6 +126,8 @@ ENCODED = {
 DECODE = {
     "drive": lambda payload: frames.decode_drive(payload, KEY, NOW),
     "home": lambda payload: frames.decode_home(payload, KEY, NOW),
+    "service": lambda payload: decode_service(payload, KEY, NOW),
+    "reading": lambda payload: decode_reading(payload, KEY, NOW),
     "estop": lambda payload: frames.decode_estop(payload, KEY),
     "status": lambda payload: frames.decode_status(payload, KEY, NOW),
     "hello": lambda payload: frames.decode_hello(payload, KEY),
@@ -93,9 +138,10 @@ DECODE = {
     "page": lambda payload: page_frames.decode_page(payload, NONCE),
 }
 MESSAGES = {"drive": DRIVE, "estop": ESTOP, "status": STATUS, "hello": HELLO, "ident": IDENT, "stop": STOP}
-MESSAGES |= {"ask": ASK, "page": PAGE, "home": HOME, "report": REPORT}
+MESSAGES |= {"ask": ASK, "page": PAGE, "home": HOME, "report": REPORT, "service": SERVICE, "reading": READING}
 TRAILERS = {"estop": b"H", "hello": b"H", "stop": b"H", "ask": b"H", "status": CLOCK.to_bytes(8, "little") + b"N"}
-TRAILERS["drive"] = TRAILERS["home"] = CLOCK.to_bytes(8, "little") + b"H"
+TRAILERS["reading"] = TRAILERS["status"]
+TRAILERS["drive"] = TRAILERS["home"] = TRAILERS["service"] = CLOCK.to_bytes(8, "little") + b"H"
 TRAILERS["ident"] = TRAILERS["page"] = TRAILERS["report"] = NONCE.to_bytes(8, "little") + b"N"
 KEYS = dict.fromkeys(GOLDEN, KEY) | {"ask": OPEN_KEY, "page": OPEN_KEY}
 KINDS = {
@@ -171,7 +217,7 @@ def test_rejects_say_why() -> None:
     assert frames.decode_drive(b"\x11" + drive[1:], KEY, NOW) is Reject.VERSION
     assert frames.decode_drive(ENCODED["status"], KEY, NOW) is Reject.KIND
     assert frames.decode_drive(drive, bytes(16), NOW) is Reject.TAG
-    assert envelope.kind_of(b"\x2a" + drive[1:]) is Reject.KIND
+    assert envelope.kind_of(b"\x2c" + drive[1:]) is Reject.KIND
     assert envelope.kind_of(drive) is FrameKind.DRIVE
 
 
@@ -289,6 +335,60 @@ def test_decoding_gives_back_what_was_encoded(
     assert frames.decode_hello(frames.encode_hello(hello, KEY), KEY) == hello
     assert frames.decode_ident(frames.encode_ident(ident, KEY, NONCE), KEY, NONCE) == ident
     assert frames.decode_estop(frames.encode_estop(estop, KEY), KEY) == estop
+
+
+services = st.builds(
+    ServiceFrame,
+    *(
+        u40,
+        u16,
+        u32,
+        st.sampled_from(ServiceOperation),
+        u8,
+        st.integers(1, 3),
+        st.sampled_from(ReadingPage),
+        bool_,
+        bool_,
+    ),
+    *(i24, u16, u16),
+)
+facts_ = st.one_of(
+    st.builds(MotorFacts, st.tuples(i24, i24, i24), u8, u16).map(pack_motors),
+    st.binary(min_size=12, max_size=12),
+)
+readings = st.builds(
+    ReadingFrame, *(u8, u16, u32, u40, st.sampled_from(ReadingPage), st.sampled_from(ErrandOutcome), u8, facts_)
+)
+
+
+@settings(max_examples=200)
+@given(services, readings)
+def test_services_and_readings_give_back_what_was_encoded(service: ServiceFrame, reading: ReadingFrame) -> None:
+    assert decode_service(encode_service(service, KEY), KEY, service.clock) == service
+    assert decode_reading(encode_reading(reading, KEY), KEY, reading.clock) == reading
+
+
+def test_facts_of_a_reading_saturate_and_come_back() -> None:
+    assert motors_in(pack_motors(MOTORS)) == MOTORS
+    assert motors_in(pack_motors(MotorFacts((2**30, -(2**30), 5), 1, 70_000))) == MotorFacts(
+        (codes.TARGET_LIMIT, -codes.TARGET_LIMIT, 5), 1, 0xFFFF
+    )
+    axis = AxisFacts(2, 70_000, -350, 12, 95, 64, 9)
+    assert axis_in(pack_axis(axis)) == replace(axis, missed=0xFFFF)
+    limits = LimitFacts(-221326, 221326, 4426, 1_000_000)
+    assert limits_in(pack_limits(limits)) == limits
+    assert samples_in(pack_samples((0, -1, 2, -32767, 32767, 5))) == (0, -1, 2, -32767, 32767, 5)
+
+
+@pytest.mark.parametrize(
+    ("at", "value"),
+    [(8, 5), (10, 0), (10, 4), (11, 0x34), (11, 0x71), (15, 0x7F), (15, 0x80), (20, 1), (23, 1)],
+)
+def test_a_service_that_means_nothing(at: int, value: int) -> None:
+    body = bytearray(ENCODED["service"][:24])
+    body[at] = value
+    tag = blake2s(bytes(body) + TRAILERS["service"], key=KEY, digest_size=8).digest()
+    assert decode_service(bytes(body) + tag, KEY, NOW) is Reject.FIELD
 
 
 pages_ = st.builds(PageFrame, u8, u32, u32, u24, u16, st.sampled_from(NodeState), u8, u16, u16, u8)

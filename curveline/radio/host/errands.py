@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from curveline.drive_settings import DriveSettings
 from curveline.radio.host.link import Halted
-from curveline.radio.host.scan import ScannedNode, scan_one
+from curveline.radio.host.scan import TRIED_OUT_FROM, ScannedNode, scan_one
 from curveline.radio.host.service import SILENCE_US, Claim
 from curveline.radio.host.stop_causes import Cause, Halt, fault_halt
 from curveline.radio.interface import Radio, RadioGone
@@ -40,7 +40,6 @@ from curveline.radio.protocol.service_frames import (
 DEADMAN_MS = 250
 STEP_US = 10_000
 """Between two frames: a quarter of a second of silence then takes two dozen lost ones."""
-NEEDED_FIRMWARE = 3
 DEAF_ANSWERS = 40
 """Answers that are no READING, after which a node is taken for one that knows none."""
 LAST_ORDER = 250
@@ -206,9 +205,9 @@ class Errand(Claim):
         found = ScannedNode(number, self._peer.address)
         with suppress(RadioGone):
             scan_one(self._radio, found)
-        firmware = [page.firmware for page in found.pages.values() if page.firmware < NEEDED_FIRMWARE]
+        firmware = [page.firmware for page in found.pages.values() if page.firmware < TRIED_OUT_FROM]
         if firmware:
-            return Halt(Cause.OLDER, number, detail=f"{firmware[0]}, this release needs {NEEDED_FIRMWARE}")
+            return Halt(Cause.OLDER, number, detail=f"{firmware[0]}, this release needs {TRIED_OUT_FROM}")
         return Halt(Cause.TAKEN, number)
 
 

@@ -34,6 +34,8 @@ from curveline.radio.site.key_file import UNKNOWN_CHIP
 
 PROBES = 20
 FILTER_ROUNDS = 12
+TRIED_OUT_FROM = 3
+"""Firmware from which on a node can be tried out."""
 PACKET_IDS = 4
 """After so many packets the sending chip uses the same packet id again."""
 
@@ -91,6 +93,10 @@ def problems(found: ScannedNode, known: int, drive: DriveSettings) -> list[str]:
         (
             page.version != VERSION,
             f"it speaks version {page.version} of the protocol, this release {VERSION}: flash it",
+        ),
+        (
+            page.version == VERSION and page.firmware < TRIED_OUT_FROM,
+            f"it has firmware {page.firmware}: it drives plans, but `curveline node` needs {TRIED_OUT_FROM}: flash it",
         ),
         (page.config_hash != wanted, f"it holds other limits than this display ({page.config_hash:04x})"),
         (

@@ -5,7 +5,6 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from curveline.errors import InvalidInput
 from curveline.radio.protocol.codes import (
     AXIS_COUNT,
     BODY_BYTES,
@@ -203,12 +202,6 @@ def pack_samples(samples: tuple[int, ...]) -> bytes:
 def samples_in(facts: bytes) -> tuple[int, ...]:
     """Page 3 of a READING."""
     return _SAMPLES.unpack(facts)
-
-
-def check_way(counts: int) -> None:
-    """InvalidInput for a way that no SERVICE can ask for."""
-    if abs(counts) > TARGET_LIMIT:
-        raise InvalidInput(f"a way of {counts} counts does not fit a SERVICE frame")
 
 
 def _three(value: int) -> bytes:
