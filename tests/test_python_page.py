@@ -52,7 +52,7 @@ STANDS_FOR: dict[str, Any] = {
     "batch": ShapeBatch,
     "bench": BenchReport,
     "calibration": RodCalibration,
-    "calibration": Calibration,
+    "gear": Calibration,
     "checked": DisplayCheck,
     "comparison": Comparison,
     "control": curveline.Control,
