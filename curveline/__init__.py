@@ -37,6 +37,13 @@ if TYPE_CHECKING:
     from curveline.bench.measuring import measure_link as measure_link
     from curveline.calibrating.droop import Droop as Droop
     from curveline.calibrating.request import CalibrationRequest as CalibrationRequest
+    from curveline.cameras.board_files import write_board as write_board
+    from curveline.cameras.board_files import write_lens as write_lens
+    from curveline.cameras.boards import camera_board as camera_board
+    from curveline.cameras.camera_file import read_camera as read_camera
+    from curveline.cameras.lens_calibration import calibrate_lens as calibrate_lens
+    from curveline.cameras.photographs import read_photograph as read_photograph
+    from curveline.cameras.pose import view_of as view_of
     from curveline.comparing.agreement import CompareRequest as CompareRequest
     from curveline.comparing.compare import compare as compare
     from curveline.comparing.reading import Photographed as Photographed
@@ -134,6 +141,12 @@ _HOMES = {
     **dict.fromkeys(("measure", "measure_link"), "bench.measuring"),
     **dict.fromkeys(("keep_bench", "read_bench"), "bench.history"),
     "compare_bench": "bench.comparison",
+    **dict.fromkeys(("write_board", "write_lens"), "cameras.board_files"),
+    "camera_board": "cameras.boards",
+    "calibrate_lens": "cameras.lens_calibration",
+    "read_camera": "cameras.camera_file",
+    "read_photograph": "cameras.photographs",
+    "view_of": "cameras.pose",
     "connect": "driving.session",
     **dict.fromkeys(("send_verified", "VerifyRequest"), "driving.looking.verified"),
     **dict.fromkeys(("watch", "WatchRequest"), "driving.looking.watching"),

@@ -13,6 +13,7 @@ from curveline.cameras.boards import COLUMNS, ROWS, charuco_board
 from curveline.cameras.edge_width import edge_between
 from curveline.cameras.opencv import opencv
 from curveline.cameras.photographs import Photograph
+from curveline.cameras.tag_detection import MOST_SMEAR, smear
 from curveline.cameras.view import Array, Grey
 
 CORNERS = (COLUMNS - 1) * (ROWS - 1)
@@ -62,6 +63,8 @@ def board_in(photograph: Photograph) -> BoardPicture:
     grey = photograph.as_taken
     numbers, corners, markers = _found(grey)
     picture = BoardPicture(photograph.source, BoardOutcome.USED, "", numbers, corners)
+    if len(numbers) < LEAST_CORNERS and smear(grey) > MOST_SMEAR:
+        return picture.refused(BoardOutcome.BLURRED, "it is blurred: no edge in it is sharp")
     if markers == 0:
         return picture.refused(BoardOutcome.NO_BOARD, "no marker of the board is seen in it")
     blur = _blur(grey, numbers, corners)

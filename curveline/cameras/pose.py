@@ -18,7 +18,7 @@ from curveline.cameras.outcomes import TrialOutcome
 from curveline.cameras.photographs import Photograph, lens_of
 from curveline.cameras.pose_error import covariance_of, errors_at
 from curveline.cameras.setup import CameraSetup
-from curveline.cameras.tag_detection import detect_tags, smear
+from curveline.cameras.tag_detection import MOST_SMEAR, detect_tags, smear
 from curveline.cameras.tag_fit import TOLERANCE, Placed, SeenTag, consensus, corners_of, off, place
 from curveline.cameras.tag_template import corners_on
 from curveline.cameras.view import Array, Frame, Grey, Lens, View
@@ -29,8 +29,6 @@ from curveline.units import mm, to_deg, to_mm
 LEAST_TAGS = 2
 ENOUGH_TO_TELL = 4
 """Tags with which the others say of one that it is off."""
-MOST_SMEAR = 0.0018
-"""Of the longer side of a picture, as a standard deviation: with more, where no tags are found, blur is the reason."""
 MOST_BLUR = mm(7.5)
 """[m] on the display, from a tenth of an edge's contrast to nine tenths, beyond which a rod is not told any more."""
 

@@ -24,6 +24,8 @@ SHARPENED = {
 """What OpenCV's detector is asked for: in a picture as it is, in one that takes long, in one that was blurred."""
 LEAST_SLOPE = 8.0
 """Of an edge that is one, as Sobel's operator has it: 1 grey level a pixel."""
+MOST_SMEAR = 0.0018
+"""Of the longer side of a picture, as a standard deviation: with more, where nothing is found, blur is the reason."""
 ENOUGH = 4
 """Tags after which nothing is tried any more that takes long."""
 

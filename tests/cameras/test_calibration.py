@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from curveline.cameras.board_files import write_lens
-from curveline.cameras.board_pictures import BoardOutcome
+from curveline.cameras.board_pictures import BoardOutcome, board_in
 from curveline.cameras.camera_file import read_camera
 from curveline.cameras.lens_calibration import LensCalibration, calibrate_lens
 from curveline.cameras.lens_fit import displaced
@@ -82,7 +82,7 @@ def test_pictures_of_no_use_say_why() -> None:
     good = pictures()[3].grey
     blurred = cv2.GaussianBlur(good, (0, 0), 7.0)
     hidden = good.copy()
-    hidden[:, :1250] = 128
+    hidden[:, int(np.quantile(board_in(pictures()[3]).corners[:, 0], 0.35)) :] = 128
     others = {
         "blur": (blurred, BoardOutcome.BLURRED, "it is blurred"),
         "none": (np.full_like(good, 128), BoardOutcome.NO_BOARD, "no marker"),

@@ -174,6 +174,20 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ("curveline display check mine.toml", "whether a file of your own is sound"),
     ),
     "curveline display show": (("curveline display show single > mine.toml", "a file to start from"),),
+    "curveline camera board": (
+        (
+            "curveline camera board -d single -o board.pdf -o camera.toml",
+            "pages to print, and a file for where tags are",
+        ),
+        ("curveline camera board --paper letter --tag-mm 60 -o board.svg", "an SVG drawing of each page"),
+    ),
+    "curveline camera calibrate": (
+        ("curveline camera calibrate lens/*.jpg -o camera.toml", "the lens, from twelve pictures of the board"),
+        ("curveline camera calibrate lens/*.heic --json", "what each picture is good for, for a script"),
+    ),
+    "curveline camera pose": (
+        ("curveline camera pose trial.jpg --camera camera.toml", "where the camera stood, and how far off each tag is"),
+    ),
     "curveline calibrate": (
         ("curveline calibrate rod trials -o mine.toml", "rod, bearings and nodes, from trials of shapes"),
         ("curveline calibrate set strip.csv", "what set a rod takes, from readings of strips"),
