@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from curveline.calibrating.calibrated import RodCalibration, ShapeRow
-from curveline.calibrating.descent import Fitted, Sought, fitted
+from curveline.calibrating.descent import Fitted, SoughtNumbers, fitted
 from curveline.calibrating.intervals import Uncertainty, uncertainty_of
 from curveline.calibrating.misfit import likely
 from curveline.calibrating.next_shape import next_of
@@ -143,7 +143,7 @@ def _same(one: Sorted, other: Sorted) -> bool:
     return first == second
 
 
-def _sought(sorting: Sorted, asked: CalibrationRequest, display: Display, *, is_leaning: bool) -> Sought:
+def _sought(sorting: Sorted, asked: CalibrationRequest, display: Display, *, is_leaning: bool) -> SoughtNumbers:
     unknowns = sorting.seen[0].bent.unknowns
     free = np.ones(unknowns.size, dtype=np.bool_)
     told, sure = unknowns.of_display(display), likely(unknowns)
@@ -154,7 +154,7 @@ def _sought(sorting: Sorted, asked: CalibrationRequest, display: Display, *, is_
             free[place] = weight_of(display) > 0.0
             if asked.droop is not None:
                 told[place], sure[place] = asked.droop.weight, 1.0 / asked.droop.sigma**2
-    return Sought(unknowns, sorting.seen, free, told, sure)
+    return SoughtNumbers(unknowns, sorting.seen, free, told, sure)
 
 
 def _leaning(trials: Sequence[ShapeTrials], asked: CalibrationRequest, plain: Fitted) -> Fitted | None:

@@ -6,12 +6,17 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+from curveline._version import __version__
 from curveline.calibrating.request import CalibrationRequest
 from curveline.calibrating.unknowns import ANGLE, ASYMMETRY, FRAME, GIVE, LENGTH, SCALE, SHIFT_X, SHIFT_Y, TURN, WEIGHT
 from curveline.notebook import html_of, svg_of
 from curveline.scene import Display
-from curveline.units import to_deg, to_mm
+from curveline.simulation.results import Document
+from curveline.units import deg, to_deg, to_mm, to_nmm, to_nmm2
 
+STIFFNESS, CLAMPS = "bending_stiffness_Nmm2", "clamp_stiffness_Nmm_per_deg"
+KEY_DIGITS, DIGITS = 4, 5
+"""Of numbers in a display file, and behind the point of those in documents."""
 HEAD = ("shape", "state", "trials", "before mm", "after mm")
 NAMES = {
     WEIGHT: "gravity length",
@@ -138,17 +143,24 @@ class RodCalibration:
                 return each
         raise KeyError(kind)
 
-    def document(self, argv: tuple[str, ...] = ()) -> dict[str, Any]:
-        """What `curveline calibrate rod --json` prints."""
-        from curveline.calibrating.results import document
+    def document(self, argv: tuple[str, ...] = ()) -> Document:
+        """What `curveline calibrate rod --json` prints, as plain data; `argv` is the command as typed."""
+        return _document(self, argv)
 
-        return document(self, argv)
-
-    def display_text(self) -> str:
-        """The display file with what was found, comments kept; InvalidInput if it cannot be changed."""
-        from curveline.calibrating.display_file import calibrated_text
-
-        return calibrated_text(self)
+    @property
+    def keys(self) -> dict[str, Any]:
+        """What is to be written into the display file, table by table; of bearings that give nothing, nothing."""
+        display = self.calibrated
+        offsets = {
+            "angle_deg": [_short(to_deg(each)) for each in display.offsets.angles],
+            "length_mm": [_short(to_mm(each)) for each in display.offsets.lengths],
+        }
+        keys: dict[str, Any] = {}
+        if math.isfinite(display.clamp_stiffness):
+            keys[CLAMPS] = float(f"{to_nmm(display.clamp_stiffness * deg(1.0)):.{KEY_DIGITS}g}")
+        if any(each.kind == WEIGHT for each in self.estimates):
+            keys["rod"] = {STIFFNESS: float(f"{to_nmm2(display.rod.bending_stiffness):.{KEY_DIGITS}g}")}
+        return {**keys, "offsets": offsets}
 
     def with_next(self, next_shape: NextShape | None) -> RodCalibration:
         """The same, with what to measure next."""
@@ -179,3 +191,57 @@ def _whole(values: list[float | None], counts: list[int]) -> float | None:
         return None
     total = math.fsum(count * value * value for count, value in zip(counts, known, strict=True))
     return math.sqrt(total / sum(counts))
+
+
+def _document(found: RodCalibration, argv: tuple[str, ...]) -> Document:
+    after = found.next_shape
+    return {
+        "curveline": __version__,
+        "argv": list(argv),
+        "display": found.display.name,
+        "file": found.display.path or None,
+        "shapes": found.shapes,
+        "numbers": [_estimate(each) for each in found.estimates],
+        "has_asymmetry": found.has_asymmetry,
+        "rms_mm": {"before": _mm(found.before), "after": _mm(found.after), "with_frame": _mm(found.rms)},
+        "rows": [_row(row) for row in found.rows],
+        "left_out": [{"trial": source, "reason": reason} for source, reason in found.left],
+        "next": None if after is None else {"shapes": list(after.shapes), "about": after.about, "share": after.share},
+        "write": found.keys,
+    }
+
+
+def _estimate(found: Estimate) -> Document:
+    value, low, high = found.as_given
+    return {
+        "name": found.name,
+        "unit": found.unit,
+        "value": _round(value),
+        "interval_95": [_round(low), _round(high)],
+        "is_told": found.is_told,
+        "mixed_with": found.mixed_with or None,
+    }
+
+
+def _row(row: ShapeRow) -> Document:
+    return {
+        "shape": row.name,
+        "segment": row.segment + 1,
+        "state": row.state,
+        "trials": row.trials,
+        "before_mm": _mm(row.before),
+        "after_mm": _mm(row.after),
+    }
+
+
+def _mm(length: float | None) -> float | None:
+    return None if length is None else _round(to_mm(length))
+
+
+def _round(value: float) -> float | None:
+    """A number with a few digits; None for one that is none, or infinite."""
+    return round(value, DIGITS) if math.isfinite(value) else None
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{KEY_DIGITS}g}")

@@ -23,7 +23,7 @@ LITTLE_GAIN = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
-class Sought:
+class SoughtNumbers:
     """What is fitted: what was seen, which numbers are free, and what is known of each by itself.
 
     `told (size,)` are its likely values, `sure (size,)` one over their variances. Curves are off by a `rest` [m] that
@@ -42,7 +42,7 @@ class Sought:
 class Fitted:
     """Numbers that fit best, with the misfit there."""
 
-    sought: Sought
+    sought: SoughtNumbers
     misfit: Misfit
 
     @property
@@ -51,7 +51,7 @@ class Fitted:
         return self.misfit.numbers
 
 
-def fitted(sought: Sought, numbers: Array, held: Sequence[Bent]) -> Fitted | None:
+def fitted(sought: SoughtNumbers, numbers: Array, held: Sequence[Bent]) -> Fitted | None:
     """The best numbers near some, in states near those held; None if these have no states.
 
     What no node makes is taken to be as large as it turns out, so that a rod that the model does not fit is laid along
@@ -70,7 +70,7 @@ def fitted(sought: Sought, numbers: Array, held: Sequence[Bent]) -> Fitted | Non
     return found
 
 
-def _downhill(sought: Sought, numbers: Array, held: Sequence[Bent]) -> Fitted | None:
+def _downhill(sought: SoughtNumbers, numbers: Array, held: Sequence[Bent]) -> Fitted | None:
     here = misfit_at(sought.seen, numbers, held, sloped=True)
     if here is None:
         return None
@@ -97,19 +97,19 @@ def _downhill(sought: Sought, numbers: Array, held: Sequence[Bent]) -> Fitted | 
     return Fitted(sought, here)
 
 
-def _square(sought: Sought, misfit: Misfit, counts: tuple[Array, Array]) -> float:
+def _square(sought: SoughtNumbers, misfit: Misfit, counts: tuple[Array, Array]) -> float:
     whiteners, weights = counts
     off = whitened(misfit, whiteners)
     return float(weights @ np.sum(off**2, axis=1) + sought.sure @ (misfit.numbers - sought.told) ** 2)
 
 
-def information(sought: Sought, misfit: Misfit) -> tuple[Array, Array]:
+def information(sought: SoughtNumbers, misfit: Misfit) -> tuple[Array, Array]:
     """What each curve tells of the free numbers, (c, p, p), and half of the slopes of its squares, (c, p)."""
     whiteners = misfit.whiteners(sought.rest)
     return _told(sought, misfit, (whiteners, weights_of(whitened(misfit, whiteners))))
 
 
-def _told(sought: Sought, misfit: Misfit, counts: tuple[Array, Array]) -> tuple[Array, Array]:
+def _told(sought: SoughtNumbers, misfit: Misfit, counts: tuple[Array, Array]) -> tuple[Array, Array]:
     whiteners, weights = counts
     white = np.matmul(whiteners, misfit.slopes[:, :, sought.free])
     told = weights[:, None, None] * np.matmul(white.transpose(0, 2, 1), white)
@@ -117,7 +117,7 @@ def _told(sought: Sought, misfit: Misfit, counts: tuple[Array, Array]) -> tuple[
     return told, weights[:, None] * np.matmul(white.transpose(0, 2, 1), off[:, :, None])[:, :, 0]
 
 
-def _step(sought: Sought, misfit: Misfit, counts: tuple[Array, Array], damping: float) -> Array:
+def _step(sought: SoughtNumbers, misfit: Misfit, counts: tuple[Array, Array], damping: float) -> Array:
     """A damped step of the free numbers, 0 of the others."""
     told, rising = _told(sought, misfit, counts)
     sure = sought.sure[sought.free]

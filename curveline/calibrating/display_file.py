@@ -2,45 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-from curveline.calibrating.calibrated import RodCalibration
-from curveline.calibrating.unknowns import ASYMMETRY, WEIGHT
+from curveline.calibrating.calibrated import CLAMPS, STIFFNESS, RodCalibration
+from curveline.calibrating.unknowns import ASYMMETRY
 from curveline.shapes.changed_display import text_of
 from curveline.shapes.toml_location import TomlMap
 from curveline.system.files import AnyPath, refuse_file
-from curveline.units import deg, to_deg, to_mm, to_nmm, to_nmm2
 
-STIFFNESS, MODULUS = "bending_stiffness_Nmm2", "youngs_modulus_GPa"
-CLAMPS = "clamp_stiffness_Nmm_per_deg"
-DIGITS = 4
+MODULUS = "youngs_modulus_GPa"
 REMARKED = re.compile(r"[^\n]*+(?:\n[ \t]+#[^\n]*+)*+")
 VALUE = re.compile(r"[-+\w.]+|\[[^\]]*\]")
 MADE = "# Found by curveline calibrate rod:"
 
 
-def found_keys(found: RodCalibration) -> dict[str, Any]:
-    """What is to be written into the display file, table by table; of bearings that give nothing, nothing."""
-    display = found.calibrated
-    offsets = {
-        "angle_deg": [_short(to_deg(each)) for each in display.offsets.angles],
-        "length_mm": [_short(to_mm(each)) for each in display.offsets.lengths],
-    }
-    keys: dict[str, Any] = {}
-    if math.isfinite(display.clamp_stiffness):
-        keys[CLAMPS] = float(f"{to_nmm(display.clamp_stiffness * deg(1.0)):.{DIGITS}g}")
-    if any(each.kind == WEIGHT for each in found.estimates):
-        keys["rod"] = {STIFFNESS: float(f"{to_nmm2(display.rod.bending_stiffness):.{DIGITS}g}")}
-    return {**keys, "offsets": offsets}
-
-
 def calibrated_text(found: RodCalibration) -> str:
     """The text of the display file with what was found; InvalidInput for one that is not written key by key."""
-    before, keys = text_of(found.display), found_keys(found)
+    before, keys = text_of(found.display), found.keys
     after = _changed(before, keys)
     wanted = tomllib.loads(before)
     for key, value in keys.items():
@@ -121,10 +102,6 @@ def _remarks(found: RodCalibration) -> list[str]:
         f"# bending_asymmetry_percent = {value:.3g} ({low:.3g} to {high:.3g}), which no simulation knows. What stands",
         "# above fits best without that.",
     ]
-
-
-def _short(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
 
 
 def to_display(found: RodCalibration, path: AnyPath = "", argv: tuple[str, ...] = ()) -> bytes:

@@ -8,7 +8,7 @@ import numpy as np
 
 from curveline.calibrating.bent_rod import BentSegment, states_of
 from curveline.calibrating.calibrated import NAMES, NextShape
-from curveline.calibrating.descent import Fitted, Sought, information
+from curveline.calibrating.descent import Fitted, SoughtNumbers, information
 from curveline.calibrating.intervals import Uncertainty, expected_reach
 from curveline.calibrating.misfit import SeenSegment, as_seen, misfit_at, resampled
 from curveline.calibrating.telling import good_of
@@ -62,7 +62,7 @@ def _least_known(fit: Fitted, uncertainty: Uncertainty) -> int:
     return int(np.argmax(need[:-OF_CAMERA]))
 
 
-def _others(sought: Sought, candidates: Sequence[Scene]) -> Iterator[Scene]:
+def _others(sought: SoughtNumbers, candidates: Sequence[Scene]) -> Iterator[Scene]:
     """The candidates, and the built-in shapes of the same nodes, that have not been measured."""
     like = sought.seen[0].bent.scene.display
     measured = {(segment.bent.scene.nodes, segment.bent.scene.segments) for segment in sought.seen}

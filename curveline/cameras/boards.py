@@ -10,7 +10,7 @@ import numpy as np
 
 from curveline.cameras.opencv import opencv
 from curveline.cameras.paper import SIZES, Paper
-from curveline.cameras.printed_page import Box, Ink, PrintedPage, Words
+from curveline.cameras.printed_page import Ink, PrintedBox, PrintedPage, Words
 from curveline.cameras.tag_layout import TAG_SIZE, frame_for
 from curveline.cameras.view import Frame
 from curveline.errors import InvalidInput
@@ -71,7 +71,7 @@ def _board_page(square: float, size: tuple[float, float]) -> PrintedPage:
     markers = [np.asarray(each)[:, :2].min(axis=0) for each in board.getObjPoints()]
     marked = {(int(x // square), int(y // square)) for x, y in markers}
     squares = tuple(
-        Box(left + column * square, top + row * square, square, square)
+        PrintedBox(left + column * square, top + row * square, square, square)
         for row in range(ROWS)
         for column in range(COLUMNS)
         if (column, row) not in marked
@@ -126,16 +126,16 @@ def _tag(number: int, corner: tuple[float, float], side: float) -> list[Ink]:
     width, height = side + 2.0 * margin, side + 2.0 * margin + LABEL
     middle, thin = 0.5 * width, 0.2
     marks = (
-        Box(x + middle - 0.5 * thin, y, thin, TICK - 1.0),
-        Box(x + middle - 0.5 * thin, y + width - TICK + 1.0, thin, TICK - 1.0),
-        Box(x, y + middle - 0.5 * thin, TICK - 1.0, thin),
-        Box(x + width - TICK + 1.0, y + middle - 0.5 * thin, TICK - 1.0, thin),
+        PrintedBox(x + middle - 0.5 * thin, y, thin, TICK - 1.0),
+        PrintedBox(x + middle - 0.5 * thin, y + width - TICK + 1.0, thin, TICK - 1.0),
+        PrintedBox(x, y + middle - 0.5 * thin, TICK - 1.0, thin),
+        PrintedBox(x + width - TICK + 1.0, y + middle - 0.5 * thin, TICK - 1.0, thin),
     )
     cuts = (
-        Box(x, y, width, 0.1),
-        Box(x, y + height, width, 0.1),
-        Box(x, y, 0.1, height),
-        Box(x + width, y, 0.1, height),
+        PrintedBox(x, y, width, 0.1),
+        PrintedBox(x, y + height, width, 0.1),
+        PrintedBox(x, y, 0.1, height),
+        PrintedBox(x + width, y, 0.1, height),
     )
     return [Ink(cuts, 0.6), Ink(marks), _pattern("DICT_APRILTAG_36h11", number, (x + margin, y + margin, side))]
 
@@ -151,17 +151,17 @@ def _pattern(dictionary: str, number: int, where: tuple[float, float, float]) ->
     for row, line in enumerate(black):
         ends = np.flatnonzero(np.diff(np.concatenate([[False], line, [False]]).astype(int)))
         for begin, end in ends.reshape(-1, 2):
-            boxes.append(Box(x + begin * step, y + row * step, (end - begin) * step, step))
+            boxes.append(PrintedBox(x + begin * step, y + row * step, (end - begin) * step, step))
     return Ink(tuple(boxes))
 
 
 def _ruler(x: float, y: float, *, is_upright: bool) -> tuple[Ink, list[Words]]:
     """A ruler from a corner on, to the right or downwards, with what it is for."""
-    boxes = [Box(x, y, 0.2, RULER) if is_upright else Box(x, y, RULER, 0.2)]
+    boxes = [PrintedBox(x, y, 0.2, RULER) if is_upright else PrintedBox(x, y, RULER, 0.2)]
     words = []
     for at in np.arange(0.0, RULER + 1.0, 5.0):
         long = 3.0 if at % 10.0 == 0.0 else 1.8
-        boxes.append(Box(x, y + at - 0.1, long, 0.2) if is_upright else Box(x + at - 0.1, y, 0.2, long))
+        boxes.append(PrintedBox(x, y + at - 0.1, long, 0.2) if is_upright else PrintedBox(x + at - 0.1, y, 0.2, long))
         if at % 50.0 == 0.0:
             place = (x + 3.5, y + at + 1.0) if is_upright else (x + at - 1.0, y + 6.0)
             words.append(Words(*place, 2.8, f"{at:g}"))

@@ -14,7 +14,7 @@ POINTS = 72.0 / 25.4
 """Of a PDF page in a mm."""
 
 
-class Box(NamedTuple):
+class PrintedBox(NamedTuple):
     """A rectangle [mm] from the upper left corner of the page."""
 
     x: float
@@ -27,7 +27,7 @@ class Box(NamedTuple):
 class Ink:
     """Boxes that are filled as one."""
 
-    boxes: tuple[Box, ...]
+    boxes: tuple[PrintedBox, ...]
     grey: float = 0.0  # 0 black, 1 white
 
 
@@ -59,7 +59,7 @@ def to_svg(page: PrintedPage) -> bytes:
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {_number(page.width)} {_number(page.height)}">',
         f"<title>{escape(page.name)}</title>",
-        f'<path fill="white" d="{_path([Box(0.0, 0.0, page.width, page.height)])}"/>',
+        f'<path fill="white" d="{_path([PrintedBox(0.0, 0.0, page.width, page.height)])}"/>',
     ]
     for ink in page.inks:
         level = round(255 * ink.grey)
@@ -114,7 +114,7 @@ def _content(page: PrintedPage) -> bytes:
     return "\n".join(lines).encode("latin-1", "replace")
 
 
-def _path(boxes: Sequence[Box]) -> str:
+def _path(boxes: Sequence[PrintedBox]) -> str:
     return " ".join(
         f"M{_number(box.x)} {_number(box.y)}h{_number(box.width)}v{_number(box.height)}h{_number(-box.width)}z"
         for box in boxes

@@ -12,6 +12,7 @@ import curveline
 from curveline.calibrating import next_shape
 from curveline.calibrating.calibrate import calibrate_trials
 from curveline.calibrating.calibrated import RodCalibration
+from curveline.calibrating.display_file import calibrated_text
 from curveline.calibrating.droop import Droop, sag_of
 from curveline.calibrating.request import FITTED, NONE, CalibrationRequest
 from curveline.calibrating.unknowns import ANGLE, ASYMMETRY, GIVE, LENGTH, TURN, WEIGHT
@@ -80,11 +81,11 @@ def test_the_shapes_are_as_simulated_with_what_was_found(eight, tmp_path: Path) 
 
 def test_a_file_keeps_its_comments(eight, tmp_path: Path) -> None:
     found, _, _ = eight
-    before, after = builtin_text("single").splitlines(), found.display_text().splitlines()
+    before, after = builtin_text("single").splitlines(), calibrated_text(found).splitlines()
     gone = [line for line in before if line not in after]
     assert [line.split()[0] for line in gone] == ["youngs_modulus_GPa"]
     assert any(line.startswith("# youngs_modulus_GPa = 2.45") for line in after)
-    (tmp_path / "mine.toml").write_text(found.display_text())
+    (tmp_path / "mine.toml").write_text(calibrated_text(found))
     display = read_display(tmp_path / "mine.toml")
     assert display.rod.bending_stiffness == pytest.approx(found.calibrated.rod.bending_stiffness, rel=1e-3)
     assert display.rod.mass_per_length == found.display.rod.mass_per_length
@@ -94,13 +95,13 @@ def test_a_file_keeps_its_comments(eight, tmp_path: Path) -> None:
 
 def test_a_calibrated_file_is_calibrated_again(eight, tmp_path: Path) -> None:
     found, trials, _ = eight
-    (tmp_path / "mine.toml").write_text(found.display_text())
+    (tmp_path / "mine.toml").write_text(calibrated_text(found))
     display = read_display(tmp_path / "mine.toml")
     again = calibrate_trials([ShapeTrials(replace(each.scene, display=display), each.trials) for each in trials], PLAIN)
     for kind in (GIVE, ANGLE, LENGTH):
         one, other = found.estimate(kind), again.estimate(kind)
         assert other.value == pytest.approx(one.value, abs=0.2 * (one.high - one.low))
-    text = again.display_text()
+    text = calibrated_text(again)
     assert text.count("[offsets]") == 1
     assert text.count("angle_deg = [") == 2  # of the limits, and of the offsets
     assert text.count("\nclamp_stiffness_Nmm_per_deg = ") == 1
@@ -140,7 +141,7 @@ def test_an_asymmetry_is_found_where_there_is_one_and_only_there(eight) -> None:
     found = calibrate_trials(trials_of(EIGHT, real, np.random.default_rng(11)))
     assert found.has_asymmetry
     assert found.estimate(ASYMMETRY).value == pytest.approx(float(real.numbers[2]), abs=0.008)
-    assert "# bending_asymmetry_percent = " in found.display_text()
+    assert "# bending_asymmetry_percent = " in calibrated_text(found)
     asked = calibrate_trials(trials[:4], CalibrationRequest(asymmetry=FITTED))
     assert asked.estimate(ASYMMETRY).value == pytest.approx(0.0, abs=0.02)
 
