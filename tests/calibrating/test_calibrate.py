@@ -74,7 +74,8 @@ def test_the_shapes_are_as_simulated_with_what_was_found(eight, tmp_path: Path) 
     agreement = curveline.compare([ShapeTrials(replace(each.scene, display=display), each.trials) for each in trials])
     assert agreement.is_good
     assert agreement.rmse is not None
-    assert agreement.rmse < mm(1.0)
+    assert agreement.msd is not None
+    assert agreement.rmse < 1.6 * agreement.msd  # what is left is what trials of a shape differ by
     across = [shape.across for shape in agreement.shapes]
     assert across == pytest.approx([row.after for row in found.rows], rel=0.35)
 
