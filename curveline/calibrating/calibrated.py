@@ -14,6 +14,9 @@ from curveline.scene import Display
 from curveline.simulation.results import Document
 from curveline.units import deg, to_deg, to_mm, to_nmm, to_nmm2
 
+NEVER = "bending stiffness alone", "natural curvature"
+"""What no shape tells: only the stiffness over the weight; and a bend that is alike all along does nothing between
+rigid bearings, and between soft ones what turned nodes do."""
 STIFFNESS, CLAMPS = "bending_stiffness_Nmm2", "clamp_stiffness_Nmm_per_deg"
 KEY_DIGITS, DIGITS = 4, 5
 """Of numbers in a display file, and behind the point of those in documents."""
@@ -202,6 +205,7 @@ def _document(found: RodCalibration, argv: tuple[str, ...]) -> Document:
         "file": found.display.path or None,
         "shapes": found.shapes,
         "numbers": [_estimate(each) for each in found.estimates],
+        "never_told": list(NEVER),
         "has_asymmetry": found.has_asymmetry,
         "rms_mm": {"before": _mm(found.before), "after": _mm(found.after), "with_frame": _mm(found.rms)},
         "rows": [_row(row) for row in found.rows],

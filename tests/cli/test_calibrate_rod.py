@@ -53,6 +53,7 @@ def test_json_has_it_all(run, trials: str) -> None:
     assert document["write"]["rod"]["bending_stiffness_Nmm2"] > 0.0
     assert [row["trials"] for row in document["rows"]] == [2, 2]
     assert document["next"]["shapes"]
+    assert document["never_told"] == ["bending stiffness alone", "natural curvature"]
 
 
 def test_files_are_written_and_never_over_others(run, trials: str) -> None:
