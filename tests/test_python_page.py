@@ -19,6 +19,8 @@ from curveline.atlases.curves import StableCurves
 from curveline.bench.report import BenchReport
 from curveline.calibrating.calibrated import RodCalibration
 from curveline.calibrating.step_response import Tuning
+from curveline.cameras.boards import CameraBoard
+from curveline.cameras.lens_calibration import LensCalibration
 from curveline.comparing.agreement import Comparison
 from curveline.displays.check import DisplayCheck
 from curveline.driving.adoption import Adoption
@@ -51,6 +53,7 @@ STANDS_FOR: dict[str, Any] = {
     "atlas": Atlas,
     "batch": ShapeBatch,
     "bench": BenchReport,
+    "board": CameraBoard,
     "calibration": RodCalibration,
     "gear": Calibration,
     "checked": DisplayCheck,
@@ -61,6 +64,7 @@ STANDS_FOR: dict[str, Any] = {
     "fit": SetFit,
     "found": Fit,
     "keys": SiteFile,
+    "lens": LensCalibration,
     "loading": Loading,
     "log": RunLog,
     "node": OneNode,

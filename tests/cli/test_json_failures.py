@@ -56,6 +56,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "runs show": ("runs", "show", "last"),
     "compare": ("compare", PEAK, TRIAL),
     "calibrate rod": ("calibrate", "rod", TRIALS, "--asymmetry", "none"),
+    "camera calibrate": ("camera", "calibrate", "board.jpg"),
+    "camera pose": ("camera", "pose", "trial.jpg", "--camera", "camera.toml"),
     "calibrate set": ("calibrate", "set", READINGS),
     "keys show": ("keys", "show"),
     "shapes": ("shapes",),
