@@ -46,7 +46,7 @@ class BoardPicture:
     """A picture of the chessboard, with its corners in pixels of the sensor."""
 
     source: str  # as the user named it
-    outcome: BoardOutcome
+    outcome: BoardOutcome  # whether it was used, and if not, why
     reason: str = ""  # in a sentence, why it was not used; "" if it was
     numbers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))  # (n,) of the corners seen
     corners: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) [px]

@@ -78,7 +78,7 @@ class LensCalibration:
 
 @dataclass(frozen=True)
 class _Taken:
-    """A picture of the board, and with what it was taken."""
+    """A `picture` of the board, its `size` [px], and with what `camera` and focal lengths [m] it was taken."""
 
     picture: BoardPicture
     size: tuple[int, int]

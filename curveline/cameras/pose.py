@@ -37,7 +37,7 @@ MOST_BLUR = mm(7.5)
 class FoundView:
     """Where a camera stood when it took a picture."""
 
-    view: View
+    view: View  # its place and its lens
     tags: tuple[SeenTag, ...]  # by which that was found
     left_out: tuple[SeenTag, ...]  # which are not where the camera file has them
     covariance: Array  # (6, 6) of a turn [rad] and a shift [m] of what the camera sees
@@ -54,8 +54,8 @@ class FoundView:
 class ViewFailure:
     """Why a picture does not tell where its camera stood."""
 
-    outcome: TrialOutcome
-    reason: str  # in a sentence
+    outcome: TrialOutcome  # why, in a word
+    reason: str  # why, in a sentence
 
 
 def view_of(photograph: Photograph, setup: CameraSetup) -> FoundView | ViewFailure:

@@ -17,17 +17,17 @@ POINTS = 72.0 / 25.4
 class PrintedBox(NamedTuple):
     """A rectangle [mm] from the upper left corner of the page."""
 
-    x: float
-    y: float
-    width: float
-    height: float
+    x: float  # [mm] of its left side
+    y: float  # [mm] of its upper side
+    width: float  # [mm]
+    height: float  # [mm]
 
 
 @dataclass(frozen=True)
 class Ink:
     """Boxes that are filled as one."""
 
-    boxes: tuple[PrintedBox, ...]
+    boxes: tuple[PrintedBox, ...]  # which may touch
     grey: float = 0.0  # 0 black, 1 white
 
 
@@ -37,19 +37,19 @@ class Words:
 
     x: float  # [mm] where it begins
     y: float  # [mm] of its foot
-    size: float  # [mm]
-    text: str
+    size: float  # [mm] of the letters
+    text: str  # in letters of Western Europe
 
 
 @dataclass(frozen=True)
 class PrintedPage:
     """A page, and what to call its file."""
 
-    name: str
+    name: str  # what is added to the name of its file
     width: float  # [mm]
     height: float  # [mm]
-    inks: tuple[Ink, ...]
-    words: tuple[Words, ...] = ()
+    inks: tuple[Ink, ...]  # in the order in which they are printed
+    words: tuple[Words, ...] = ()  # over them
 
 
 def to_svg(page: PrintedPage) -> bytes:

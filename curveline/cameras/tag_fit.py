@@ -35,7 +35,7 @@ class SeenTag:
 class Placed:
     """Where the camera stands by some tags."""
 
-    view: View
+    view: View  # its place and its lens
     tags: tuple[SeenTag, ...]  # by which that was found
     covariance: Array  # (6, 6) of a turn [rad] and a shift [m] of what the camera sees, if tags are where they are told
 

@@ -31,9 +31,7 @@ class Lens:
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)  # k1, k2, p1, p2, k3
     rms: float = 0.0  # [px] of the corners that it was calibrated on
     focal_length: float | None = None  # [m] as pictures tell it; None if they do not
-    equivalent: float | None = (
-        None  # [m] the same for a frame of 36 x 24 mm, which tells of digital zoom; None as above
-    )
+    equivalent: float | None = None  # [m] the same for a frame of 36 x 24 mm, digital zoom included; None as above
 
     @property
     def matrix(self) -> Array:

@@ -174,6 +174,10 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ("curveline display check mine.toml", "whether a file of your own is sound"),
     ),
     "curveline display show": (("curveline display show single > mine.toml", "a file to start from"),),
+    "curveline camera": (
+        ("curveline camera board -o board.pdf -o camera.toml", "what to print, to begin with"),
+        ("curveline camera calibrate lens/*.jpg -o camera.toml", "the lens, from pictures of the printed board"),
+    ),
     "curveline camera board": (
         (
             "curveline camera board -d single -o board.pdf -o camera.toml",
