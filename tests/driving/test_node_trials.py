@@ -115,7 +115,7 @@ def test_two_devices_on_one_address_are_not_turned(session_of: Callable[..., Ses
         ("version=1", Cause.VERSION, "another version of the protocol"),
         ("channel=1", Cause.SILENT, "does not answer"),
         ("busy=1", Cause.BUSY, "belongs to another host"),
-        ("estop=1", Cause.REFUSED, "held or stopped"),
+        ("estop=1", Cause.LATCHED, "stopped for good"),
     ],
 )
 def test_boards_that_cannot_be_tried_out(

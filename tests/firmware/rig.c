@@ -18,6 +18,7 @@ typedef struct {
     motor motors[3];
     cl_drive drive;
     cl_plant plant;
+    cl_servo_config own[3]; /* of axes that were given other gains */
     cl_move move;
     int64_t start_ms;
     bool moving;
@@ -30,6 +31,7 @@ static void encoders(const rig *r, cl_counts *counts) {
 rig *rig_new(void);
 void rig_free(rig *r);
 motor *rig_motor(rig *r, int axis);
+void rig_gain(rig *r, int axis, const int16_t gains[6]);
 void rig_place(rig *r, const int32_t at[3]);
 void rig_plan(rig *r, const int32_t target[3], const cl_axis_limits axes[3], int32_t least_ms);
 void rig_brake(rig *r);
@@ -55,6 +57,19 @@ rig *rig_new(void) {
 void rig_free(rig *r) { free(r); }
 
 motor *rig_motor(rig *r, int axis) { return &r->motors[axis]; }
+
+/* Other gains for an axis: proportional, integral, damping, forward, lead_ms, kick. */
+void rig_gain(rig *r, int axis, const int16_t gains[6]) {
+    cl_servo_config *own = &r->own[axis];
+    *own = *r->drive.servo[axis].config;
+    own->proportional = gains[0];
+    own->integral = gains[1];
+    own->damping = gains[2];
+    own->forward = gains[3];
+    own->lead_ms = gains[4];
+    own->kick = gains[5];
+    r->drive.servo[axis].config = own;
+}
 
 void rig_place(rig *r, const int32_t at[3]) {
     cl_counts counts;

@@ -123,6 +123,10 @@ class Rig:
         limits = Limits(*((ctypes.c_int32 * 4)(*axis) for axis in axes))
         self._c.rig_plan(self._self, Triple(*target), limits, least_ms)
 
+    def gain(self, axis: int, gains: Sequence[int]) -> None:
+        """Other gains for an axis: proportional, integral, damping, forward, lead_ms, kick."""
+        self._c.rig_gain(self._self, axis, (ctypes.c_int16 * 6)(*gains))
+
     def brake(self) -> None:
         self._c.rig_brake(self._self)
 

@@ -13,6 +13,8 @@ from random import Random
 
 import pytest
 
+from curveline.calibrating.step_response import SHIPPED, StepResponse, tuning_of
+
 from . import build, long_run
 from .rig import BANDS, CHECKED, DRIVER, ENCODER, REENGAGES, RUNAWAY, STALL, Motor, Rig
 
@@ -120,6 +122,27 @@ def test_motors_far_from_the_expected_one_do_not_swing(rig: Rig) -> None:
             assert rig.seen.fault == 0
             assert max(rig.seen.worst) < 0.35 * MM, (constant, speed, list(rig.seen.worst))
             assert stays_off(rig, 500)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_gains_that_are_suggested_for_a_motor_suit_it(rig: Rig, seed: int) -> None:
+    """Of any motor whose gains lie within the bounds: it follows, and does not swing."""
+    random, suited = Random(seed), 0
+    while suited < 12:
+        speed, constant = random.uniform(4000.0, 15000.0), random.uniform(0.008, 0.070)
+        responses = [StepResponse(duty, (), speed * duty, constant, 0.0) for duty in (0.2, -0.2, 0.34, -0.34)]
+        found = tuning_of(1, "bias", responses)
+        if set(found.cut) - {"kick"}:
+            continue
+        suited += 1
+        for axis, motor in enumerate(rig.motors):
+            motor.time_constant, motor.counts_per_s = constant, speed
+            rig.gain(axis, tuple({**found.gains, "kick": SHIPPED["kick"]}.values()))
+        rig.plan([-rig.counts[0] + 3000, random.randint(-900, 900), -rig.counts[2] - 2000])
+        rig.arrive()
+        assert rig.seen.fault == 0
+        assert max(rig.seen.worst) < 0.1 * MM, (speed, constant, found.gains, list(rig.seen.worst))
+        assert stays_off(rig, 500), (speed, constant, found.gains)
 
 
 # At rest

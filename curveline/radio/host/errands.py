@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 from curveline.drive_settings import DriveSettings
 from curveline.radio.host.link import Halted
+from curveline.radio.host.peer import NO_LOAD
 from curveline.radio.host.scan import TRIED_OUT_FROM, ScannedNode, scan_one
 from curveline.radio.host.service import SILENCE_US, Claim
 from curveline.radio.host.stop_causes import Cause, Halt, fault_halt
@@ -21,6 +22,7 @@ from curveline.radio.protocol.codes import (
     TRACE_SAMPLES,
     ErrandOutcome,
     Fault,
+    NodeState,
     ReadingPage,
     ServiceOperation,
 )
@@ -77,7 +79,6 @@ class Errand(Claim):
         super().__init__(radio, drive, number)
         self._order = 0
         self._strange = 0
-        self._last: StatusFrame | None = None
 
     def motors(self) -> MotorFacts:
         """Encoder counts, switches, supply."""
@@ -154,7 +155,7 @@ class Errand(Claim):
             reading = self._look(frame)
             viewer(motors_in(reading.facts))
             if reading.index == self._order and reading.outcome in WHY:
-                raise self._halted(Halt(Cause.REFUSED, self._peer.number, detail=WHY[reading.outcome]))
+                raise self._halted(self._why_refused(reading.outcome))
             if reading.index == self._order and reading.outcome is not ErrandOutcome.BUSY:
                 return reading.outcome
             self._wait()
@@ -183,18 +184,26 @@ class Errand(Claim):
             return reading
         status = self._heard(payload)
         if status is not None:
-            self._last = status
             self._strange += 1
         return None
 
     def _wait(self) -> None:
         self._radio.sleep_until(self._radio.now_us() + STEP_US)
 
+    def _why_refused(self, outcome: ErrandOutcome) -> Halt:
+        number = self._peer.number
+        if outcome is ErrandOutcome.HELD and self._status().state is NodeState.ESTOP:
+            return Halt(Cause.LATCHED, number)
+        return Halt(Cause.REFUSED, number, detail=WHY[outcome])
+
+    def _status(self) -> StatusFrame:
+        return self._until(lambda status: True, lambda: self._peer.drive(0, 0, NO_LOAD))
+
     def _why_short(self, outcome: ErrandOutcome, gone: int) -> Halt:
         """Why an order did not come to its end."""
         number = self._peer.number
         if outcome is ErrandOutcome.FAILED:
-            status = self._until(lambda status: True, lambda: self._peer.drive(0, 0, (0, (0, 0, 0), 0)))
+            status = self._status()
             if status.fault is not Fault.NONE:
                 return fault_halt(status.fault, status.fault_axis, number, 0)
         return Halt(Cause.CUT_SHORT, number, detail=f"it was held, or heard nothing for a moment, after {gone} counts")
