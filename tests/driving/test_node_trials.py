@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import islice
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from curveline.errors import InvalidInput, LinkError
 from curveline.radio.host.errands import Errand, tried
 from curveline.radio.host.link import Halted
 from curveline.radio.host.stop_causes import Cause
+from curveline.radio.interface import Answer
 from curveline.radio.mock.display import MockRadio
 from curveline.radio.protocol.codes import NodeState, ReadingPage, ServiceOperation
 from curveline.radio.protocol.service_frames import ServiceFrame
@@ -311,7 +312,44 @@ def test_info_tells_the_limits_of_the_display_file(session_of: Callable[..., Ses
                 (max(axis.low, -262136 / axis.counts_per_unit), min(axis.high, 262136 / axis.counts_per_unit)), rel=1e-3
             )
     with session_of("config=1") as session:
-        assert not session.node(1).info().limits_fit
+        found = session.node(1).info()
+        assert not found.limits_fit
+        assert found.limits is not None, "it says which limits it holds instead"
+
+
+def test_recorded_frames_move_nothing_a_second_time(session_of: Callable[..., Session]) -> None:
+    with session_of("") as session:
+        radio, sent, exchange = mock(session), [], mock(session).exchange
+
+        def record(frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
+            sent.extend(frames)
+            return exchange(frames)
+
+        radio.exchange = record  # type: ignore[method-assign]
+        session.node(1).jog("bias", 5.0)
+        node, at = radio.nodes[0], radio.positions()[0]
+        for while_taken in (False, True):
+            if while_taken:
+                errand = Errand(radio, session.drive, 1)
+                errand.begin(0)
+            for _, payload in list(sent):
+                radio.sleep_until(radio.now_us() + 1000)
+                node.receive(radio.now_us() // 1000, payload)
+            assert not node.is_turning
+            assert radio.positions()[0] == at
+
+
+def test_a_run_that_was_broken_off_cannot_go_on_after_a_jog(session_of: Callable[..., Session]) -> None:
+    with session_of("silence=1@step2") as session:
+        with pytest.raises(LinkError):
+            session.send("level-down-peak")
+        node = session.node(1)
+        assert node.report().started == 2
+        node.jog("bias", 1.0)
+        assert node.report().started == 0
+        with pytest.raises(LinkError) as caught:
+            session.resume()
+    assert "send the shape again" in caught.value.hint
 
 
 def test_an_axis_at_the_end_of_its_travel_is_not_checked_there(session_of: Callable[..., Session]) -> None:

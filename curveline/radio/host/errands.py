@@ -44,7 +44,6 @@ STEP_US = 10_000
 """Between two frames: a quarter of a second of silence then takes two dozen lost ones."""
 DEAF_ANSWERS = 40
 """Answers that are no READING, after which a node is taken for one that knows none."""
-LAST_ORDER = 250
 
 WHY = {
     ErrandOutcome.HELD: "it is held or stopped",
@@ -226,10 +225,16 @@ def _is_wanted(reading: ReadingFrame, wanted: ServiceFrame) -> bool:
     return reading.page is wanted.page and is_part
 
 
+class Inquiry(Errand):
+    """The session of one node that is asked what it holds, whatever that is; nothing moves by it."""
+
+    checks_limits = False
+
+
 @contextmanager
-def tried(radio: Radio, drive: DriveSettings, number: int) -> Iterator[Errand]:
+def tried(radio: Radio, drive: DriveSettings, number: int, kind: type[Errand] = Errand) -> Iterator[Errand]:
     """A node that is tried out for as long as this lasts; it stands still afterwards, however it ends."""
-    errand = Errand(radio, drive, number)
+    errand = kind(radio, drive, number)
     errand.begin(0)
     try:
         yield errand

@@ -107,6 +107,8 @@ class Claim:
 
     deadman_ms = 0
     """After which the node stops; 0 for that of a run."""
+    checks_limits = True
+    """Whether the node must hold the limits of the display."""
 
     def __init__(self, radio: Radio, drive: DriveSettings, number: int) -> None:
         self._radio = radio
@@ -118,20 +120,21 @@ class Claim:
     def begin(self, flags: int) -> None:
         """Take the node, which stands; LinkError if it is another's, or not as it should be."""
         peer, config = self._peer, config_hash(axes_of(self._drive))
-        deadman_ms = self.deadman_ms or Pace(Policy(), 1, self._drive.data_rate).deadman_ms
+        owner_ms = Pace(Policy(), 1, self._drive.data_rate).deadman_ms
+        deadman_ms = self.deadman_ms or owner_ms
         self._hello = HelloFrame(peer.number, peer.nonce, 0, config, deadman_ms, flags)
 
         def read(payload: bytes) -> IdentFrame | Reject:
             return decode_ident(payload, peer.node_key, peer.nonce & ~ATTEMPT_MASK)
 
-        end_us = self._radio.now_us() + 1000 * (deadman_ms + BUSY_MS)
+        end_us = self._radio.now_us() + 1000 * (owner_ms + BUSY_MS)
         while (ident := insist(self._radio, peer, self._hello, read)) is None or ident.busy:
             if ident is None:
                 raise self._halted(Halt(_why_silent(peer), peer.number))
             if self._radio.now_us() > end_us:
                 raise self._halted(Halt(Cause.BUSY, peer.number))
             self._radio.sleep_until(self._radio.now_us() + POLL_US)
-        if (halt := check_ident(ident, peer, config)) is not None:
+        if (halt := check_ident(ident, peer, config if self.checks_limits else ident.config_hash)) is not None:
             raise self._halted(halt)
         peer.accept(ident, 0)
         self._until(lambda status: status.state is not NodeState.MOVING, lambda: peer.drive(0, 0, NO_LOAD))
