@@ -117,3 +117,40 @@ def test_how_a_motor_answers(run: Run, tmp_path: Path) -> None:
     assert "proportional" in done.out
     assert figure.read_text().count("of full duty") == 4
     assert run("node", "tune", "1", "bias", *MOCK, "--yes", "-o", str(figure)).code == 2, "it exists"
+
+
+CHECK, MEASURE = ("check", "1", "--yes"), ("calibrate", "1", "bias", "--yes", "--times", "1")
+TWELVE = (
+    ("reversed=extrude@1", CHECK, 1, "swap the motor's two wires"),
+    ("swapped=bias@1", CHECK, 1, "the motor of bias turns, and the encoder of translate counts"),
+    ("absent=translate@1", CHECK, 1, "no counts came from translate, either way"),
+    ("noisy=extrude@1", CHECK, 1, "100 nF across the motor"),
+    ("gear=bias@1", MEASURE, 1, "as a gear of 100:1 in place of 298:1 would"),
+    ("switch=translate@1", CHECK, 1, "translate's switch is closed, and stays so"),
+    ("supply=1", CHECK, 1, "the supply goes down to 2.72 V while a motor turns"),
+    ("channel=1", CHECK, 3, "does not answer on channel 76, which the display file names, but on 23"),
+    ("key=1", CHECK, 3, "answers, but not to the key of this site"),
+    ("firmware=1", CHECK, 3, "has firmware 2, this release needs 3"),
+    ("twin=1", CHECK, 1, "two devices answer on the address of node 1"),
+    ("loose=bias@1", CHECK, 1, "a loose plug or wire"),
+)
+"""Boards built wrong, what is typed, its exit code, and words that it says."""
+
+
+@pytest.mark.parametrize(("wrong", "command", "code", "words"), TWELVE, ids=[row[0] for row in TWELVE])
+def test_boards_built_wrong_in_twelve_ways(
+    run: Run, wrong: str, command: tuple[str, ...], code: int, words: str
+) -> None:
+    done = run("node", *command, "--radio", f"mock:fresh,{wrong}")
+    assert done.code == code
+    assert words in " ".join((done.out + done.err).split())
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [("channel=1", "no answer from"), ("firmware=1", "it has firmware 2"), ("twin=1", "2 devices answer")],
+)
+def test_a_scan_finds_what_needs_no_key(run: Run, wrong: str, words: str) -> None:
+    done = run("status", "--scan", "--radio", f"mock:fresh,{wrong}")
+    assert done.code == 3
+    assert words in " ".join((done.out + done.err).split())
