@@ -72,7 +72,7 @@ OF_ONE_NODE = (
     *(node_status.status, info.info, clear.clear, home.home, blink.blink, jog.jog, zero.zero, node_watch.watch),
     *(node_check.check, node_calibrate.calibrate, tune.tune),
 )
-LINKED = (send.send, status.status, stop.stop, adopt.adopt, *OF_ONE_NODE)
+LINKED = (send.send, watch.watch, status.status, stop.stop, adopt.adopt, *OF_ONE_NODE)
 """Commands that have a radio in use."""
 
 COMPUTING = "Compute"
