@@ -154,3 +154,11 @@ def test_a_scan_finds_what_needs_no_key(run: Run, wrong: str, words: str) -> Non
     done = run("status", "--scan", "--radio", f"mock:fresh,{wrong}")
     assert done.code == 3
     assert words in " ".join((done.out + done.err).split())
+
+
+def test_a_status_tells_another_key_from_silence(run: Run) -> None:
+    done = run("status", "--radio", "mock:fresh,key=1,channel=2")
+    assert done.code == 3
+    text = " ".join(done.out.split())
+    assert "node 1: C1C1C1C101 answers, but not to the key of this site" in text
+    assert "node 2: no answer from C1C1C1C102" in text

@@ -26,7 +26,8 @@ def table(nodes: Sequence[NodeStatus], drive: DriveSettings) -> list[str]:
     faults = [f"node {status.node}: fault {status.fault}" for status in nodes if status.fault]
     unfit = [status for status in nodes if status.obstacle and not status.fault]
     stuck = [line for status in unfit for line in wrapped(f"{status.obstacle}; {status.advice}")]
-    silent = [f"node {status.node}: no answer from {status.address}" for status in nodes if status.counts is None]
+    unheard = [status for status in nodes if status.counts is None]
+    silent = [line for status in unheard for line in wrapped(f"node {status.node}: {_silence(status)}")]
     return [*lines, *faults, *stuck, *silent]
 
 
@@ -49,3 +50,10 @@ def _briefly(status: NodeStatus, drive: DriveSettings) -> str:
         return status.state
     feed, angle, height = map(screen.decimal, position(status, drive).values())
     return f"{status.state}, step {_step(status)}, feed {feed} mm, angle {angle} deg, height {height} mm"
+
+
+def _silence(status: NodeStatus) -> str:
+    """What came from a node that has said nothing under its key."""
+    if status.link.answered:
+        return f"{status.address} answers, but not to the key of this site: another device, or other firmware?"
+    return f"no answer from {status.address}"
