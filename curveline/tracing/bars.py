@@ -22,6 +22,8 @@ GAP, FLANK = mm(1.0), mm(3.0)
 """What is left out beside a bar, since it is blurred; how wide what it is compared with is."""
 AROUND = mm(9.0)
 """Half of the rows in which it is looked at how much there is besides."""
+WIDE = mm(7.0)
+"""Half of what the bar along a way takes."""
 MOST = 1.2
 """No place counts as more like a bar."""
 SLOPES = 3
@@ -118,3 +120,10 @@ def _followed(found: Array, across: Array, comes: Codes, last: tuple[int, int, i
         slope, sign = code // 2, sign ^ (code % 2)
     places = np.arange(columns)
     return BarWay(across[rows], found[signs, rows, places], 1.0 - 2.0 * signs)
+
+
+def without(found: Array, across: Array, way: BarWay) -> Array:
+    """How like a bar every place is, were it not for the bar along a way."""
+    left = found.copy()
+    left[:, np.abs(across[:, None] - way.off[None, :]) < WIDE] = 0.0
+    return left

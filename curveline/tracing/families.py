@@ -17,7 +17,7 @@ from curveline.units import deg, mm
 Array = npt.NDArray[np.float64]
 
 EDGES = 160
-LIKELY = np.array([mm(1.5), mm(1.5), deg(2.5), deg(2.5), mm(2.0), mm(0.7), 0.25, mm(8.0)])
+LIKELY = np.array([mm(1.0), mm(1.0), deg(2.5), deg(2.5), mm(2.0), mm(0.7), 0.25, mm(8.0)])
 """How far a display is off what its files say, standard deviations: heights of the left and the right node, angles of
 both clamps, length, place along the row, logarithm of the weight over the stiffness, and how much rod clamps give."""
 BOUNDS = 3.5
@@ -112,7 +112,7 @@ class Family:
         best, value = curve, np.inf
         step = np.zeros(NUMBERS)
         for _ in range(ROUNDS):
-            off, by = _distances(best, targets)
+            off, by = distances(best, targets)
             now = _loss(off, best.numbers, scale)
             weights = np.maximum(1.0 - (off / scale) ** 2, 0.0) ** 2
             matrix = (by * weights[:, None]).T @ by + np.eye(NUMBERS)
@@ -145,12 +145,12 @@ class Family:
         for part in (1.0, 0.4, 0.1):
             numbers = np.clip(curve.numbers + part * step, self.least, BOUNDS)
             found = self.moved(numbers, curve.angles, curve.multipliers)
-            if found is not None and _loss(_distances(found, targets)[0], numbers, scale) < value - 1e-9:
+            if found is not None and _loss(distances(found, targets)[0], numbers, scale) < value - 1e-9:
                 return found
         return None
 
 
-def _distances(curve: ElasticCurve, targets: Targets) -> tuple[Array, Array]:
+def distances(curve: ElasticCurve, targets: Targets) -> tuple[Array, Array]:
     """How far targets are from a curve (k,), in their standard deviations, and the slopes of that (k, NUMBERS)."""
     moved = np.empty((len(curve.points) + len(targets.points), NUMBERS))
     off = misfits(curve.points, np.ascontiguousarray(targets.points), curve.slopes, moved)

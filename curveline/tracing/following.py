@@ -14,7 +14,7 @@ from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Scene
 from curveline.simulation.simulate import scene_rod
 from curveline.tracing import bars
-from curveline.tracing.families import TUKEY, ElasticCurve, Family, Targets
+from curveline.tracing.families import ElasticCurve, Family, Targets, distances
 from curveline.tracing.lines import SeenLine, line_through, strip_of
 from curveline.tracing.sections import front, silhouette
 from curveline.tracing.smoothing import Smoothed, smoothed
@@ -26,6 +26,9 @@ Flags = npt.NDArray[np.bool_]
 
 BESIDE_NODE = mm(4.0)
 """What beside the silhouette of a node is not looked at."""
+WAYS, ENOUGH = 2, 0.7
+"""How many ways of bars are looked at, the likeliest first: a shadow may be as like a bar as the rod is. One along
+which so much of the rod is seen is the right one."""
 LEAST = mm(40.0)
 """No less of a curve is looked at."""
 LIKE_A_BAR = 0.25
@@ -34,10 +37,12 @@ ROUGH = mm(4.0), mm(1.5)
 """How far the columns of a way are taken to be off, one after the other."""
 REACHES = mm(7.0), mm(3.0), mm(1.6)
 """How far from the curve so far the rod is measured, one after the other."""
-SPREADS = mm(0.8), mm(0.35), mm(0.2)
+SPREADS = mm(0.8), mm(0.35), mm(0.15)
 """What is added to what windows say of their own error then."""
 LIKE_THE_ROD = 0.5
 """A window whose likeness is less says nothing."""
+LEAST_ERROR = mm(0.05)
+"""Of any point."""
 BLURS = np.array([0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8])
 """[mm] that are tried."""
 BLUR_REACH = mm(1.0)
@@ -62,7 +67,7 @@ class FollowedState:
     predicted: SeenLine
     way: Array  # (k, 2) [m] of the bar near the prediction
     elastic: ElasticCurve
-    line: SeenLine  # the visible part of the elastic curve
+    rod: Array  # (n, 2) [m] where it is at every window, as windows and smoothness have it
     windows: Windows
     smooth: Smoothed
     blur: float  # [m]
@@ -94,10 +99,16 @@ class FollowedState:
         return float(np.sqrt(np.mean(np.sum((self.elastic.points - self.predicted.points) ** 2, axis=1))))
 
     @property
+    def sigma(self) -> float:
+        """The standard error of a point [m], but for what is wrong with the camera's place."""
+        own = np.mean(self.smooth.sigma[self.used] ** 2)
+        shared = np.mean(self.windows.alike[self.used]) ** 2
+        return float(np.sqrt(own + shared + LEAST_ERROR**2))
+
+    @property
     def points(self) -> Array:
         """Where windows show the rod (k, 2) [m]."""
-        at = self.line.at(self.windows.places)
-        points: Array = at.beside(self.smooth.off)[self.used]
+        points: Array = self.rod[self.used]
         return points
 
 
@@ -133,17 +144,26 @@ def followed(sight: Sight, task: TracingTask) -> FollowedState | None:
     low, high = visible(predicted, task)
     if high - low < LEAST:
         return None
-    columns, way = _way(sight, predicted, (low, high), task.noise)
-    trusted = way.likeness > LIKE_A_BAR
-    points = columns.beside(way.off)
-    elastic = first
-    for sigma in ROUGH:
-        elastic = family.fitted(elastic, Targets(points[trusted], np.full(int(trusted.sum()), sigma)))
-    return _measured(sight, task, family, elastic, (predicted, points, float(way.likeness.mean())))
+    columns, across, found = _columns(sight, predicted, (low, high), task.noise)
+    best: FollowedState | None = None
+    for _ in range(WAYS):
+        way = bars.best_way(found, across)
+        trusted = way.likeness > LIKE_A_BAR
+        points = columns.beside(way.off)
+        elastic = first
+        for sigma in ROUGH:
+            elastic = family.fitted(elastic, Targets(points[trusted], np.full(int(trusted.sum()), sigma)))
+        one = _measured(sight, task, family, elastic, (predicted, points, float(way.likeness.mean())))
+        if one is not None and (best is None or one.support > best.support):
+            best = one
+        if best is not None and best.cover > ENOUGH:
+            break
+        found = bars.without(found, across, way)
+    return best
 
 
-def _way(sight: Sight, line: SeenLine, reached: tuple[float, float], noise: float) -> tuple[SeenLine, bars.BarWay]:
-    """The middles of the columns beside a line, and the way of a bar through them."""
+def _columns(sight: Sight, line: SeenLine, reached: tuple[float, float], noise: float) -> tuple[SeenLine, Array, Array]:
+    """The middles of columns beside a line, the rows across it, and how like a bar each place is."""
     fine = 4
     places = np.arange(reached[0], reached[1], bars.STEP / fine)
     places = places[: len(places) // fine * fine]
@@ -151,35 +171,35 @@ def _way(sight: Sight, line: SeenLine, reached: tuple[float, float], noise: floa
     strip = strip_of(sight.grey, sight.view, line.at(places), across, front(sight.seen))
     strip = strip.reshape(len(across), -1, fine).mean(axis=2)
     columns = line.at(places.reshape(-1, fine).mean(axis=1))
-    found = bars.likeness(strip, across, silhouette(sight.seen, sight.view, columns), noise)
-    return columns, bars.best_way(found, across)
+    return columns, across, bars.likeness(strip, across, silhouette(sight.seen, sight.view, columns), noise)
 
 
 def _measured(
     sight: Sight, task: TracingTask, family: Family, elastic: ElasticCurve, before: tuple[SeenLine, Array, float]
 ) -> FollowedState | None:
     """The elastic curve nearer and nearer to what windows show, and the rod beside it."""
-    seen = replace(sight, blur=max(sight.pixel, mm(0.5)))
+    seen = replace(sight, blur=sight.blur or max(sight.pixel, mm(0.5)))
     windows: Windows | None = None
-    for number, (reach, spread) in enumerate(zip(REACHES, SPREADS, strict=True)):
+    for reach, spread in zip(REACHES, SPREADS, strict=True):
         line = line_through(elastic.points)
         low, high = visible(line, task)
         if high - low < LEAST:
             return None
         places = window_places(sight.seen, low, high)
-        if windows is not None:
+        if windows is not None and not sight.blur:
             seen = replace(seen, blur=_blur(seen, line, places, windows))
         windows = measured(seen, line, places, reach)
         good = windows.likeness > LIKE_THE_ROD
-        points = line.at(windows.places).beside(windows.off)
-        targets = Targets(points[good], np.hypot(windows.sigma[good], spread))
-        if number < len(REACHES) - 1:
-            elastic = family.fitted(elastic, targets, TUKEY)
+        line = line.at(windows.places)
+        points = line.beside(windows.off)
+        elastic = family.fitted(elastic, Targets(points[good], np.hypot(windows.sigma[good], spread)))
     if windows is None:
         return None
-    smooth = smoothed(windows.places, windows.off, windows.sigma, good)
+    off, _ = distances(elastic, Targets(points, np.ones(len(points))))
+    smooth = smoothed(windows.places, off, windows.sigma, good)
+    rod = line.beside(windows.off + smooth.off - off)
     predicted, way, likeness = before
-    return FollowedState(task.state, predicted, way, elastic, line, windows, smooth, seen.blur, likeness)
+    return FollowedState(task.state, predicted, way, elastic, rod, windows, smooth, seen.blur, likeness)
 
 
 def _blur(sight: Sight, line: SeenLine, places: Array, windows: Windows) -> float:

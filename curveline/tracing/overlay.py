@@ -87,8 +87,7 @@ def _mark(drawn: Picture, traced: Traced, best: FollowedState) -> None:
 
     unit = _unit(drawn)
     _draw(drawn, _pixels(traced, best.way), WAY)
-    at = best.line.at(best.windows.places)
-    for used, place in zip(best.used, _pixels(traced, at.beside(best.smooth.off)), strict=True):
+    for used, place in zip(best.used, _pixels(traced, best.rod), strict=True):
         colour = SEEN if used else LEFT_OUT
         middle = tuple(int(each) for each in np.round(place * 2**BITS))
         cv2.circle(drawn, middle, 3 * unit * 2**BITS, colour, -1, cv2.LINE_AA, BITS)

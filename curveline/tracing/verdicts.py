@@ -15,7 +15,7 @@ from curveline.phrases import counted
 from curveline.tracing.following import FollowedState
 from curveline.units import mm, to_mm
 
-COVER = 0.35
+COVER = 0.5
 """Part of the visible rod that must be seen."""
 NOTHING = 0.25
 """If less of what is near a state is like the rod, none is seen."""
@@ -25,8 +25,8 @@ SAME = mm(5.0)
 """Curves that are no farther apart are the same."""
 FARTHEST = mm(30.0)
 """No display differs by more from its model, root of the mean square."""
-SYSTEMATIC = mm(0.08)
-"""What is off alike all along the rod, beyond what windows tell."""
+SUREST = mm(0.4)
+"""A standard error that is larger is of no use."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,13 @@ def verdict_on(found: Sequence[FollowedState]) -> SegmentVerdict:
     refusal = _refusal(best) or _other(found)
     if refusal is not None:
         return refusal
-    spread = float(np.sqrt(np.mean(best.smooth.sigma[best.used] ** 2)))
-    return SegmentVerdict(TrialOutcome.SEEN, "", float(np.hypot(spread, SYSTEMATIC)))
+    sigma = best.sigma
+    if sigma > SUREST:
+        said = (
+            f"the rod is told to {to_mm(sigma):.2f} mm only, by what is seen of {best.state.name}: too little contrast"
+        )
+        return SegmentVerdict(TrialOutcome.BLURRED, f"{said}, or too blurred")
+    return SegmentVerdict(TrialOutcome.SEEN, "", sigma)
 
 
 def _refusal(best: FollowedState) -> SegmentVerdict | None:

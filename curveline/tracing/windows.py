@@ -1,7 +1,7 @@
 """How far beside a line the rod is, to a part of a pixel: by windows of a few teeth, against its section as it is seen.
 
-What a window shows across the line is taken as a sum of four: what is behind to the left and to the right, the rod's
-face and its skins, each with a grey level of its own, blurred. Where it fits best the rod is.
+What a window shows across the line is taken as a sum: what is behind to the left and to the right, the rod's face and
+its skins, each with a grey level of its own, and a slope of what is behind; blurred. Where it fits best the rod is.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from curveline.cameras.view import SeenRod, View
 from curveline.tracing.lines import SeenLine, strip_of
-from curveline.tracing.sections import coverage, front, has_teeth, silhouette
+from curveline.tracing.sections import coverage, front, has_teeth, parallax, silhouette
 from curveline.units import mm
 
 Array = npt.NDArray[np.float64]
@@ -26,20 +26,29 @@ PLAIN = mm(9.0)
 ROW = mm(0.2)
 FINE = mm(0.1)
 """Steps across the line: of what is measured, and of what a section is counted by."""
-BESIDE = mm(3.0)
+BESIDE = mm(4.0)
 """How much of what is beside the rod is looked at."""
-SKIN = 0.85
-SKIN_SPREAD = 0.12
-"""How bright a skin is, of what the face is, and how sure that is."""
+SKIN = 0.83
+SKIN_SPREAD = 0.08
+TOLD = mm(0.7)
+"""How bright a skin is, of what the face is, and how sure that is; below which blur a skin is told from the face."""
 LEAST_LEVEL = 15.0
 """Grey levels of a black rod, of which its skins may differ by a part."""
-PARTS = 4
+USUAL_NOISE = 4.0
+"""Grey levels, against which those are weighed."""
+SLOPE = 0.06
+"""How uneven what is behind usually is within `BESIDE`, as a part of its level."""
+PARTS = 5
 JUMP, JUMPED = 1.0, mm(2.0)
 """What it costs if the rod is seen somewhere else in the next window, and how far that is."""
 EVEN = 0.35
 """Of the contrast on one side of a bar, what it has on the other at least."""
+SHIFTED = mm(0.15)
+"""By how much a rod is seen shifted whose sides have as different levels as its face has."""
 STRANGE = 0.6
-"""What it costs if a face has another grey level than usual, by as much as it differs from what is beside it."""
+STRANGER, LEAST_STRANGE = 0.15, 3.0
+"""What it costs if a face has another grey level than usual, by such a part of how it differs from what is beside it,
+or by so many levels."""
 USUAL_ROUNDS = 8
 NEAR = mm(0.8)
 """How far from the likeliest way the rod is sought to a part of a pixel."""
@@ -54,6 +63,7 @@ class Windows(NamedTuple):
     likeness: Array  # part of what is to be seen across the line that the rod explains, beyond an edge
     step: Array  # grey levels of the face over what is beside it
     face: Array  # grey level of the face
+    alike: Array  # [m] error that all windows may share, since it is not known how bright skins are
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +73,7 @@ class Sight:
     grey: npt.NDArray[np.uint8]  # (height, width)
     view: View
     seen: SeenRod
-    blur: float = mm(0.5)  # [m] in the rod's plane, standard deviation
+    blur: float = 0.0  # [m] in the rod's plane, standard deviation; 0 if it is not known
 
     @property
     def pixel(self) -> float:
@@ -98,7 +108,11 @@ def measured(sight: Sight, line: SeenLine, places: Array, reach: float) -> Windo
     fits = _fits(np.nan_to_num(profiles), parts, within, max(float(level), LEAST_LEVEL))
     known = np.isfinite(profiles).all(axis=1)
     offsets = (np.arange(shifts) * ROW + rows[0]) - template[0]
-    return _best(fits, offsets, middles.places, known, sight)
+    best = _best(fits, offsets, middles.places, known, sight)
+    skin, _ = parallax(sight.seen, sight.view, middles)
+    blurred = sight.blur**2 / (sight.blur**2 + TOLD**2)
+    shared = 0.5 * np.abs(skin) * SKIN_SPREAD * best.face / np.maximum(np.abs(best.step), 1.0) * blurred
+    return best._replace(alike=shared)
 
 
 def section_parts(sight: Sight, middles: SeenLine, across: Array) -> Array:
@@ -107,7 +121,8 @@ def section_parts(sight: Sight, middles: SeenLine, across: Array) -> Array:
     face, body = coverage(sight.seen, sight.view, middles, fine)
     left = (1.0 - body) * (fine > 0.0)
     right = (1.0 - body) * (fine <= 0.0)
-    apart = np.stack([left, right, face, np.maximum(body - face, 0.0)], axis=2)
+    slope = (1.0 - body) * fine / BESIDE
+    apart = np.stack([left, right, face, np.maximum(body - face, 0.0), slope], axis=2)
     kernel = np.exp(-0.5 * ((across[:, None] - fine[None, :]) / max(sight.blur, FINE)) ** 2)
     kernel /= kernel.sum(axis=1, keepdims=True)
     parts: Array = np.einsum("mf,nfp->nmp", kernel, apart)
@@ -128,8 +143,9 @@ def _fits(profiles: Array, parts: Array, within: npt.NDArray[np.bool_], level: f
     count = within.shape[1]
     data = np.lib.stride_tricks.sliding_window_view(profiles, count, axis=1)
     weighted = parts * within[:, :, None]
-    tie = np.array([0.0, 0.0, -SKIN, 1.0]) * 4.0 / (SKIN_SPREAD * level)
-    matrix = np.einsum("nmp,nmq->npq", weighted, weighted) + np.outer(tie, tie) + 1e-3 * np.eye(PARTS)
+    tie = np.array([0.0, 0.0, -SKIN, 1.0, 0.0]) * USUAL_NOISE / (SKIN_SPREAD * level)
+    even = np.diag([0.0, 0.0, 0.0, 0.0, (USUAL_NOISE / (SLOPE * level)) ** 2])
+    matrix = np.einsum("nmp,nmq->npq", weighted, weighted) + np.outer(tie, tie) + even + 1e-3 * np.eye(PARTS)
     found = np.einsum("njm,nmp->njp", data, weighted)
     levels = np.einsum("npq,njq->njp", np.linalg.inv(matrix), found)
     squares = np.einsum("njm,nm->nj", data**2, within.astype(float))
@@ -156,8 +172,10 @@ def _best(fits: _Fits, offsets: Array, places: Array, known: npt.NDArray[np.bool
     gain = (1.0 - fits.left / fits.flat) * _barlike(fits.levels)
     way = likeliest(gain)
     tone = _usual(places, fits.levels[each, way, 2], gain[each, way])
-    contrast = np.median(np.abs(_steps(fits.levels)[each, way]))
-    gain -= STRANGE * np.minimum(np.abs(fits.levels[:, :, 2] - tone[:, None]) / max(contrast, 1.0), 1.0)
+    contrast = float(np.median(np.abs(_steps(fits.levels)[each, way])))
+    scatter = 1.48 * float(np.median(np.abs(fits.levels[each, way, 2] - tone)))
+    allowed = max(STRANGER * contrast, 3.0 * scatter, LEAST_STRANGE)
+    gain -= STRANGE * np.minimum(np.abs(fits.levels[:, :, 2] - tone[:, None]) / allowed, 1.0)
     inner = _nearby(fits.left, likeliest(gain))
     before, here, after = (fits.left[each, inner + k] for k in (-1, 0, 1))
     bend = np.maximum(before - 2.0 * here + after, 1e-9)
@@ -167,8 +185,11 @@ def _best(fits: _Fits, offsets: Array, places: Array, known: npt.NDArray[np.bool
     alike = max(sight.pixel / ROW, 1.0)
     variance = here / np.maximum(fits.rows - PARTS - 1, 1.0) * alike * 2.0 / bend * ROW**2
     step, face = _steps(fits.levels)[each, inner], fits.levels[each, inner, 2]
+    # What is behind may have an edge along the rod, which is then seen shifted.
+    uneven = (fits.levels[each, inner, 0] - fits.levels[each, inner, 1]) / np.maximum(np.abs(step), 1.0)
+    sigma = np.hypot(np.sqrt(variance), SHIFTED * np.minimum(np.abs(uneven), 2.0))
     likeness = np.where(at_end, 0.0, np.maximum(gain[each, inner], 0.0))
-    return Windows(places, offsets[inner] + part * ROW, np.sqrt(variance), likeness, step, face)
+    return Windows(places, offsets[inner] + part * ROW, sigma, likeness, step, face, np.zeros(len(places)))
 
 
 def _steps(levels: Array) -> Array:

@@ -164,7 +164,7 @@ def traced_in(case: Pictured) -> Traced | ViewFailure:
     found = find_view(case.picture, case.setup.lens, case.setup.frame)
     if isinstance(found, ViewFailure):
         return found
-    return trace(case.picture, found.view, case.scene, case.setup, case.states)
+    return trace(case.picture, found, case.scene, case.setup, case.states)
 
 
 def looked_at(case: Pictured) -> Looked:
@@ -174,7 +174,7 @@ def looked_at(case: Pictured) -> Looked:
     wanted = case.scene.segments[0].state
     if isinstance(found, ViewFailure):
         return Looked(found.outcome, "", wanted, math.nan, math.nan, 0.0, 0.0, 0.0, time.process_time() - begin)
-    traced = trace(case.picture, found.view, case.scene, case.setup, case.states)
+    traced = trace(case.picture, found, case.scene, case.setup, case.states)
     seconds = time.process_time() - begin
     segment = traced.segments[0]
     cover = segment.followed[0].cover if segment.followed else 0.0

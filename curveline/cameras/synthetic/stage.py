@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from curveline.cameras.setup import CameraSetup
-from curveline.cameras.synthetic.canvas import PaintedPicture
+from curveline.cameras.synthetic.painted import PaintedPicture
 from curveline.cameras.synthetic.faults import PictureFaults
 from curveline.cameras.view import Frame, Tag, View
 from curveline.scene import Scene
