@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from curveline.calibrating.descent import Fitted, SoughtNumbers, fitted
 from curveline.calibrating.intervals import Uncertainty, uncertainty_of
 from curveline.calibrating.misfit import likely
 from curveline.calibrating.next_shape import next_of
-from curveline.calibrating.request import AUTO, FITTED, NONE, CalibrationRequest
+from curveline.calibrating.request import AUTO, FITTED, CalibrationRequest
 from curveline.calibrating.sorting import Sorted, sorted_by_state
 from curveline.calibrating.telling import estimates_of
 from curveline.calibrating.unknowns import ASYMMETRY, WEIGHT, Unknowns, weight_of
@@ -30,8 +30,8 @@ LEAST_SHAPES = 2
 """Shapes that tell by how much they disagree."""
 ROUNDS = 4
 """In which curves may be found to be in other states than by the numbers before."""
-GIVES = None, mm(20.0)
-"""Where bearings' compliance is sought from: as the file has it, and softer where that leaves trials far off."""
+SOFT = mm(20.0)
+"""What bearings give where the search begins again that left trials far off."""
 FAR = mm(3.0)
 """Root mean square distance from which on another start is tried."""
 CLEARLY = 1.5
@@ -51,16 +51,15 @@ def calibrate_trials(
     asked = request or CalibrationRequest()
     display = _display_of(trials)
     listener.computing()
-    with listener.progress("calibrating", 3) as heard:
-        plain, sorting = _best(trials, asked, None)
+    with listener.progress("calibrating", 2) as heard:
+        best, sorting = _best(trials, asked, None, is_leaning=asked.asymmetry == FITTED)
         heard(1)
-        leaning = _leaning(trials, asked, plain)
-        heard(2)
-        best = leaning or plain
+        if asked.asymmetry == AUTO and (leaning := _leaning(trials, asked, best.numbers)) is not None:
+            best, sorting = leaning
         uncertainty = uncertainty_of(best)
-        found = _calibration(display, asked, (plain, best), (sorting, uncertainty))
+        found = _calibration(display, asked, best, (sorting, uncertainty))
         found = found.with_next(next_of(best, uncertainty, asked.candidates))
-        heard(3)
+        heard(2)
     return found
 
 
@@ -88,16 +87,16 @@ def _display_of(trials: Sequence[ShapeTrials]) -> Display:
     return first.display
 
 
-def _best(trials: Sequence[ShapeTrials], asked: CalibrationRequest, like: Fitted | None) -> tuple[Fitted, Sorted]:
-    """The best fit from several starts; with asymmetry from one `like` it that has none."""
+def _best(
+    trials: Sequence[ShapeTrials], asked: CalibrationRequest, begin: Array | None, *, is_leaning: bool
+) -> tuple[Fitted, Sorted]:
+    """The best fit, from some numbers or, with None, from several starts; the rod may bend harder to one side."""
     best: tuple[Fitted, Sorted] | None = None
-    for give in GIVES:
-        found = _from(trials, asked, give, like)
+    for start in [begin] if begin is not None else _starts(trials[0].scene.display):
+        found = _from(trials, asked, start, is_leaning=is_leaning)
         if found is not None and (best is None or _rank(found) < _rank(best)):
             best = found
         if best is not None and not best[1].left and best[0].misfit.rms < FAR:
-            break
-        if like is not None:
             break
     if best is None:
         hint = "`curveline compare` says how far each trial is from the states of its shape"
@@ -105,34 +104,36 @@ def _best(trials: Sequence[ShapeTrials], asked: CalibrationRequest, like: Fitted
     return best
 
 
+def _starts(display: Display) -> Iterator[Array]:
+    """Numbers to begin with: as the file has them, and with softer bearings."""
+    numbers = Unknowns(display.node_count).of_display(display)
+    yield numbers
+    softer = numbers.copy()
+    softer[1] = SOFT
+    yield softer
+
+
 def _rank(found: tuple[Fitted, Sorted]) -> tuple[int, float]:
     return len(found[1].left), found[0].misfit.rms
 
 
 def _from(
-    trials: Sequence[ShapeTrials], asked: CalibrationRequest, give: float | None, like: Fitted | None
+    trials: Sequence[ShapeTrials], asked: CalibrationRequest, numbers: Array, *, is_leaning: bool
 ) -> tuple[Fitted, Sorted] | None:
     """The fit from one start, with what states its curves are in there; None if it leads nowhere."""
     display = trials[0].scene.display
-    unknowns = Unknowns(display.node_count)
-    numbers = unknowns.of_display(display) if like is None else like.numbers
-    numbers = numbers.copy()
-    if give is not None and like is None:
-        numbers[1] = give
-    sought: Fitted | None = None
-    sorting: Sorted | None = None
+    best: tuple[Fitted, Sorted] | None = None
     for _ in range(ROUNDS):
-        again = sorted_by_state(trials, unknowns, numbers)
-        if sorting is not None and _same(sorting, again):
+        sorting = sorted_by_state(trials, Unknowns(display.node_count), numbers)
+        if best is not None and _same(best[1], sorting):
             break
-        sorting = again
         if len({segment.shape for segment in sorting.seen}) < LEAST_SHAPES:
             return None
-        found = fitted(_sought(sorting, asked, display, is_leaning=like is not None), numbers, sorting.held)
+        found = fitted(_sought(sorting, asked, display, is_leaning=is_leaning), numbers, sorting.held)
         if found is None:
             return None
-        sought, numbers = found, found.numbers
-    return None if sought is None or sorting is None else (sought, sorting)
+        best, numbers = (found, sorting), found.numbers
+    return best
 
 
 def _same(one: Sorted, other: Sorted) -> bool:
@@ -157,38 +158,30 @@ def _sought(sorting: Sorted, asked: CalibrationRequest, display: Display, *, is_
     return SoughtNumbers(unknowns, sorting.seen, free, told, sure)
 
 
-def _leaning(trials: Sequence[ShapeTrials], asked: CalibrationRequest, plain: Fitted) -> Fitted | None:
-    """The fit with a rod that bends harder to one side, if that is asked for or told by the trials."""
-    if asked.asymmetry == NONE:
-        return None
-    leaning, _ = _best(trials, asked, plain)
-    if asked.asymmetry == FITTED:
-        return leaning
-    assert asked.asymmetry == AUTO, "there are three"
+def _leaning(trials: Sequence[ShapeTrials], asked: CalibrationRequest, numbers: Array) -> tuple[Fitted, Sorted] | None:
+    """The fit with a rod that bends harder to one side, from numbers without that, if the trials tell it."""
+    leaning, sorting = _best(trials, asked, numbers, is_leaning=True)
     (place,) = (number for number, each in enumerate(leaning.sought.unknowns.all) if each.kind == ASYMMETRY)
     size = abs(float(leaning.numbers[place]))
     reach = uncertainty_of(leaning).reach[int(np.sum(leaning.sought.free[:place]))]
-    return leaning if size > max(CLEARLY * float(reach), LITTLE) else None
+    return (leaning, sorting) if size > max(CLEARLY * float(reach), LITTLE) else None
 
 
 def _calibration(
-    display: Display,
-    asked: CalibrationRequest,
-    fits: tuple[Fitted, Fitted],
-    others: tuple[Sorted, Uncertainty],
+    display: Display, asked: CalibrationRequest, best: Fitted, others: tuple[Sorted, Uncertainty]
 ) -> RodCalibration:
-    plain, best = fits
     sorting, uncertainty = others
+    estimates = estimates_of(best, uncertainty)
     return RodCalibration(
         display=display,
         calibrated=calibrated_display(display, best.sought.unknowns, best.numbers),
-        estimates=estimates_of(best, uncertainty),
+        estimates=estimates,
         rows=tuple(_rows(best, display)),
         left=sorting.left,
         next_shape=None,
         request=asked,
         rms=best.misfit.rms,
-        has_asymmetry=best is not plain,
+        has_asymmetry=any(each.kind == ASYMMETRY for each in estimates),
         shapes=len({segment.shape for segment in sorting.seen}),
     )
 

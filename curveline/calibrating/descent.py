@@ -18,7 +18,7 @@ FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-10, 1e8
 HARDER, EASIER = 5.0, 0.2
 ROUNDS, LITTLE_CHANGE = 4, 0.1
 """In which it is looked how much of the distances no node makes; the part by which that may still change."""
-LITTLE_GAIN = 1e-7
+LITTLE_GAIN = 1e-5
 """Part of the sum of squares by which a search ends."""
 
 

@@ -78,6 +78,7 @@ def test_the_shapes_are_as_simulated_with_what_was_found(eight, tmp_path: Path) 
     assert agreement.rmse < 1.6 * agreement.msd  # what is left is what trials of a shape differ by
     across = [shape.across for shape in agreement.shapes]
     assert across == pytest.approx([row.after for row in found.rows], rel=0.35)
+    assert np.mean(across) < mm(1.0)
 
 
 def test_a_file_keeps_its_comments(eight, tmp_path: Path) -> None:
