@@ -48,7 +48,7 @@ def next_of(fit: Fitted, uncertainty: Uncertainty, candidates: Sequence[Scene]) 
         names, by_shape = (*names, name), np.concatenate([by_shape, TRIALS * told.pop(name)[None]])
         share = float(expected_reach(by_shape, uncertainty.sure)[place] / now)
         if best is None or share < best.share:
-            best = NextShape(names, NAMES[unknown.kind].format(unknown.number + 1), share)
+            best = NextShape(tuple(sorted(names)), NAMES[unknown.kind].format(unknown.number + 1), share)
     return best
 
 
