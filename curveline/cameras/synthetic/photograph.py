@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from curveline.cameras.setup import CameraSetup
-from curveline.cameras.synthetic.painted import Greys, PaintedPicture
 from curveline.cameras.synthetic.faults import PictureFaults
+from curveline.cameras.synthetic.painted import Greys, PaintedPicture
 from curveline.cameras.synthetic.rod_body import body_of
 from curveline.cameras.synthetic.stage import (
     hang_clutter,

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from curveline.cameras.setup import CameraSetup
-from curveline.cameras.synthetic.painted import PaintedPicture
 from curveline.cameras.synthetic.faults import PictureFaults
+from curveline.cameras.synthetic.painted import PaintedPicture
 from curveline.cameras.view import Frame, Tag, View
 from curveline.scene import Scene
 from curveline.units import mm
