@@ -30,7 +30,7 @@ class Trial:
     """One trial of a shape: a file of points, or a photograph that was traced."""
 
     source: str  # as the user named it
-    outcome: TrialOutcome
+    outcome: TrialOutcome  # `seen` if it can be used
     reason: str = ""  # in a sentence, why it cannot be used; "" if it can
     curves: tuple[TrialCurve, ...] = ()  # one per segment, left to right; none unless it was seen
 
@@ -40,4 +40,4 @@ class ShapeTrials:
     """All trials of one shape."""
 
     scene: Scene  # what the display was sent
-    trials: tuple[Trial, ...]
+    trials: tuple[Trial, ...]  # in the order of their files' names

@@ -35,7 +35,9 @@ MODULE = re.compile(r"(?<![\w/.`-])`?((?:tests|curveline)(?:\.[A-Za-z_]\w*)+)")
 INLINE = re.compile(r"`([^`\n]+)`")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 OPTION = re.compile(r"(?<!\S)--?[A-Za-z][\w-]*")
-OTHERS = {"--durations", "--mcu", "--on", "--pdb", "--reload", "--scenes", "--strict", "--trace", "--write"}
+OTHERS = {
+    "--durations", "--mcu", "--on", "--pdb", "--reload", "--scenes", "--seeds", "--strict", "--trace", "--write",
+}  # fmt: skip
 """Options of other programs, and of the project's own that are no commands."""
 
 

@@ -86,10 +86,10 @@ class ShapeRow:
 
     name: str  # of the shape
     segment: int  # from 0
-    state: str
-    trials: int
-    before: float | None
-    after: float
+    state: str  # in which the trials are
+    trials: int  # how many
+    before: float | None  # [m]
+    after: float  # [m]
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class NextShape:
     `share` is how large its interval would be expected to be then, over what it is now.
     """
 
-    shapes: tuple[str, ...]
+    shapes: tuple[str, ...]  # by name
     about: str  # name of that number
     share: float
 
@@ -115,9 +115,9 @@ class RodCalibration:
     display: Display
     calibrated: Display
     estimates: tuple[Estimate, ...]
-    rows: tuple[ShapeRow, ...]
+    rows: tuple[ShapeRow, ...]  # one per shape and state
     left: tuple[tuple[str, str], ...]  # trials that were not used, and why
-    next_shape: NextShape | None
+    next_shape: NextShape | None  # what to measure next, if anything helps
     request: CalibrationRequest  # as asked for
     rms: float  # [m] across the curves, with the camera's frame as found
     has_asymmetry: bool = False  # among the estimates

@@ -80,8 +80,8 @@ class SegmentAgreement:
 class NamedTrial:
     """A trial with the state of each segment; `counts` if it goes into the numbers of its shape."""
 
-    trial: Trial
-    states: tuple[str, ...]
+    trial: Trial  # what came of it
+    states: tuple[str, ...]  # left to right, none if it cannot be used
     counts: bool
 
 
@@ -90,9 +90,9 @@ class ShapeAgreement:
     """What all trials of a shape show."""
 
     scene: Scene  # what the display was sent
-    trials: tuple[NamedTrial, ...]
+    trials: tuple[NamedTrial, ...]  # with what each shows
     segments: tuple[SegmentAgreement, ...]  # left to right; none if no trial could be used
-    request: CompareRequest
+    request: CompareRequest  # as asked for
 
     @property
     def vertical_range(self) -> float:
@@ -138,7 +138,7 @@ class ShapeAgreement:
 class Comparison:
     """Several shapes, each with its trials, beside the model."""
 
-    shapes: tuple[ShapeAgreement, ...]
+    shapes: tuple[ShapeAgreement, ...]  # in the order of their names
 
     @property
     def agreeing(self) -> tuple[ShapeAgreement, ...]:

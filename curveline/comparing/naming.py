@@ -29,8 +29,8 @@ LEAST_SEEN = 0.5
 class ModelCurve(NamedTuple):
     """A stable state of a segment: its name, and its curve (POINTS, 2) [m] in the display's frame."""
 
-    name: str
-    points: Array
+    name: str  # such as peak
+    points: Array  # from pivot to pivot
 
 
 def model_curves(scene: Scene) -> list[tuple[ModelCurve, ...]]:

@@ -28,7 +28,7 @@ class CameraUse:
     """How photographs were made, and a folder for drawings of what was seen in them, None for no drawings."""
 
     setup: CameraSetup  # what the camera file says
-    overlays: Path | None = None
+    overlays: Path | None = None  # folder of the drawings
 
 
 def camera_use(camera: AnyPath, display: Display, overlays: AnyPath | None = None) -> CameraUse:

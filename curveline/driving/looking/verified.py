@@ -51,7 +51,7 @@ class VerifyRequest:
     recoveries: int = 0
     pictures: AnyPath | None = None
     touched: bool = False
-    agrees: Callable[[Look], bool] = lambda look: True
+    agrees: Callable[[Look], bool] = lambda look: True  # before each way back
 
     def __post_init__(self) -> None:
         if not 0 <= self.recoveries <= MOST_RECOVERIES:
@@ -65,9 +65,9 @@ class VerifyRequest:
 class VerifiedShape:
     """A shape that was sent and looked at: the runs that led to it, the look after each."""
 
-    scene: Scene
-    runs: tuple[RunResult, ...]
-    looks: tuple[Look, ...]
+    scene: Scene  # what is wanted
+    runs: tuple[RunResult, ...]  # one more than ways back
+    looks: tuple[Look, ...]  # after each run that was not interrupted
 
     @property
     def is_wanted(self) -> bool:
@@ -84,7 +84,7 @@ class VerifiedShape:
 class VerifiedTour:
     """Shapes that were sent one after the other, each looked at; the tour ends with the first that is not as wanted."""
 
-    shapes: tuple[VerifiedShape, ...]
+    shapes: tuple[VerifiedShape, ...]  # as far as they were sent
     asked: int  # shapes that were to be sent
 
     @property

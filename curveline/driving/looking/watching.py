@@ -33,7 +33,7 @@ class Sighting:
     """
 
     at: float  # [s since 1970]
-    look: Look
+    look: Look  # what was seen
     snapped: tuple[tuple[int, str], ...] = ()
 
     def line(self) -> str:
@@ -56,10 +56,10 @@ class Sighting:
 class WatchRequest:
     """How a display is watched: by which camera file, every so often [s]; a mock display also over which `radio`."""
 
-    camera: AnyPath | CameraUse | None = None
-    every: float = 2.0
+    camera: AnyPath | CameraUse | None = None  # its file, which a mock display needs none of
+    every: float = 2.0  # [s]
     radio: str = "mock"
-    runs: AnyPath | None = None
+    runs: AnyPath | None = None  # folder of the records, the user's if None
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.every <= LONGEST:
