@@ -12,6 +12,7 @@ from curveline.rod.branches.drawn import laid, misfits
 from curveline.rod.clamped_rod import ClampedRod
 from curveline.rod.problem import Bearing, mesh
 from curveline.rod.states.equilibrium import Equilibrium
+from curveline.scene import STRAIGHT
 from curveline.units import deg, mm
 
 Array = npt.NDArray[np.float64]
@@ -30,6 +31,8 @@ ROUNDS = 12
 CLOSE = 1e-3
 """Of a standard deviation, by which the last step changes a number."""
 TUKEY = 4.685
+BENT = mm(4.0)
+"""How far a wave of a loose curve bends it, over its standard deviation."""
 
 
 class Targets(NamedTuple):
@@ -148,6 +151,39 @@ class Family:
             if found is not None and _loss(distances(found, targets)[0], numbers, scale) < value - 1e-9:
                 return found
         return None
+
+
+class LooseFamily(Family):
+    """Curves around a state that no planar rod with rod to spare is in: its own, its ends moved and turned, and bent.
+
+    Its numbers are those of a `Family`, but for the last ones: a bow in place of more rod, a wave in place of weight.
+    """
+
+    def first(self) -> ElasticCurve | None:
+        """The state itself."""
+        return self.moved(np.zeros(NUMBERS), np.zeros(0), np.zeros(0))
+
+    def moved(self, numbers: Array, angles: Array, multipliers: Array) -> ElasticCurve | None:
+        """The curve with such numbers; the others tell nothing."""
+        points = self.state.curve(EDGES + 3) + np.array(self.origin)
+        part, wide = np.linspace(0.0, 1.0, len(points)), float(np.ptp(points[:, 0]))
+        bow = 16.0 * (part * (1.0 - part)) ** 2
+        slopes = np.zeros((NUMBERS, *points.shape))
+        slopes[0, :, 1] = (2.0 * part - 3.0) * part**2 + 1.0
+        slopes[1, :, 1] = (3.0 - 2.0 * part) * part**2
+        slopes[2, :, 1] = wide * part * (1.0 - part) ** 2
+        slopes[3, :, 1] = -wide * part**2 * (1.0 - part)
+        slopes[4, :, 1] = bow
+        slopes[5, :, 0] = 1.0
+        slopes[HEAVIER, :, 1] = BENT * bow * (2.0 * part - 1.0)
+        slopes *= LIKELY[:, None, None]
+        return ElasticCurve(numbers, points + np.tensordot(numbers, slopes, axes=1), angles, multipliers, slopes)
+
+
+def family_of(rod: ClampedRod, state: Equilibrium, origin: tuple[float, float]) -> Family:
+    """The elastic curves around a state, or what stands for them where there are none."""
+    is_loose = state.name == STRAIGHT or state.space is not None or rod.needs_space
+    return LooseFamily(rod, state, origin) if is_loose else Family(rod, state, origin)
 
 
 def distances(curve: ElasticCurve, targets: Targets) -> tuple[Array, Array]:

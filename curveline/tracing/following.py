@@ -14,7 +14,7 @@ from curveline.rod.states.equilibrium import Equilibrium
 from curveline.scene import Scene
 from curveline.simulation.simulate import scene_rod
 from curveline.tracing import bars
-from curveline.tracing.families import ElasticCurve, Family, Targets, distances
+from curveline.tracing.families import ElasticCurve, Family, Targets, distances, family_of
 from curveline.tracing.lines import SeenLine, line_through, strip_of
 from curveline.tracing.sections import front, silhouette
 from curveline.tracing.smoothing import Smoothed, smoothed
@@ -136,7 +136,7 @@ def followed(sight: Sight, task: TracingTask) -> FollowedState | None:
     """A state followed as well as it can be; None if it has no elastic curves around it, or next to nothing is seen."""
     scene, index = task.scene, task.index
     origin = (index * scene.display.span, scene.nodes[index].height)
-    family = Family(scene_rod(scene, index), task.state, origin)
+    family = family_of(scene_rod(scene, index), task.state, origin)
     first = family.first()
     if first is None:
         return None

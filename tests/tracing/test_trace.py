@@ -14,7 +14,7 @@ from curveline.cameras.synthetic.photograph import curves_of, photograph_of
 from curveline.cameras.synthetic.standpoints import default_setup, default_view
 from curveline.errors import InvalidInput
 from curveline.rod.branches.drawn import misfits
-from curveline.scene import Scene
+from curveline.scene import STRAIGHT, Scene
 from curveline.shapes.files import read_shape
 from curveline.simulation.simulate import simulate
 from curveline.tracing.overlay import LEFT_OUT, SEEN, overlay, plain_overlay
@@ -22,6 +22,7 @@ from curveline.tracing.trace import trace
 from curveline.units import mm
 
 CLEAN = faults_of("clean", 1)
+SMALL = 1440, 1080
 
 
 def rms(truth: np.ndarray, points: np.ndarray) -> float:
@@ -38,7 +39,7 @@ def scene() -> Scene:
 @pytest.mark.parametrize("state", ["peak", "valley"])
 def test_both_states_of_a_shape_are_named_and_measured(scene: Scene, state: str) -> None:
     segment = simulate(scene)[0]
-    view = default_view(scene.display)
+    view = default_view(scene.display, SMALL)
     setup = default_setup(scene.display, view.lens)
     shown = next(each for each in segment.states if each.name == state)
     traced = trace(photograph_of(scene, curves_of(scene, [shown]), setup, view, CLEAN), view, scene, setup)
@@ -57,7 +58,7 @@ def test_a_rod_in_clamps_that_give_is_seen_where_it_is(scene: Scene) -> None:
     shown = simulate(soft)[0].states[-1]
     model = simulate(scene)[0].states[-1]
     assert rms(model.curve(2001), shown.curve(400)) > mm(4.0)
-    view = default_view(scene.display)
+    view = default_view(scene.display, SMALL)
     setup = default_setup(scene.display, view.lens)
     (curve,) = (
         trace(photograph_of(scene, curves_of(scene, [shown]), setup, view, CLEAN), view, scene, setup).trial("").curves
@@ -67,7 +68,7 @@ def test_a_rod_in_clamps_that_give_is_seen_where_it_is(scene: Scene) -> None:
 
 
 def test_what_shows_none_of_the_states_is_refused(scene: Scene) -> None:
-    view = default_view(scene.display)
+    view = default_view(scene.display, SMALL)
     setup = default_setup(scene.display, view.lens)
     peak, valley = simulate(scene)[0].states
     empty = trace(photograph_of(scene, [], setup, view, CLEAN), view, scene, setup)
@@ -79,7 +80,7 @@ def test_what_shows_none_of_the_states_is_refused(scene: Scene) -> None:
 
 
 def test_two_states_that_are_alike_are_not_told_apart(scene: Scene) -> None:
-    view = default_view(scene.display)
+    view = default_view(scene.display, SMALL)
     setup = default_setup(scene.display, view.lens)
     peak, valley = simulate(scene)[0].states
     both = [curves_of(scene, [peak])[0], curves_of(scene, [valley])[0]]
@@ -109,22 +110,39 @@ def test_every_segment_of_a_row_is_traced_and_one_that_is_hidden_is_said() -> No
     assert hidden.reason.startswith("segment 2: ")
 
 
+def test_a_straight_segment_is_seen(scene: Scene) -> None:
+    straight = replace(
+        scene,
+        nodes=tuple(replace(node, angle=0.0) for node in scene.nodes),
+        segments=(replace(scene.segments[0], length=scene.display.span, state=STRAIGHT),),
+    )
+    shown = simulate(straight)[0].wanted
+    assert shown is not None
+    view = default_view(scene.display, SMALL)
+    setup = default_setup(scene.display, view.lens)
+    sagging = curves_of(straight, [shown])[0]
+    sagging[:, 1] -= mm(2.0) * np.sin(np.pi * np.linspace(0.0, 1.0, len(sagging)))
+    trial = trace(photograph_of(straight, [sagging], setup, view, CLEAN), view, straight, setup).trial("")
+    assert [each.state for each in trial.curves] == [STRAIGHT]
+    assert rms(sagging, trial.curves[0].points) < mm(0.2)
+
+
 def test_a_picture_of_another_size_is_refused(scene: Scene) -> None:
-    view = default_view(scene.display)
+    view = default_view(scene.display, SMALL)
     with pytest.raises(InvalidInput, match="100 x 80"):
         trace(np.zeros((80, 100), dtype=np.uint8), view, scene, default_setup(scene.display, view.lens))
 
 
 def test_pictures_of_nothing_are_no_rod(scene: Scene) -> None:
-    view = default_view(scene.display)
+    view = default_view(scene.display, SMALL)
     setup = default_setup(scene.display, view.lens)
-    noise = np.random.default_rng(0).integers(0, 256, (1440, 1920), dtype=np.uint8)
-    for picture in (np.zeros((1440, 1920), dtype=np.uint8), np.full((1440, 1920), 255, dtype=np.uint8), noise):
+    noise = np.random.default_rng(0).integers(0, 256, (1080, 1440), dtype=np.uint8)
+    for picture in (np.zeros((1080, 1440), dtype=np.uint8), np.full((1080, 1440), 255, dtype=np.uint8), noise):
         assert trace(picture, view, scene, setup).outcome is TrialOutcome.ROD_NOT_SEEN
 
 
 def test_what_was_seen_is_drawn_into_the_picture(scene: Scene) -> None:
-    view = default_view(scene.display)
+    view = default_view(scene.display, SMALL)
     setup = default_setup(scene.display, view.lens)
     curves = curves_of(scene, [simulate(scene)[0].states[0]])
     picture = photograph_of(scene, curves, setup, view, PictureFaults(quality=0))
@@ -137,12 +155,12 @@ def test_what_was_seen_is_drawn_into_the_picture(scene: Scene) -> None:
 
 
 def test_a_sharper_picture_is_surer(scene: Scene) -> None:
-    view = default_view(scene.display)
+    view = default_view(scene.display, SMALL)
     setup = default_setup(scene.display, view.lens)
     curves = curves_of(scene, [simulate(scene)[0].states[0]])
     sigmas = []
-    for noise in (1.0, 12.0):
-        picture = photograph_of(scene, curves, setup, view, PictureFaults(noise=noise, contrast=60.0))
+    for faults in (PictureFaults(noise=1.0), PictureFaults(noise=8.0, contrast=30.0, blur=3.0)):
+        picture = photograph_of(scene, curves, setup, view, faults)
         (curve,) = trace(picture, view, scene, setup).trial("").curves
         sigmas.append(curve.sigma)
     assert sigmas[0] < sigmas[1] < math.inf
