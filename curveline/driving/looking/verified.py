@@ -35,6 +35,11 @@ if TYPE_CHECKING:
 MOST_RECOVERIES = 20
 
 
+def unasked(look: Look) -> bool:
+    """Agree to every way back."""
+    return True
+
+
 @dataclass(frozen=True)
 class VerifyRequest:
     """How a display is looked at after each shape.
@@ -51,7 +56,7 @@ class VerifyRequest:
     recoveries: int = 0
     pictures: AnyPath | None = None
     touched: bool = False
-    agrees: Callable[[Look], bool] = lambda look: True  # before each way back
+    agrees: Callable[[Look], bool] = unasked  # before each way back
 
     def __post_init__(self) -> None:
         if not 0 <= self.recoveries <= MOST_RECOVERIES:
