@@ -104,9 +104,10 @@ def measured(sight: Sight, line: SeenLine, places: Array, reach: float) -> Windo
     template = rows[:count] + reach
     parts = section_parts(sight, middles, template)
     within = (template >= bar.low[:, None] - BESIDE) & (template <= bar.high[:, None] + BESIDE)
-    level = np.nanmedian(profiles)
-    fits = _fits(np.nan_to_num(profiles), parts, within, max(float(level), LEAST_LEVEL))
     known = np.isfinite(profiles).all(axis=1)
+    profiles = np.nan_to_num(profiles)
+    level = float(np.median(profiles[known])) if known.any() else 0.0
+    fits = _fits(profiles, parts, within, max(level, LEAST_LEVEL))
     offsets = (np.arange(shifts) * ROW + rows[0]) - template[0]
     best = _best(fits, offsets, middles.places, known, sight)
     skin, _ = parallax(sight.seen, sight.view, middles)

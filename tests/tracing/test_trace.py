@@ -141,6 +141,16 @@ def test_pictures_of_nothing_are_no_rod(scene: Scene) -> None:
         assert trace(picture, view, scene, setup).outcome is TrialOutcome.ROD_NOT_SEEN
 
 
+@pytest.mark.parametrize("aside", [0.55, 2.0])
+def test_a_rod_that_is_partly_or_wholly_out_of_the_picture_is_refused(scene: Scene, aside: float) -> None:
+    straight_on = default_view(scene.display, SMALL)
+    view = replace(straight_on, translation=straight_on.translation + np.array([aside, 0.0, 0.0]))
+    setup = default_setup(scene.display, view.lens)
+    curves = curves_of(scene, [simulate(scene)[0].states[0]])
+    traced = trace(photograph_of(scene, curves, setup, view, CLEAN), view, scene, setup)
+    assert traced.outcome in (TrialOutcome.TOO_LITTLE_SEEN, TrialOutcome.ROD_NOT_SEEN)
+
+
 def test_what_was_seen_is_drawn_into_the_picture(scene: Scene) -> None:
     view = default_view(scene.display, SMALL)
     setup = default_setup(scene.display, view.lens)
