@@ -55,7 +55,7 @@ def trial_in(picture: AnyPath, scene: Scene, camera: CameraUse) -> Trial:
     if isinstance(found, ViewFailure):
         _keep(photograph, plain_overlay(photograph.grey, f"{found.outcome}: {found.reason}"), camera)
         return Trial(photograph.source, found.outcome, found.reason)
-    traced = trace(photograph.grey, found.view, scene, setup)
+    traced = trace(photograph.grey, found, scene, setup)
     _keep(photograph, overlay(photograph.grey, traced), camera)
     trial = traced.trial(photograph.source)
     curves = tuple(replace(curve, sigma=math.hypot(curve.sigma, found.error)) for curve in trial.curves)
