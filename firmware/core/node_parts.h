@@ -1,4 +1,5 @@
-/* What the parts of a node share: time and motion in node.c, frames in receive.c, errands in errand.c. Nobody else includes this. */
+/* What the parts of a node share: time and motion in node.c, frames in receive.c, errands in errand.c. Of others only the
+   program includes it, for a fault that its plant meets at rest. */
 #ifndef CL_NODE_PARTS_H
 #define CL_NODE_PARTS_H
 

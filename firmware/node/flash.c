@@ -7,11 +7,13 @@
 #define ERASE_SECTOR 0x09u
 
 /* Nothing can be fetched from flash while it works, so this runs from RAM, with interrupts masked. Encoder edges of
- * that time are lost: hence the standstill. A sector takes up to 114 ms, less than half of what the watchdog allows. */
+ * that time are lost: hence the standstill. A sector takes up to 114 ms, less than half of what the watchdog allows. What
+ * was read before may still be cached: whoever looks next has to see what is there now. */
 __attribute__((noinline, section(".ramcode"))) static uint8_t launch(void) {
     FTFA_FSTAT = FTFA_FSTAT_CCIF;
     while ((FTFA_FSTAT & FTFA_FSTAT_CCIF) == 0) {
     }
+    MCM_PLACR |= MCM_PLACR_CLEAR_CACHE;
     return FTFA_FSTAT;
 }
 

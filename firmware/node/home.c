@@ -3,6 +3,7 @@
 #include "board.h"
 #include "motors.h"
 #include "persist.h"
+#include "supply.h"
 
 #define HOLD_MS 2000
 #define BOUNCE_MS 20
@@ -64,13 +65,15 @@ static void make_plan(void) {
     }
 }
 
-/* A search whose beginning cannot be written down must not begin: a later boot would believe the old position. */
+/* A search whose beginning cannot be written down must not begin: a later boot would believe the old position. Nor must
+ * one that the supply does not last for. */
 static void seek(void *self, int64_t now_ms, uint8_t axes) {
     (void)self;
     wanted = axes;
     ended = false;
-    if (!persist_moving()) {
-        blame(CL_FAULT_DRIVER, 0);
+    bool low = supply_low_ms() != 0;
+    if (!persist_moving() || low) {
+        blame(low ? CL_FAULT_BROWN_OUT : CL_FAULT_DRIVER, 0);
         end(now_ms);
         return;
     }

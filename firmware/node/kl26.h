@@ -41,11 +41,27 @@
 #define RCM_SRS0 REG8(0x4007F000u)
 #define RCM_SRS1 REG8(0x4007F001u)
 #define RCM_SRS0_LVD 0x02u
+#define RCM_SRS0_LOC 0x04u
+#define RCM_SRS0_LOL 0x08u
 #define RCM_SRS0_WDOG 0x20u
 #define RCM_SRS0_PIN 0x40u
 #define RCM_SRS0_POR 0x80u
 #define RCM_SRS1_LOCKUP 0x02u
 #define RCM_SRS1_SW 0x04u
+
+/* Power: where the supply is so low that the chip is reset, and where it only says so. The levels of the warning lie above
+ * that of the reset: 1.8 to 2.1 V with the lower one, 2.7 to 3.0 V with the higher. */
+#define PMC_LVDSC1 REG8(0x4007D000u)
+#define PMC_LVDSC2 REG8(0x4007D001u)
+#define PMC_LVDSC1_RESET 0x10u
+#define PMC_LVDSC1_HIGH 0x01u /* 2.56 V instead of 1.6 V */
+#define PMC_LVDSC2_FLAG 0x80u
+#define PMC_LVDSC2_CLEAR 0x40u
+#define PMC_LVDSC2_LEVEL(n) ((uint8_t)(n))
+
+/* Flash is read through a small cache, which nobody else empties after a flash command. */
+#define MCM_PLACR REG32(0xF000300Cu)
+#define MCM_PLACR_CLEAR_CACHE 0x400u
 
 /* Ports A..E are numbered 0..4. GPIO sits on the slow bus at 0x400FF000 and once more, single-cycle, at 0xF8000000. */
 enum { PORT_A, PORT_B, PORT_C, PORT_D, PORT_E };

@@ -7,10 +7,13 @@
 #include "link.h"
 #include "motors.h"
 #include "node.h"
+#include "node_parts.h"
 #include "persist.h"
 #include "program.h"
 #include "pwm.h"
+#include "reset.h"
 #include "settings.h"
+#include "supply.h"
 #include "tick.h"
 
 #define FIRMWARE 3u
@@ -68,6 +71,25 @@ static void guard_motors(void) {
     }
 }
 
+/* The supply was too low: no axis is sure of its position, whatever else has gone wrong before. */
+static void lose_position(int64_t now_ms) {
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        node.memory.unhomed.of[axis] = CL_FAULT_BROWN_OUT;
+    }
+    cl_node_fail(&node, now_ms, CL_FAULT_BROWN_OUT, 0);
+    cl_node_reload(&node, now_ms);
+}
+
+/* What has to hold after a reset, too, or after the supply was low. */
+static void take_note(int64_t now_ms) {
+    if (node.memory.estop) {
+        reset_note_stop(true);
+    }
+    if (motors_underfed()) {
+        lose_position(now_ms);
+    }
+}
+
 static uint8_t lamp_code(int64_t now_ms) {
     if (now_ms < node.blink_until_ms) {
         return LAMP_HERE;
@@ -108,6 +130,7 @@ _Noreturn void program_main(void) {
     tick_start();
     NVIC_ISER = 1u << IRQ_PORT_CD;
     cpu_allow_interrupts();
+    supply_start();
     begin();
     for (;;) {
         watchdog_main();
@@ -119,6 +142,7 @@ _Noreturn void program_main(void) {
         cl_node_advance(&node, now_ms);
         home_serve(&node, now_ms, news);
         link_serve(&node, now_ms);
+        take_note(now_ms);
         guard_motors();
         persist_serve(&node, now_ms);
         lamp_show(lamp_code(now_ms), now_ms);

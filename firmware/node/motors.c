@@ -6,6 +6,7 @@
 #include "persist.h"
 #include "program.h"
 #include "pwm.h"
+#include "supply.h"
 #include "tick.h"
 #include "workbench.h"
 
@@ -13,13 +14,18 @@
 #define MISSED_MOST 8u
 #define MISSED_WINDOW_MS 1000
 
+/* How long the supply may be low while nothing moves [ms]: encoders that stand come back to where they were. While it
+ * comes up, it may take its time. */
+#define LOW_AT_REST_MS 20u
+#define LOW_AT_FIRST_MS 2000u
+
 static cl_drive drive;
 static cl_plant inner;
 static cl_homing homing;
 static cl_workbench bench;
 static int64_t turned_ms; /* when the last turn ended, valid if `turned_known` */
 static uint16_t lag[CL_AXES]; /* largest following error of the last move */
-static volatile bool gate, news, seeking, turning, turned_known;
+static volatile bool gate, news, seeking, turning, turned_known, underfed;
 static volatile uint8_t noisy; /* axes that have missed edges since the last search began, bit 0 for the first */
 
 /* The main loop's calls and the tick must not interrupt each other. The tick gives way: a drive that misses one ms
@@ -40,7 +46,9 @@ static void follow(void *self, int64_t now_ms, int64_t start_ms, const cl_move *
     bool written = persist_moving();
     pwm_wake(); /* before the next tick, which takes motors of sleeping drivers for ones that have no move to make */
     close_gate();
-    if (!written) {
+    if (supply_low_ms() != 0) {
+        cl_drive_fail(&drive, now_ms, CL_FAULT_BROWN_OUT, 0);
+    } else if (!written) {
         cl_drive_fail(&drive, now_ms, CL_FAULT_DRIVER, 0);
     }
     inner.follow(inner.self, now_ms, start_ms, move);
@@ -112,10 +120,36 @@ static void watch_edges(int64_t now_ms) {
     }
 }
 
+/* With a low supply encoders may miss edges without a sign of it: at once in motion, in the long run at rest. */
+static void watch_supply(int64_t now_ms) {
+    static bool told;
+    bool rests = !seeking && !turning && cl_drive_still(&drive);
+    uint16_t forgiven = rests ? (supply_is_up() ? LOW_AT_REST_MS : LOW_AT_FIRST_MS) : 1u;
+    bool fails = supply_low_ms() >= forgiven;
+    if (fails && !told) {
+        cl_drive_fail(&drive, now_ms, CL_FAULT_BROWN_OUT, 0);
+        underfed = true;
+    }
+    told = fails;
+}
+
+/* No axis can be sure of a zero that it finds now. */
+static void end_for_supply(void) {
+    homing.status = CL_HOMING_FAILED;
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        homing.shift.at[axis] = 0;
+        homing.reasons.of[axis] = homing.which >> axis & 1u ? CL_FAULT_BROWN_OUT : 0;
+    }
+}
+
 static void seek(int16_t pwm[CL_AXES]) {
     cl_homing_input input;
     look(&input);
-    cl_homing_tick(&homing, &input, pwm);
+    if (supply_low_ms() != 0) {
+        end_for_supply();
+    } else {
+        cl_homing_tick(&homing, &input, pwm);
+    }
     if (homing.status != CL_HOMING_BUSY) {
         seeking = false;
     }
@@ -165,7 +199,8 @@ static void hand_over(uint8_t kept) {
 static void work(int64_t now_ms, int16_t pwm[CL_AXES]) {
     cl_counts at;
     encoder_read(&at);
-    pwm[bench.turn.axis - 1u] = (int16_t)(cl_workbench_tick(&bench, &at, pwm_driver_fault()) * CL_PWM_FULL / 1000);
+    bool ends = pwm_driver_fault() || supply_low_ms() != 0;
+    pwm[bench.turn.axis - 1u] = (int16_t)(cl_workbench_tick(&bench, &at, ends) * CL_PWM_FULL / 1000);
     if (!bench.busy) {
         turning = false;
         turned_ms = now_ms;
@@ -180,6 +215,7 @@ void motors_tick(int64_t now_ms) {
     }
     int16_t pwm[CL_AXES] = {0};
     watch_edges(now_ms);
+    watch_supply(now_ms);
     if (seeking) {
         seek(pwm);
     } else if (turning) {
@@ -282,7 +318,13 @@ bool motors_still(void) {
 void motors_allow(void) { pwm_wake(); }
 void motors_forbid(void) { pwm_sleep(); }
 void motors_where(cl_counts *encoders) { encoder_read(encoders); }
-bool motors_sure(void) { return drive.fault.fault != CL_FAULT_ENCODER; }
+bool motors_sure(void) { return drive.fault.fault != CL_FAULT_ENCODER && drive.fault.fault != CL_FAULT_BROWN_OUT; }
+
+bool motors_underfed(void) {
+    bool any = underfed;
+    underfed = false;
+    return any;
+}
 
 void motors_seek(const cl_homing_axis axes[CL_AXES], uint8_t which) {
     cl_homing_input input;

@@ -29,8 +29,12 @@ void motors_forbid(void);
 
 void motors_where(cl_counts *encoders);
 
-/* Whether the encoders have kept up, as far as anybody can tell: false from an encoder's fault to the next homing. */
+/* Whether the encoders have kept up, as far as anybody can tell: false from an encoder's fault, or a low supply, to the
+ * next homing. */
 bool motors_sure(void);
+
+/* Whether the supply has been too low since the last call: for too long at rest, or at all in motion. */
+bool motors_underfed(void);
 
 /* Look for the zeros of the axes of `which` (bit 0 for the first); `axes` has to stay. Until it has ended, the plant does
  * nothing. */

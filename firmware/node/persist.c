@@ -1,9 +1,9 @@
 #include "persist.h"
 
 #include "flash.h"
-#include "kl26.h"
 #include "motors.h"
 #include "program.h"
+#include "reset.h"
 #include "store.h"
 
 /* Between the steps of a run nodes stand for a few ms: saving there would wear the flash out for nothing. */
@@ -29,27 +29,6 @@ static uint32_t read(void *self, uint32_t address) {
     return flash_word(address);
 }
 
-/* A supply that rises or falls sets other flags, too, and so does a reset from within; the first that is true is the cause. */
-static uint8_t boot_cause(void) {
-    uint8_t outside = RCM_SRS0, inside = RCM_SRS1;
-    if (outside & RCM_SRS0_POR) {
-        return CL_CAUSE_POWER_ON;
-    }
-    if (outside & RCM_SRS0_LVD) {
-        return CL_CAUSE_LOW_VOLTAGE;
-    }
-    if (outside & RCM_SRS0_WDOG) {
-        return CL_CAUSE_WATCHDOG;
-    }
-    if (inside & RCM_SRS1_LOCKUP) {
-        return CL_CAUSE_HANG;
-    }
-    if (inside & RCM_SRS1_SW) {
-        return CL_CAUSE_SOFTWARE;
-    }
-    return outside & RCM_SRS0_PIN ? CL_CAUSE_PIN : CL_CAUSE_UNKNOWN;
-}
-
 bool persist_begin(cl_memory *memory, cl_counts *position) {
     const cl_flash flash = {0, erase, program, read};
     cl_store_open(&store, &flash, FLASH_STORE_A, FLASH_STORE_B);
@@ -57,20 +36,23 @@ bool persist_begin(cl_memory *memory, cl_counts *position) {
         return false;
     }
     *position = store.last.position;
-    uint8_t cause = boot_cause();
-    bool powered_on = cause == CL_CAUSE_POWER_ON, brown_out = cause == CL_CAUSE_LOW_VOLTAGE;
+    uint8_t cause = reset_cause();
+    bool brown_out = cause == CL_CAUSE_LOW_VOLTAGE;
     uint8_t reason = brown_out ? CL_FAULT_BROWN_OUT : store.last.known ? 0 : CL_NOT_HOMED;
     *memory = (cl_memory){
         .nonce = {.boot = store.last.boot, .noise = startup_noise},
         .cause = cause,
         .unhomed = {{reason, reason, reason}},
-        .estop = (store.last.flags & FLAG_ESTOP) != 0 && !powered_on, /* no reset but the power switch ends it */
+        .estop = reset_stopped((store.last.flags & FLAG_ESTOP) != 0),
         .fault = brown_out ? CL_FAULT_BROWN_OUT : CL_FAULT_NONE,
     };
     return !brown_out || cl_store_moving(&store); /* nor must a later boot believe it */
 }
 
-bool persist_moving(void) { return cl_store_moving(&store); }
+bool persist_moving(void) {
+    reset_supply_stands(); /* from here on a sag of the supply costs the position */
+    return cl_store_moving(&store);
+}
 
 void persist_serve(const cl_node *node, int64_t now_ms) {
     if (node->moving || node->turning || node->memory.homing || !motors_still()) {

@@ -1,6 +1,7 @@
 /* From reset to main: vector table, flash protection, watchdog, memory; and what happens when it goes astray. */
 #include "board.h"
 #include "program.h"
+#include "reset.h"
 
 extern uint32_t stack_end[], data_source[], data_begin[], data_end[], bss_begin[], bss_end[], ram_used_end[];
 
@@ -42,6 +43,7 @@ _Noreturn void reset_handler(void) {
     for (uint32_t *word = bss_begin; word < bss_end; word++) {
         *word = 0;
     }
+    reset_begin();
     program_main();
 }
 

@@ -3,6 +3,7 @@
 #include "kl26.h"
 #include "motors.h"
 #include "program.h"
+#include "supply.h"
 
 #define CORE_MHZ 48u
 #define PERIOD (1000u * CORE_MHZ)
@@ -20,6 +21,7 @@ void tick_handler(void) {
     int64_t now = ticks + 1;
     ticks = now;
     watchdog_tick();
+    supply_tick();
     motors_tick(now);
 }
 

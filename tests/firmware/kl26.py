@@ -2,12 +2,21 @@
 
 Anything else is an error, so that a program that strays is noticed: an unknown register, a block whose clock is off, a
 flash command run from flash, a word programmed twice. Times are in core cycles at 48 MHz.
+
+Where the facts are from: addresses and bits of the registers, among them those of reset causes (RCM_SRS0, RCM_SRS1)
+and of the flash cache (MCM_PLACR), from the vendor's public headers; that the cache must be cleared by the program
+after a flash command from the Teensy's core and the vendor's flash driver, which do so. From memory of the reference
+manual: that the reset register tells of the last reset only, that power-on shows as POR and LVD together, and that
+RAM keeps what it holds over every reset as long as there is power. Worse than any chip the cache keeps all that is
+flash until it is cleared.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+
+from .power import PMC_LVDSC1, PMC_LVDSC2, Power
 
 PORT_A, PORT_B, PORT_C, PORT_D, PORT_E = range(5)
 CYCLES_PER_US = 48
@@ -29,6 +38,8 @@ SPI0_S, SPI0_BR, SPI0_C2, SPI0_C1, SPI0_DL = 0x76000, 0x76001, 0x76002, 0x76003,
 FTFA_FSTAT, FTFA_FCCOB = 0x20000, 0x20004
 SYST_CSR, SYST_RVR, SYST_CVR = 0xE010, 0xE014, 0xE018
 NVIC_ISER, NVIC_IPR, SCB_SHPR3 = 0xE100, 0xE400, 0xED20
+MCM_PLACR, PLACR_CLEAR_CACHE = 0xC, 0x400
+"""Within the block at 0xF0003000."""
 
 RESET_POWER_ON, RESET_WATCHDOG, RESET_LOW_VOLTAGE, RESET_PIN = 0x82, 0x20, 0x02, 0x40
 RESET_LOCKUP, RESET_SOFTWARE = 0x200, 0x400
@@ -85,22 +96,28 @@ class Kl26:
         self.spi: SpiDevice = SpiDevice()
         self.on_pin: Callable[[int, int, int], None] = lambda port, pin, level: None
         self.on_flash: Callable[[int, int], None] = lambda address, length: None
+        self.on_fresh: Callable[[int, int], None] = lambda address, length: None
         self.on_reset: Callable[[int], None] = lambda cause: None
         self.pc: Callable[[], int] = lambda: 0
         self.levels: dict[tuple[int, int], int] = {}
         self.stall = 0
         self.erases = 0
         self.words_programmed = 0
+        self.power = Power()
         self._readers = {
             MCG_S: self._clock_status,
             SPI0_S: self._read_spi_status,
             SPI0_DL: self._read_spi_data,
+            PMC_LVDSC1: lambda: self.power.read(PMC_LVDSC1),
+            PMC_LVDSC2: lambda: self.power.read(PMC_LVDSC2),
         }
         self._writers = {
             SIM_COPC: self._write_cop,
             SIM_SRVCOP: self._feed_cop,
             SPI0_DL: self._write_spi_data,
             FTFA_FSTAT: self._write_flash_status,
+            PMC_LVDSC1: lambda value: self._write_power(PMC_LVDSC1, value),
+            PMC_LVDSC2: lambda value: self._write_power(PMC_LVDSC2, value),
         }
         self.reset(RESET_POWER_ON)
 
@@ -120,6 +137,8 @@ class Kl26:
         self.nvic_enabled = 0
         self._spi_full = False
         self._spi_data = 0
+        self._stale: list[tuple[int, int]] = []
+        self.power.reset(power_on=bool(cause & 0x80))
 
     # The world's side
 
@@ -247,6 +266,22 @@ class Kl26:
             raise Strayed(f"store to 0x{0xE0000000 + offset:08x}")
         self.store[0xE0000 + offset] = value
 
+    def read_platform(self, offset: int) -> int:
+        """A load from 0xF0003000 + offset."""
+        if offset != MCM_PLACR:
+            raise Strayed(f"load from 0x{0xF0003000 + offset:08x}")
+        return self.store.get(0xF3000 + offset, 0)
+
+    def write_platform(self, offset: int, value: int) -> None:
+        """A store to 0xF0003000 + offset."""
+        if offset != MCM_PLACR:
+            raise Strayed(f"store to 0x{0xF0003000 + offset:08x}")
+        self.store[0xF3000 + offset] = value & ~PLACR_CLEAR_CACHE
+        if value & PLACR_CLEAR_CACHE:
+            stale, self._stale = self._stale, []
+            for address, length in stale:
+                self.on_fresh(address, length)
+
     @property
     def systick_period(self) -> int:
         """Cycles from tick to tick."""
@@ -336,18 +371,28 @@ class Kl26:
         command, address = bytes_[0], bytes_[1] << 16 | bytes_[2] << 8 | bytes_[3]
         if command == 0x09 and address % SECTOR_BYTES == 0 and address < FLASH_BYTES:
             self.flash[address : address + SECTOR_BYTES] = b"\xff" * SECTOR_BYTES
-            self.on_flash(address, SECTOR_BYTES)
+            self._change_flash(address, SECTOR_BYTES)
             self.erases += 1
             self.stall += ERASE_CYCLES
         elif command == 0x06 and address % 4 == 0 and address < FLASH_BYTES:
             if self.flash[address : address + 4] != b"\xff" * 4:
                 raise Strayed(f"the flash word at 0x{address:x} is programmed twice without an erase")
             self.flash[address : address + 4] = bytes(reversed(bytes_[4:8]))
-            self.on_flash(address, 4)
+            self._change_flash(address, 4)
             self.words_programmed += 1
             self.stall += PROGRAM_CYCLES
         else:
             raise Strayed(f"flash command 0x{command:02x} at 0x{address:x}")
+
+    def _change_flash(self, address: int, length: int) -> None:
+        """Readers see what is cached until the program clears the cache."""
+        self.on_flash(address, length)
+        self._stale.append((address, length))
+
+    def _write_power(self, offset: int, value: int) -> None:
+        self.power.write(offset, value)
+        if self.power.too_low:
+            self.on_reset(RESET_LOW_VOLTAGE)
 
     _KNOWN = frozenset(
         {MCG_C1, MCG_C2, MCG_C5, MCG_C6, OSC0_CR, SIM_SOPT2, SIM_CLKDIV1, 0x48034, 0x48038, 0x4803C}

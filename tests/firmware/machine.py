@@ -19,12 +19,14 @@ from .kl26 import (
     PORT_C,
     PORT_D,
     PORT_E,
+    RESET_LOW_VOLTAGE,
     RESET_POWER_ON,
     RESET_WATCHDOG,
     Kl26,
     Strayed,
 )
 from .motors import STEP_US, Motor
+from .power import NOMINAL_MV, POWER_ON_MV
 from .processor import RAM_BEGIN, RAM_END, Processor
 
 MAIN_SLICE_US = 100
@@ -65,10 +67,12 @@ class Machine:
         self._cut: set[int] = set()
         self._motors_next = 0
         self._wants_reset: int | None = None
+        self._held_for = 0
         self.cpu = Processor(image, self.chip)
         chip = self.chip
         chip.on_pin = self._pin_changed
         chip.on_flash = self._flash_changed
+        chip.on_fresh = lambda address, length: self.cpu.write(address, bytes(self.flash[address : address + length]))
         chip.on_reset = self._ask_reset
         for pin in (NFAULT, TRANSLATE_SWITCH, ROD_SWITCH, BUTTON, RADIO_IRQ):
             chip.set_pin(*pin, 1)
@@ -77,20 +81,45 @@ class Machine:
 
     # Power and wires
 
-    def power_cycle(self) -> None:
-        """Power off and on: RAM holds anything, motors lose their drive, the radio forgets."""
-        self.cpu.write(RAM_BEGIN, self._random.randbytes(RAM_END - RAM_BEGIN))
+    def power_cycle(self, *, ram_holds: bool = False, cause: int = RESET_POWER_ON) -> None:
+        """Power off and on: motors lose their drive, the radio forgets, RAM holds anything; or, if it was short, all.
+
+        `cause` is what the chip shows if its loader keeps the reset pin low until the power is there.
+        """
+        self.chip.power.supply(NOMINAL_MV)
+        if not ram_holds:
+            self.cpu.write(RAM_BEGIN, self._random.randbytes(RAM_END - RAM_BEGIN))
         if self._radio is not None:
             self._radio.reset()
         for motor in self.motors:
             motor.speed = 0.0
-        self.reset(RESET_POWER_ON)
+        self.reset(cause)
+
+    def supply(self, mv: int) -> None:
+        """The supply changes; low enough it resets the chip, and lets it start again once it is back."""
+        power = self.chip.power
+        if mv < POWER_ON_MV <= power.mv:
+            self.cpu.write(RAM_BEGIN, self._random.randbytes(RAM_END - RAM_BEGIN))
+            self._hold(RESET_POWER_ON)
+        power.supply(mv)
+        if power.held and mv >= POWER_ON_MV and not power.too_low:
+            power.held = False
+            self.reset(self._held_for)
+        elif not power.held and power.too_low:
+            self._hold(RESET_LOW_VOLTAGE)
+
+    def _hold(self, cause: int) -> None:
+        """Keep the chip in reset, with all pins open, until the supply is back."""
+        self._held_for = max(cause, self._held_for if self.chip.power.held else 0)
+        self.chip.reset(self._held_for)
+        self.chip.power.held = True
 
     def reset(self, cause: int) -> None:
         """The reset that `cause` (bits of RCM_SRS0) brings about; RAM stays as it is."""
         self.boots += 1
         self.watchdog_resets += cause == RESET_WATCHDOG
         self.chip.reset(cause)
+        self.chip.power.held = False
         if self._radio is not None:
             self._radio.ce = 0
         self.cpu.reset()
@@ -176,12 +205,19 @@ class Machine:
             self._events()
             if self._wants_reset is not None:
                 cause, self._wants_reset = self._wants_reset, None
-                self.reset(cause)
+                if cause == RESET_LOW_VOLTAGE:
+                    self._hold(cause)
+                else:
+                    self.reset(cause)
+            if chip.power.held:
+                chip.now = chip.cop_fed = min(until, max(self._motors_next, chip.now + 1))
+                continue
             self.cpu.turn(min(until, self._next_event()))
 
     def quiet_until_us(self) -> int:
         """Nothing that others could notice happens before then, unless they do something: the processor sleeps."""
-        return self._next_event() // CYCLES_PER_US if self.cpu.asleep and not self.cpu.pending() else self.now_us
+        idle = self.chip.power.held or (self.cpu.asleep and not self.cpu.pending())
+        return self._next_event() // CYCLES_PER_US if idle else self.now_us
 
     def _next_event(self) -> int:
         moments = [self._motors_next]
@@ -244,7 +280,6 @@ class Machine:
     def _flash_changed(self, address: int, length: int) -> None:
         if any(abs(motor.speed) > 50 for motor in self.motors):
             raise Strayed("flash is written while a motor turns")
-        self.cpu.write(address, bytes(self.flash[address : address + length]))
 
     def _ask_reset(self, cause: int) -> None:
         self._wants_reset = cause

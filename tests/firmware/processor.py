@@ -209,6 +209,12 @@ class Processor:
 
         map_block(0x40000000, 0x100000, chip.read, lambda _, at, width, value, __: chip.write(at, width, value))
         map_block(
+            0xF0003000,
+            0x1000,
+            lambda at, _: chip.read_platform(at),
+            lambda _, at, __, value, ___: chip.write_platform(at, value),
+        )
+        map_block(
             0xF8000000,
             0x1000,
             lambda at, _: chip.read_gpio(at),

@@ -197,6 +197,7 @@ def test_what_ends_a_homing_before_its_time(rig: Rig, end: str) -> None:
 @pytest.mark.campaign
 def test_a_lost_position_is_found_with_the_drivers_awake(homed: Rig) -> None:
     (machine,) = homed.machines
+    homed.fleet.run(100_000)  # until the supply counts as up
     machine.reset(RESET_LOW_VOLTAGE)
     homed.fleet.run(20_000)
     hand = Hand(homed.fleet, homed.radio)

@@ -26,6 +26,8 @@ from .machine import LAMP_STEADY, NFAULT
 FLASH_LIMIT, RAM_LIMIT = 40960, 5120
 BAND = 24
 """Counts from its target within which an axis may rest: 0.1 mm, and one for the rounding of the model."""
+STEADY_US = 100_000
+"""After so long the supply counts as up."""
 HANG = b"\xfe\xe7"
 """A branch to itself."""
 UNDEFINED = b"\x00\xde"
@@ -184,6 +186,7 @@ def test_power_lost_in_a_move_leaves_the_position_unknown(rig: Rig) -> None:
 
 def test_a_brown_out_costs_the_position_even_at_rest(single: Rig) -> None:
     (machine,) = single.machines
+    single.fleet.run(STEADY_US)
     machine.reset(RESET_LOW_VOLTAGE)
     single.fleet.run(20_000)
     (node,) = single.status()
@@ -205,6 +208,7 @@ def test_a_brown_out_costs_the_position_even_at_rest(single: Rig) -> None:
     ],
 )
 def test_a_node_says_why_it_started(single: Rig, reset: int, cause: str) -> None:
+    single.fleet.run(STEADY_US)
     single.machines[0].reset(reset)
     single.fleet.run(20_000)
     (node,) = single.status()
