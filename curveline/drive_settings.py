@@ -8,8 +8,16 @@ from dataclasses import dataclass
 from curveline.scene import Axis, Display
 from curveline.units import to_deg, to_mm
 
-MAX_EDGES_PER_S = 48_000_000 // 139
-"""Encoder edges of all axes together that a node can count: each takes 139 cycles of its processor, at 48 MHz."""
+NODE_HZ = 48_000_000
+"""Clock of a node's processor."""
+EDGE_CYCLES = 139
+"""Cycles that an encoder edge takes of it."""
+MAX_EDGES_PER_S = NODE_HZ // EDGE_CYCLES // 3
+"""Encoder edges of all axes together that a node can count.
+
+They take a third of its processor. The rest is for control, frames and flash that is slower than the processor. Even if
+all are edges of one encoder, each early or late by up to a quarter of their distance, no two come within one interrupt.
+"""
 LEAST_RATE = 1e-15
 """Counts per unit, speeds and accelerations below this are none: nothing may overflow that is divided by them."""
 DATA_RATES = ("250kbps", "1Mbps", "2Mbps")

@@ -18,7 +18,7 @@ from curveline.displays.capability import (
     straight_budget,
     undrivable,
 )
-from curveline.drive_settings import MAX_EDGES_PER_S
+from curveline.drive_settings import EDGE_CYCLES, MAX_EDGES_PER_S, NODE_HZ
 from curveline.material.relaxation import REFERENCE_C, power_law
 from curveline.plan_file import MAX_STEP_SECONDS
 from curveline.planning.funnels import ANGLES
@@ -254,7 +254,7 @@ def _motors(display: Display) -> Iterator[Suspicion]:
         yield Suspicion("no-plan", "drive", fault, "correct counts_per_turn, the ways per turn and the speeds")
     edges = math.fsum(reach.drive.counts_per_unit * reach.drive.speed for reach in reaches(display))
     if edges > BUSY * MAX_EDGES_PER_S:
-        share = 100.0 * edges / MAX_EDGES_PER_S
+        share = 100.0 * edges * EDGE_CYCLES / NODE_HZ
         message = f"at full speed counting {edges:.0f} edges/s takes {share:.0f} % of a node's processor"
         yield Suspicion(
             "busy-node", "drive.counts_per_turn", message, "count fewer edges per turn, or lower the speeds"

@@ -197,7 +197,7 @@ def test_a_measured_display_of_ones_own_has_no_warnings(run: Run, write: Write) 
         ("clamp_mm = 20.0", "clamp_mm = 150.0", "long-clamp"),
         ("height_mm = [-220.0, 220.0]", "height_mm = [-40e3, 40e3]", "out-of-counts"),
         ("counts_per_turn = 8344", "counts_per_turn = 8e4", "out-of-status"),
-        ("counts_per_turn = 8344", "counts_per_turn = 2e5", "busy-node"),
+        ("counts_per_turn = 8344", "counts_per_turn = 6e4", "busy-node"),
         ("counts_per_turn = 8344", "counts_per_turn = 300", "coarse-count"),
         ("translate_mm_per_s = 10.0", "translate_mm_per_s = 5.0", "slow-axis"),
         ("channel = 76", "channel = 84", "off-band"),

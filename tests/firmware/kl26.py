@@ -47,7 +47,6 @@ RESET_LOCKUP, RESET_SOFTWARE = 0x200, 0x400
 
 COP_CYCLES = {0x04: 32, 0x08: 256, 0x0C: 1024}
 """Watchdog setting -> time-out in ms of its own clock."""
-SPI_BYTE_CYCLES = 64
 PROGRAM_CYCLES = 65 * CYCLES_PER_US
 ERASE_CYCLES = 14_000 * CYCLES_PER_US
 
@@ -350,7 +349,8 @@ class Kl26:
             raise Strayed("SPI0 is used before it is set up")
         self._spi_data = self.spi.transfer(value & 0xFF)
         self._spi_full = True
-        self.stall += SPI_BYTE_CYCLES
+        rate = self.store.get(SPI0_BR, 0)  # the bus has half the core's clock
+        self.stall += 8 * 2 * ((rate >> 4 & 7) + 1) * (2 << (rate & 0xF))
 
     def _read_spi_data(self) -> int:
         self._spi_full = False

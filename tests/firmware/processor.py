@@ -1,8 +1,8 @@
 """The Cortex-M0+ of a Teensy LC: unicorn runs the instructions, exceptions are stacked by hand.
 
-Unicorn counts instructions, not cycles; one instruction is taken for one and a half cycles, as measured on a
-cycle-counting model of the core. The processor runs in slices that end where something is due, so what happens in them
-is late by a slice at most: 5 us within a handler.
+Unicorn counts instructions, not cycles; one instruction is taken for one and a half cycles, as measured on a cycle-
+counting model of the core, and entry and return of an interrupt for what the core's manual says. The processor runs
+in slices that end where something is due, so what happens in them is late by a slice at most: 5 us within a handler.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ TICK_SLICE = 256
 PINS_SLICE = 64
 MASKED_SLICE = 16
 HARD_FAULT = 3
+ENTRY_CYCLES, RETURN_CYCLES = 15, 12
 
 STACKED = (UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR)
 
@@ -121,19 +122,21 @@ class Processor:
     # Running
 
     def turn(self, until: int) -> None:
-        """Run or sleep up to `until`, or to the next point where an interrupt may come in."""
-        chip = self._chip
-        if chip.stall:
+        """Run or sleep up to `until`, or to the next point where an interrupt may come in.
+
+        Interrupts come in, too, where the program waits for the radio's bus, but not where it waits for the flash.
+        """
+        chip, pending = self._chip, self.pending()
+        masked = bool(pending) and bool(self._uc.reg_read(UC_ARM_REG_PRIMASK))
+        if chip.stall and not self._active and (masked or not pending):
             pause = min(chip.stall, until - chip.now)
             chip.stall -= pause
             chip.now += pause
             return
-        pending = self.pending()
         if self.asleep and not pending:
             chip.now = until
             return
         self.asleep = False
-        masked = bool(pending) and bool(self._uc.reg_read(UC_ARM_REG_PRIMASK))
         if pending and not masked:
             self._enter_best(pending)
         cycles = until - chip.now
@@ -156,6 +159,7 @@ class Processor:
         if irq < 0:
             self._chip.systick_pending = False
         self._active.append(irq)
+        self._chip.now += ENTRY_CYCLES
         self._enter(15 if irq < 0 else 16 + irq)
 
     def _enter(self, exception: int) -> None:
@@ -180,6 +184,7 @@ class Processor:
         uc.reg_write(UC_ARM_REG_SP, stack + 32 + (status >> 7 & 4))
         uc.reg_write(UC_ARM_REG_XPSR, status & ~0x200)
         self._active.pop()
+        self._chip.now += RETURN_CYCLES
         self._pc = pc
 
     def _execute(self, instructions: int) -> None:
