@@ -147,6 +147,8 @@ def news_of(drive: DriveSettings, spec: str, runs: Path) -> Sender | None:
 def same_radio(one: str, other: str) -> bool:
     """Whether two radio specs mean the same device; all mocks of a display and a runs folder are one."""
     (name, _, settings), (other_name, _, other_settings) = one.partition(":"), other.partition(":")
+    if name == other_name == "nrf24":  # how fast its bus runs does not make it another one
+        settings, other_settings = (",".join(each.split(",")[:2]) for each in (settings, other_settings))
     same_port = os.path.realpath(settings.strip()) == os.path.realpath(other_settings.strip())
     return name == other_name and (name == "mock" or same_port)
 

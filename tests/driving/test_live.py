@@ -150,6 +150,7 @@ def test_senders_are_told_apart_by_display_and_radio(run: Path, journal: Journal
     assert same_radio(f"serial:{tmp_path}/port", f"serial:{tmp_path}/by-id")
     assert same_radio("mock:realtime", "mock:loss=0.1")
     assert not same_radio("nrf24:22,0", "nrf24:22,1")
+    assert same_radio("nrf24:22,0", "nrf24:22,0,spi_MHz=2")
 
 
 # What is written there by others

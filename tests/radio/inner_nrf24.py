@@ -332,6 +332,29 @@ def test_a_line_that_the_board_does_not_have(lab: Lab) -> None:
     lab.open().close()  # and the lock was given back
 
 
+@pytest.mark.parametrize(("option", "hz"), [("", 10_000_000), (",spi_MHz=2", 2_000_000), (" , spi_MHz = 0.5", 500_000)])
+def test_the_bus_runs_as_fast_as_it_is_told(lab: Lab, option: str, hz: int) -> None:
+    radio = lab.open(SPEC + option)
+    assert lab.rig.spi_hz == hz
+    (answer,) = radio.exchange([lab.query()])
+    assert answer.payload is not None
+    assert lab.rig.spi_hz == hz
+
+
+@pytest.mark.parametrize("number", [0, 4])
+def test_the_header_is_found_by_its_name(lab: Lab, monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+    lab.rig.header_is(number)
+    if number == 0:
+        lab.open().close()
+        return
+    with pytest.raises(LinkError, match=r"header of this board is /dev/gpiochip4 \(pinctrl-rp1\)") as caught:
+        lab.open()
+    assert "built for /dev/gpiochip0" in caught.value.message
+    assert "CMAKE_ARGS=-DRF24_LINUX_GPIO_CHIP=/dev/gpiochip4 pip install" in caught.value.hint
+    monkeypatch.setattr("curveline.radio.ports.nrf24.library_chip", lambda: "/dev/gpiochip4")
+    lab.open().close()  # as it was told to be built
+
+
 def test_another_process_with_the_chip_is_respected(lab: Lab) -> None:
     with (lab.folder / "spidev").open() as device:
         fcntl.flock(device, fcntl.LOCK_EX)

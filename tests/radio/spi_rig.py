@@ -78,6 +78,15 @@ class SpiRig:
         _KEPT.extend(held)
         self._library.shim_devices(*held)
 
+    def header_is(self, number: int) -> None:
+        """The board is a Raspberry Pi 5 whose header is this GPIO chip."""
+        self._library.shim_header(ctypes.c_uint32(number))
+
+    @property
+    def spi_hz(self) -> int:
+        """Clock of the bus at the last transfer."""
+        return int(self._library.shim_speed_hz())
+
     def fail_transfers(self, count: int) -> None:
         """Let the next transfers on the bus fail."""
         self._library.shim_fail(ctypes.c_int(count))

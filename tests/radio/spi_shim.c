@@ -14,6 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <time.h>
@@ -46,6 +47,9 @@ static struct {
     int64_t passed_ns;
     int64_t transfer_ns;
     int failures; /* transfers to come that fail */
+    uint32_t header; /* number of the GPIO chip whose lines are wired */
+    bool header_has_name;
+    uint32_t speed_hz; /* of the last transfer */
 } model;
 
 static int (*real_open)(const char *, int, ...);
@@ -74,6 +78,7 @@ void shim_install(shim_transfer transfer, shim_line line, shim_pass pass, int64_
     model.line = line;
     model.pass = pass;
     model.transfer_ns = transfer_ns;
+    model.header_has_name = false;
     if (!model.installed) {
         model.begin_ns = now.tv_sec * NS_PER_S + now.tv_nsec;
     }
@@ -83,6 +88,16 @@ void shim_install(shim_transfer transfer, shim_line line, shim_pass pass, int64_
 void shim_devices(const char *spi_file, const char *gpio_file) {
     model.spi_file = spi_file;
     model.gpio_file = gpio_file;
+}
+
+/* The board's header is GPIO chip so and so, and known by its label. */
+void shim_header(uint32_t number) {
+    model.header = number;
+    model.header_has_name = true;
+}
+
+uint32_t shim_speed_hz(void) {
+    return model.speed_hz;
 }
 
 int64_t shim_passed_us(void) {
@@ -128,7 +143,7 @@ static int open_any(const char *path, int flags, mode_t mode) {
         return remember(open_backing(model.spi_file), SPI, bus * 10 + select);
     }
     if (model.installed && strncmp(path, "/dev/gpiochip", 13) == 0) {
-        return remember(open_backing(model.gpio_file), GPIO_CHIP, 0);
+        return remember(open_backing(model.gpio_file), GPIO_CHIP, (uint32_t)atoi(path + 13));
     }
     return real_open(path, flags, mode);
 }
@@ -170,6 +185,7 @@ static int spi_ioctl(uint32_t csn, unsigned long request, void *argument) {
         errno = EIO;
         return -1;
     }
+    model.speed_hz = message->speed_hz;
     model.transfer((int)csn, (const uint8_t *)(uintptr_t)message->tx_buf, (uint8_t *)(uintptr_t)message->rx_buf,
                    message->len);
     pass(model.transfer_ns);
@@ -186,6 +202,8 @@ static int gpio_ioctl(int file, unsigned long request, void *argument) {
         struct gpiochip_info *chip = argument;
         memset(chip, 0, sizeof *chip);
         chip->lines = LINES;
+        bool is_header = model.header_has_name && files[file].number == model.header;
+        strcpy(chip->label, is_header ? "pinctrl-rp1" : "gpio-brcmstb@107d508500");
     }
     if (request == GPIO_V2_LINE_SET_VALUES_IOCTL) {
         const struct gpio_v2_line_values *values = argument;

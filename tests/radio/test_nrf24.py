@@ -20,6 +20,7 @@ import pytest
 from curveline.errors import InvalidInput, LinkError, MissingExtra
 from curveline.radio.interface import open_radio
 from curveline.radio.ports import nrf24
+from curveline.radio.ports.gpio_chip import library_chip
 from curveline.system import portable
 
 from . import inner_nrf24, test_contract
@@ -114,12 +115,27 @@ def keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize(
     "settings",
-    ["", "22", "22,", ",0", "22,0,1", "22;0", "CE,CSN", "-1,0", "22,0x0", "1e2,0", "2222,0", "22,-0", "\u0662\u0662,0"],
+    [
+        *("", "22", "22,", ",0", "22,0,1", "22;0", "CE,CSN", "-1,0", "22,0x0", "1e2,0", "2222,0", "22,-0"),
+        *("\u0662\u0662,0", "22,0,spi_MHz", "22,0,spi_MHz=", "22,0,spi_MHz=1e1", "22,0,spi_MHz=-1", "22,0,MHz=2"),
+        "spi_MHz=2,22,0",
+    ],
 )
 def test_settings_that_are_none(settings: str, tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="two numbers, CE and CSN") as caught:
         open_radio(f"nrf24:{settings}", DRIVE, tmp_path)
     assert "nrf24:22,0" in caught.value.hint
+
+
+@pytest.mark.parametrize("mhz", ["0", "0.09", "10.1", "80", "9" * 400])
+def test_a_bus_that_is_too_slow_or_too_fast(mhz: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"can run at 0\.1 to 10 MHz") as caught:
+        open_radio(f"nrf24:22,0,spi_MHz={mhz}", DRIVE, tmp_path)
+    assert "nrf24:22,0,spi_MHz=2" in caught.value.hint
+
+
+def test_the_library_says_which_gpio_chip_it_was_built_for() -> None:
+    assert library_chip() == "/dev/gpiochip0"
 
 
 def test_an_unknown_data_rate(tmp_path: Path) -> None:

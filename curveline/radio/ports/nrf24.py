@@ -18,6 +18,7 @@ from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError, MissingExtra
 from curveline.radio.clock import steady_us
 from curveline.radio.interface import Answer, InUse, RadioGone, check_frames
+from curveline.radio.ports.gpio_chip import header_chip, library_chip
 from curveline.radio.protocol.air_time import RATES_KBPS, RETRIES
 from curveline.radio.protocol.codes import FRAME_BYTES
 from curveline.radio.protocol.keys import Site
@@ -27,8 +28,11 @@ from curveline.system import portable
 if TYPE_CHECKING:
     from pyrf24 import RF24
 
-SETTINGS = re.compile(r"\s*([0-9]{1,3})\s*,\s*([0-9]{1,3})\s*")
+SETTINGS = re.compile(r"\s*([0-9]{1,3})\s*,\s*([0-9]{1,3})\s*(?:,\s*spi_MHz\s*=\s*([0-9]+(?:\.[0-9]+)?)\s*)?")
 EXAMPLE = "`--radio nrf24:22,0`: GPIO line 22 at the chip's CE, and /dev/spidev0.0; 10 * bus + select for another"
+SPEED_EXAMPLE = "`--radio nrf24:22,0,spi_MHz=2` for wires longer than a hand"
+SPI_MHZ = (0.1, 10.0)
+"""Clock of the SPI bus: the slowest that is worth while, and the fastest that the chip takes, which is what it gets."""
 SELECTS = frozenset({0, 1, 2, 10, 11, 12})
 """Chip selects that boards have by themselves."""
 
@@ -45,7 +49,10 @@ STUCK_US = 50_000
 RETURN_US = 30_000_000
 """How long a chip that has gone may take to come back."""
 
-WIRING_HINT = "look at the chip's supply (10 uF or more at its pins) and wires; `curveline status` tries it again"
+WIRING_HINT = (
+    "look at the chip's supply (10 uF or more at its pins) and wires; if these are long, try a slower bus, such as "
+    "`--radio nrf24:22,0,spi_MHz=2`; `curveline status` tries it again"
+)
 NO_SPI_HINT = (
     "switch SPI on (on a Raspberry Pi: raspi-config, Interface Options), or use a dongle: `--radio serial:PORT`"
 )
@@ -54,10 +61,8 @@ GROUPS_HINT = "membership of the groups spi and gpio permits it"
 
 
 def open_radio(settings: str, drive: DriveSettings, runs: Path) -> Nrf24Radio:
-    """The chip that `settings` name as CE,CSN, locked for this process and ready to send."""
-    match = SETTINGS.fullmatch(settings)
-    if match is None:
-        raise InvalidInput(f"the nrf24 radio needs two numbers, CE and CSN, not {settings[:40]!r}", hint=EXAMPLE)
+    """The chip that `settings` name as CE,CSN and perhaps spi_MHz=N, locked for this process and ready to send."""
+    pins, spi_hz = _read_settings(settings)
     if drive.data_rate not in RATES_KBPS:
         raise InvalidInput(f"data rate {drive.data_rate!r} is unknown; there are {', '.join(RATES_KBPS)}")
     if not portable.HAS_SPI:
@@ -65,27 +70,44 @@ def open_radio(settings: str, drive: DriveSettings, runs: Path) -> Nrf24Radio:
         raise InvalidInput("the nrf24 radio needs the SPI bus of a Linux board, such as a Raspberry Pi", hint)
     _check_library()
     site = hardware_site(drive)
-    ce, csn = int(match[1]), int(match[2])
-    lock = _lock((ce, csn))
+    lock = _lock(pins)
     try:
-        return Nrf24Radio((ce, csn), drive, site, lock)
+        _check_gpio_chip()
+        return Nrf24Radio((*pins, spi_hz), drive, site, lock)
     except BaseException:
         os.close(lock)
         raise
 
 
-class Nrf24Radio:
-    """A `Radio` on the SPI bus; `lock` is the open SPI device, which is locked as long as the radio is open."""
+def _read_settings(settings: str) -> tuple[tuple[int, int], int]:
+    """CE and CSN, and the clock of the bus [Hz]."""
+    match = SETTINGS.fullmatch(settings)
+    if match is None:
+        message = f"the nrf24 radio needs two numbers, CE and CSN, and may have spi_MHz, not {settings[:40]!r}"
+        raise InvalidInput(message, hint=f"{EXAMPLE}; {SPEED_EXAMPLE}")
+    slowest, fastest = SPI_MHZ
+    mhz = float(match[3] or fastest)
+    if not slowest <= mhz <= fastest:
+        message = f"the SPI bus of an nrf24 radio can run at {slowest:g} to {fastest:g} MHz, not at {match[3][:20]}"
+        raise InvalidInput(message, hint=SPEED_EXAMPLE)
+    return (int(match[1]), int(match[2])), round(mhz * 1e6)
 
-    def __init__(self, pins: tuple[int, int], drive: DriveSettings, site: Site, lock: int) -> None:
+
+class Nrf24Radio:
+    """A `Radio` on the SPI bus; `lock` is the open SPI device, which is locked as long as the radio is open.
+
+    `wiring` is CE, CSN and the clock of the bus [Hz].
+    """
+
+    def __init__(self, wiring: tuple[int, int, int], drive: DriveSettings, site: Site, lock: int) -> None:
         from pyrf24 import RF24, RF24_1MBPS, RF24_2MBPS, RF24_250KBPS
 
         self.site = site
-        self._pins = pins
+        self._pins = wiring[:2]
         self._drive = drive
         self._rate = {"250kbps": RF24_250KBPS, "1Mbps": RF24_1MBPS, "2Mbps": RF24_2MBPS}[drive.data_rate]
         self._lock: int | None = lock
-        self._chip: RF24 | None = RF24(*pins)
+        self._chip: RF24 | None = RF24(*wiring)
         self._target = ""
         self._gone_since_us: int | None = None
         self._checked_us = 0
@@ -273,6 +295,20 @@ def _check_library() -> None:
     except ImportError as error:
         hint = "`pip install pyrf24`; it comes with curveline on Linux"
         raise MissingExtra(f"the nrf24 radio needs the package pyrf24: {error}", hint) from None
+
+
+def _check_gpio_chip() -> None:
+    """LinkError if the library would look for the CE line on another chip than that of this board's header."""
+    header, built = header_chip(), library_chip()
+    if header is None or built is None or os.path.realpath(header[0]) == os.path.realpath(built):
+        return
+    path, label = header
+    hint = (
+        f"build the library for this board: `CMAKE_ARGS=-DRF24_LINUX_GPIO_CHIP={path} pip install --force-reinstall "
+        f"--no-deps --no-binary pyrf24 pyrf24`; or update the system, as newer kernels call the header "
+        f"/dev/gpiochip0; or use a dongle: `--radio serial:PORT`"
+    )
+    raise LinkError(f"the pin header of this board is {path} ({label}), but pyrf24 was built for {built}", hint)
 
 
 def _device(csn: int) -> Path:
