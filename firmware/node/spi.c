@@ -1,9 +1,25 @@
-/* SPI0 as master, mode 0, 6 MHz: the radio takes 10 at most and the bus offers 12 or 6. */
+/* SPI0 as master, mode 0, 6 MHz: the radio takes 10 at most and the bus offers 12 or 6. SPI_MHZ makes it slower, for long
+ * wires to the radio. */
 #include "spi.h"
 
 #include "board.h"
 
-#define SPI_PATIENCE 200 /* loops; a byte takes 64 core cycles */
+#ifndef SPI_MHZ
+#define SPI_MHZ 6
+#endif
+
+/* What the bus' 24 MHz are divided by: the upper half of the byte plus one, times two to the lower half plus one. */
+#if SPI_MHZ == 6
+#define SPI_RATE 0x01u
+#elif SPI_MHZ == 3
+#define SPI_RATE 0x02u
+#elif SPI_MHZ == 1
+#define SPI_RATE 0x22u
+#else
+#error "SPI_MHZ is 6, 3 or 1"
+#endif
+
+#define SPI_PATIENCE 200 /* loops; a byte takes 64 core cycles, or 384 at 1 MHz */
 
 void spi_start(void) {
     PORT_PCR(CSN_PORT, CSN_PIN) = PCR_GPIO;
@@ -14,7 +30,7 @@ void spi_start(void) {
     PORT_PCR(PORT_C, 7) = PCR_MUX(2);
     SPI0_C1 = 0;
     SPI0_C2 = 0;
-    SPI0_BR = 0x01u; /* 24 MHz / 4 */
+    SPI0_BR = SPI_RATE;
     SPI0_C1 = SPI_C1_SPE | SPI_C1_MSTR;
 }
 

@@ -187,6 +187,12 @@ class Kl26:
         return 48e6 / (self.store.get(0x38008 + 0x1000 * timer, 0xFFFF) + 1)
 
     @property
+    def spi_hz(self) -> int:
+        """Clock of SPI0, whose bus has half the core's."""
+        rate = self.store.get(SPI0_BR, 0)
+        return 24_000_000 // (((rate >> 4 & 7) + 1) * (2 << (rate & 0xF)))
+
+    @property
     def cop_deadline(self) -> int | None:
         """When the watchdog bites."""
         return self.cop_fed + self.cop_ms * 1000 * CYCLES_PER_US if self.cop_ms else None
@@ -349,8 +355,7 @@ class Kl26:
             raise Strayed("SPI0 is used before it is set up")
         self._spi_data = self.spi.transfer(value & 0xFF)
         self._spi_full = True
-        rate = self.store.get(SPI0_BR, 0)  # the bus has half the core's clock
-        self.stall += 8 * 2 * ((rate >> 4 & 7) + 1) * (2 << (rate & 0xF))
+        self.stall += 8 * CYCLES_PER_US * 1_000_000 // self.spi_hz
 
     def _read_spi_data(self) -> int:
         self._spi_full = False

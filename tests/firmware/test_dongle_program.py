@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +16,7 @@ from radio.chip_setup import Host, Listener
 from radio.chipbank import CONFIG, DYNPD, EN_AA, EN_RXADDR, FEATURE, RF_CH, RF_SETUP, SETUP_AW, SETUP_RETR
 from radio.ether import Ether
 
-from .build import CORE, FIRMWARE, HERE, compiler, executable, gcc, run_compiler, zig
+from .build import CORE, FIRMWARE, HERE, CompilerError, compiler, executable, gcc, run_compiler, zig
 from .dongle_core import Core, Sender, schedule_bytes
 
 DONGLE = FIRMWARE / "dongle"
@@ -35,10 +37,101 @@ def test_the_portable_parts_compile(source: Path, target: str, tmp_path: Path) -
     run_compiler([*command, "-std=c11", *STRICT, "-c", str(source), "-o", str(tmp_path / "out.o")])
 
 
+@pytest.mark.parametrize("source", ["dongle.ino", "expects.cpp"])
 @pytest.mark.parametrize("flags", [CORTEX, ("-O2",)], ids=["processor of the board", "this machine"])
-def test_the_sketch_compiles_against_the_names_it_expects(flags: tuple[str, ...], tmp_path: Path) -> None:
+def test_the_sketch_compiles_against_the_names_it_expects(flags: tuple[str, ...], source: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "ziglang", "c++", *flags, "-std=gnu++17", "-fno-exceptions", "-fno-rtti", *STRICT]
-    run_compiler([*command, "-x", "c++", "-c", str(DONGLE / "dongle.ino"), "-o", str(tmp_path / "out.o")])
+    run_compiler([*command, "-x", "c++", "-c", str(DONGLE / source), "-o", str(tmp_path / "out.o")])
+
+
+def test_a_stand_in_that_lies_is_found(tmp_path: Path) -> None:
+    folder = tmp_path / "standins"
+    shutil.copytree(HERE / "standins", folder)
+    header = folder / "Arduino.h"
+    header.write_text(header.read_text().replace("uint32_t micros(void)", "uint64_t micros(void)"))
+    command = [sys.executable, "-m", "ziglang", "c++", "-std=gnu++17", f"-I{folder}"]
+    with pytest.raises(CompilerError, match="micros"):
+        run_compiler([*command, "-c", str(DONGLE / "expects.cpp"), "-o", str(tmp_path / "out.o")])
+
+
+def test_all_that_the_sketch_takes_from_the_vendor_is_checked() -> None:
+    """Or a name that the sketch has begun to use would be whatever the stand-ins make of it."""
+    sketch, expects = ((DONGLE / name).read_text() for name in ("dongle.ino", "expects.cpp"))
+    names = r"(?:SPI|Serial)\.\w+|\b(?:pinMode|digital\w+|analog\w+|delay\w*|micros|millis|SPISettings)\b"
+    registers = r"\b(?:SIM_UID\w+|HW_OCOTP_\w+|LOW|HIGH|OUTPUT|INPUT\w*|MSBFIRST|SPI_MODE\d)\b"
+    for pattern in (names, registers):
+        used = set(re.findall(pattern, sketch))
+        assert used
+        assert used <= set(re.findall(pattern, expects))
+
+
+# Building it with the vendor's core
+
+
+def make_dongle(home: Path, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """`make -C firmware dongle` for somebody whose programs are in `home`/bin."""
+    tools = home / "bin"
+    tools.mkdir(parents=True, exist_ok=True)
+    environment = {"HOME": str(home), "PATH": f"{tools}:/usr/bin:/bin"}
+    command = ["make", "-C", str(FIRMWARE), "dongle", f"BUILD={folder}", f"PYTHON={sys.executable}", *arguments]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+
+
+def put(path: Path, text: str = "") -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    path.chmod(0o755)
+    return path
+
+
+FAKE_COMPILER = """#!/bin/sh
+case "$*" in
+*-print-file-name=*) echo "/opt/${*##*=}"; exit 0;;
+*{refuses}*) echo "{refuses} is not to my liking" >&2; exit 1;;
+esac
+while [ $# -gt 1 ]; do [ "$1" = -o ] && echo made > "$2"; shift; done
+"""
+
+
+def with_compiler(home: Path, refuses: str = "nothing") -> None:
+    for name in ("gcc", "g++"):
+        put(home / f"bin/arm-none-eabi-{name}", FAKE_COMPILER.replace("{refuses}", refuses))
+    put(home / "bin/arm-none-eabi-objcopy", '#!/bin/sh\nfor last; do :; done; echo hex > "$last"\n')
+
+
+def test_what_is_missing_for_the_dongle_is_said(tmp_path: Path) -> None:
+    home, folder = tmp_path / "home", tmp_path / "build"
+    done = make_dongle(home, folder)
+    assert done.returncode != 0
+    assert "cannot be built here; missing:" in done.stderr
+    if shutil.which("arm-none-eabi-g++", path="/usr/bin:/bin") is None:
+        assert "apt install gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib" in done.stderr
+    assert "cores/teensy3/Arduino.h" in done.stderr
+    assert "libraries/SPI/SPI.h" in done.stderr
+    with_compiler(home)
+    put(tmp_path / "teensy/cores/teensy3/Arduino.h")
+    done = make_dongle(home, folder, f"TEENSY={tmp_path / 'teensy'}")
+    assert "compiler" not in done.stderr
+    assert "Arduino.h" not in done.stderr
+    assert "libraries/SPI/SPI.h" in done.stderr
+    done = make_dongle(home, folder, f"TEENSY={tmp_path / 'teensy'}", "BOARD=teensy40")
+    assert "cores/teensy4/Arduino.h" in done.stderr
+
+
+def test_with_everything_there_the_dongle_is_built_or_the_compiler_quoted(tmp_path: Path) -> None:
+    home, folder = tmp_path / "home", tmp_path / "build"
+    with_compiler(home)
+    installed = home / ".arduino15/packages/teensy/hardware/avr/1.59.0"
+    for name in ("cores/teensy3/Arduino.h", "cores/teensy3/main.cpp", "libraries/SPI/SPI.h", "libraries/SPI/SPI.cpp"):
+        put(installed / name)
+    done = make_dongle(home, folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"wrote {folder / 'dongle/dongle-teensylc.hex'}" in done.stdout
+    assert (folder / "dongle/dongle-teensylc.hex").read_text() == "hex\n"
+    with_compiler(home, refuses="sender.c")
+    done = make_dongle(home, folder)
+    assert done.returncode != 0
+    assert "sender.c is not to my liking" in done.stderr
 
 
 def test_the_folder_for_the_arduino_ide_has_all_that_the_sketch_includes() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 from pathlib import Path
 from zlib import crc32
 
@@ -19,7 +20,7 @@ from hexfile import bytes_of
 
 from .display import POSES, Rig
 from .fleet import MASTER, SETTINGS, STORE, ChipRadio, Fleet, drive_table
-from .image import Image, make
+from .image import Image, make, read_image
 from .kl26 import RESET_LOCKUP, RESET_LOW_VOLTAGE, RESET_PIN, RESET_POWER_ON, RESET_SOFTWARE, RESET_WATCHDOG
 from .machine import LAMP_STEADY, NFAULT
 
@@ -370,3 +371,23 @@ def test_a_radio_that_is_not_there_yet_is_waited_for(single: Rig) -> None:
     assert single.status()[0].state == "ready"
     single.fleet.run(2_500_000)
     assert machine.lamp() == LAMP_STEADY
+
+
+@pytest.mark.parametrize("mhz", [3, 1])
+def test_a_slower_bus_to_the_radio_is_a_matter_of_the_build(
+    image_folder: Path, homed_flash: bytes, tmp_path: Path, mhz: int
+) -> None:
+    folder = tmp_path / "image"
+    shutil.copytree(image_folder, folder)
+    done = make(folder, f"SPI_MHZ={mhz}")
+    assert done.returncode == 0, done.stdout + done.stderr
+    rig = Rig(read_image(folder / "node.elf"), homed_flash, tmp_path, count=1)
+    assert [node.state for node in rig.status()] == ["ready"]
+    assert rig.machines[0].chip.spi_hz == mhz * 1_000_000
+    assert rig.send().outcome == "done"
+
+
+def test_a_bus_at_another_rate_is_refused_by_the_build(tmp_path: Path) -> None:
+    done = make(tmp_path, "SPI_MHZ=12")
+    assert done.returncode != 0
+    assert "SPI_MHZ is 6, 3 or 1" in done.stdout + done.stderr

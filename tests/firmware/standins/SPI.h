@@ -1,4 +1,4 @@
-/* Stands in for Teensyduino's header of that name. */
+/* Stands in for Teensyduino's header of that name; how it was checked is said in Arduino.h. */
 #ifndef STANDIN_SPI_H
 #define STANDIN_SPI_H
 
