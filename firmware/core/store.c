@@ -1,6 +1,7 @@
 #include "store.h"
 
-#define MAGIC 0x31504C43u /* "CLP1" */
+#define MAGIC 0x4C43u /* "CL"; what the position was counted under is in the upper half */
+#define UNDER_SHIFT 16
 #define BLANK 0xFFFFFFFFu
 #define MOVING 0u
 #define BOOT_MASK 0xFFFFFFu
@@ -33,7 +34,7 @@ static void load(const cl_store *store, uint32_t address, uint32_t words[CL_STOR
 }
 
 static bool whole(const uint32_t words[CL_STORE_WORDS]) {
-    return words[0] == MAGIC && words[CHECK] == checksum(words);
+    return (words[0] & 0xFFFFu) == MAGIC && words[CHECK] == checksum(words);
 }
 
 static bool blank(const cl_store *store, uint32_t address) {
@@ -54,6 +55,7 @@ static void take(cl_store *store, uint32_t address, const uint32_t words[CL_STOR
     store->last.boot = words[BOOT] & BOOT_MASK;
     store->last.flags = words[BOOT] >> FLAGS_SHIFT & FLAGS_MASK;
     store->last.known = words[BOOT] >> KNOWN_SHIFT != 0 && !store->marked;
+    store->last.under = (uint16_t)(words[0] >> UNDER_SHIFT);
 }
 
 /* A slot that was written to the end but cannot be read may have held anything. One without a checksum was cut short,
@@ -138,7 +140,7 @@ static bool program(cl_store *store, uint32_t address, const uint32_t words[CL_S
 }
 
 static bool append(cl_store *store, const cl_saved *saved) {
-    uint32_t words[CL_STORE_WORDS] = {MAGIC, store->sequence + 1};
+    uint32_t words[CL_STORE_WORDS] = {MAGIC | (uint32_t)store->under << UNDER_SHIFT, store->sequence + 1};
     for (unsigned axis = 0; axis < CL_AXES; axis++) words[POSITION + axis] = (uint32_t)saved->position.at[axis];
     words[BOOT] = (saved->boot & BOOT_MASK) | (uint32_t)(saved->flags & FLAGS_MASK) << FLAGS_SHIFT |
                   (uint32_t)saved->known << KNOWN_SHIFT;
@@ -155,6 +157,11 @@ static bool append(cl_store *store, const cl_saved *saved) {
     return false;
 }
 
+void cl_store_tie(cl_store *store, uint16_t under) {
+    store->under = under;
+    if (store->last.under != under) store->last.known = false;
+}
+
 bool cl_store_boot(cl_store *store) {
     cl_saved saved = store->last;
     saved.boot = saved.boot + 1 + store->lost;
@@ -165,8 +172,9 @@ bool cl_store_boot(cl_store *store) {
 }
 
 bool cl_store_save(cl_store *store, const cl_counts *position, bool known, uint8_t flags) {
-    cl_saved saved = {*position, store->last.boot, flags, known};
-    bool same = store->found && !store->marked && known == store->last.known && flags == store->last.flags;
+    cl_saved saved = {*position, store->last.boot, flags, known, store->under};
+    bool same = store->found && !store->marked && known == store->last.known && flags == store->last.flags &&
+                store->under == store->last.under;
     for (unsigned axis = 0; axis < CL_AXES; axis++) {
         int64_t apart = (int64_t)position->at[axis] - store->last.position.at[axis];
         same = same && apart <= CL_STORE_NEAR && apart >= -CL_STORE_NEAR;

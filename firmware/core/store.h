@@ -6,8 +6,8 @@
    Units: encoder counts; addresses in bytes.
    Source: a Teensy LC's flash is programmed by words of 32 bits, each once between two erases of its sector.
 
-   Record, in words: magic, sequence, three positions, boot number and flags, mark, checksum of the first six. The
-   checksum is programmed last. The mark stays blank until the axes are about to move: a record with its mark set
+   Record, in words: magic with what its position was counted under, sequence, three positions, boot number and flags,
+   mark, checksum of the first six. The checksum is programmed last. The mark stays blank until the axes are about to move: a record with its mark set
    still proves the boot number, but no position.
 
    Why a boot number never comes twice: it is used only after its record was written and read back; and a sector is
@@ -16,10 +16,13 @@
    position unknown. After the last of 2^24 - 1 numbers there is none any more. Only a new program, which erases the
    whole chip, begins at 1 again.
 
+   A position belongs to the settings that it was counted under: they say where zero is. The program sums them up in 16
+   bits; under others the boot number still counts, but no position. So nobody has to know what a loader erases.
+
    What it cannot know: axes turned by hand or by a load while the power is off.
 
    The processor stands still while its flash is busy (0.1 ms for a word, 0.1 s for a sector), and loses encoder edges:
-   call nothing here but `cl_store_open` unless the motors are at rest. The first call after it is `cl_store_boot`. */
+   call nothing here but `cl_store_open` unless the motors are at rest. Then come `cl_store_tie` and `cl_store_boot`. */
 #ifndef CL_STORE_H
 #define CL_STORE_H
 
@@ -47,12 +50,14 @@ typedef struct {
     uint32_t boot;  /* 24 bits */
     uint8_t flags;  /* 7 bits of the program's own */
     bool known;     /* `position` is where the axes are */
+    uint16_t under; /* which settings it was counted under */
 } cl_saved;
 
 typedef struct {
     cl_flash flash;
     uint32_t sector[CL_STORE_SECTORS];
     cl_saved last;
+    uint16_t under; /* the settings of now */
     uint32_t sequence;
     uint32_t newest; /* address of the newest record; valid if `found` */
     uint8_t active;  /* sector that is being filled */
@@ -65,6 +70,9 @@ typedef struct {
 
 /* Find the newest record; `store->last` is what it says, with `known` false if there is no certain position. */
 void cl_store_open(cl_store *store, const cl_flash *flash, uint32_t first_sector, uint32_t second_sector);
+
+/* From now on positions are counted under these settings; one that was counted under others is not known any more. */
+void cl_store_tie(cl_store *store, uint16_t under);
 
 /* Count this boot: `store->last.boot` is its number once this has returned true. Until then keep the radio silent. */
 bool cl_store_boot(cl_store *store);

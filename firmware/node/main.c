@@ -49,7 +49,7 @@ static void begin(void) {
     const cl_identity identity = {settings.number, chip_id(), FIRMWARE, settings.master};
     cl_memory memory;
     cl_counts position;
-    if (!persist_begin(&memory, &position)) {
+    if (!persist_begin(settings_sum(&settings), &memory, &position)) {
         refuse(LAMP_NO_MEMORY);
     }
     encoder_shift(&position);

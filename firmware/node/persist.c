@@ -29,9 +29,10 @@ static uint32_t read(void *self, uint32_t address) {
     return flash_word(address);
 }
 
-bool persist_begin(cl_memory *memory, cl_counts *position) {
+bool persist_begin(uint16_t under, cl_memory *memory, cl_counts *position) {
     const cl_flash flash = {0, erase, program, read};
     cl_store_open(&store, &flash, FLASH_STORE_A, FLASH_STORE_B);
+    cl_store_tie(&store, under);
     if (!cl_store_boot(&store)) {
         return false;
     }

@@ -7,8 +7,9 @@
 
 #include "node.h"
 
-/* Count this boot and say what is known from before; false if the flash does not take it: then nothing may move. */
-bool persist_begin(cl_memory *memory, cl_counts *position);
+/* Count this boot and say what is known from before under the settings that `under` sums up; false if the flash does not
+ * take it: then nothing may move. */
+bool persist_begin(uint16_t under, cl_memory *memory, cl_counts *position);
 
 /* The axes are about to move: from now on no boot believes the last position. False if that cannot be written. */
 bool persist_moving(void);

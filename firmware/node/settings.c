@@ -52,6 +52,16 @@ static void copy(uint8_t *to, const uint8_t *from, unsigned length) {
     }
 }
 
+uint16_t settings_sum(const node_settings *settings) {
+    uint8_t bytes[4 + 8 * CL_AXES] = {settings->number};
+    for (unsigned axis = 0; axis < CL_AXES; axis++) {
+        cl_put32(bytes + 4 + 8 * axis, (uint32_t)settings->axes[axis].low);
+        cl_put32(bytes + 8 + 8 * axis, (uint32_t)settings->axes[axis].high);
+    }
+    uint32_t crc = crc32(bytes, sizeof bytes);
+    return (uint16_t)(crc ^ crc >> 16);
+}
+
 bool settings_read(node_settings *settings) {
     uint8_t record[RECORD_BYTES];
     for (unsigned i = 0; i < RECORD_BYTES; i += 4) {

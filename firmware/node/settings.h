@@ -18,4 +18,7 @@ typedef struct {
 /* False if there is no record, or not a whole one. */
 bool settings_read(node_settings *settings);
 
+/* What positions hang on, in 16 bits: whose motors they are of, and where their travel ends. */
+uint16_t settings_sum(const node_settings *settings);
+
 #endif

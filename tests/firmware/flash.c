@@ -103,6 +103,8 @@ void flash_open(flash *f) {
     cl_store_open(&f->store, &hooks, FIRST, SECOND);
 }
 
+void flash_tie(flash *f, uint16_t under) { cl_store_tie(&f->store, under); }
+
 bool flash_boot(flash *f) { return cl_store_boot(&f->store); }
 
 bool flash_save(flash *f, const int32_t at[3], bool known, uint8_t flags) {

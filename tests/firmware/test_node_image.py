@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 from pathlib import Path
-from zlib import crc32
 
 import pytest
 
@@ -18,7 +17,7 @@ from curveline.radio.site.intel_hex import with_settings
 from curveline.radio.site.key_file import settings_record
 from hexfile import bytes_of
 
-from .display import POSES, Rig
+from .display import POSES, Rig, records, sealed
 from .fleet import MASTER, SETTINGS, STORE, ChipRadio, Fleet, drive_table
 from .image import Image, make, read_image
 from .kl26 import RESET_LOCKUP, RESET_LOW_VOLTAGE, RESET_PIN, RESET_POWER_ON, RESET_SOFTWARE, RESET_WATCHDOG
@@ -335,11 +334,9 @@ def test_a_node_that_has_counted_its_boots_to_the_end_stays_off_the_air(image: I
 def with_boot(flash: bytes, boot: int) -> bytes:
     """The store with another boot number in all of its records."""
     changed = bytearray(flash)
-    for at in range(0, len(flash), 32):
-        if flash[at : at + 4] == b"CLP1":
-            changed[at + 20 : at + 23] = boot.to_bytes(3, "little")
-            changed[at + 28 : at + 32] = (crc32(changed[at : at + 24]) >> 1).to_bytes(4, "little")
-    return bytes(changed)
+    for at in records(flash):
+        changed[at + 20 : at + 23] = boot.to_bytes(3, "little")
+    return sealed(changed)
 
 
 def test_an_answer_stays_loaded_whatever_comes_in(single: Rig) -> None:

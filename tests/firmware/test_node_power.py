@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from curveline.drive_settings import AXES
 from curveline.radio.protocol.codes import NodeState
+from curveline.radio.site.key_file import settings_record
 
 from .display import Rig
+from .fleet import AXES as AXES_DRIVE
+from .fleet import MASTER, SETTINGS
 from .hand import Hand
 from .image import Image
 from .kl26 import (
@@ -286,3 +290,35 @@ def test_what_was_written_is_read_back_at_once(image: Image, rig: Rig, machine: 
     machine.power_cycle()
     assert state(rig) == "ready"
     assert machine.chip.words_programmed == written + 7, "one record, all but its mark"
+
+
+# Positions and the settings that they were counted under
+
+
+def flash_again(rig: Rig, machine: Machine, **changes: object) -> None:
+    """Give the node other settings, by a loader that leaves the last pages as they are."""
+    drive = replace(rig.plan.drive, **changes)  # type: ignore[arg-type]
+    machine.write_flash(SETTINGS, settings_record(MASTER, drive, 1))
+    machine.power_cycle()
+
+
+def test_a_position_under_other_settings_is_not_believed(rig: Rig, machine: Machine) -> None:
+    bias = rig.plan.drive.axes[1]
+    before = rig.status()[0].boot
+    assert before is not None
+    flash_again(rig, machine, axes=(AXES_DRIVE[0], replace(bias, low=bias.low - 1.0), AXES_DRIVE[2]))
+    rig.fleet.run(20_000)
+    who = Hand(rig.fleet, rig.radio).status()
+    assert who.state is NodeState.UNHOMED
+    rig.fleet.run(500_000)
+    flash_again(rig, machine)
+    rig.fleet.run(20_000)
+    (node,) = rig.status()
+    assert node.state == "unhomed", "nor under the old ones, once others were there"
+    assert node.boot == before + 2, "boots are counted on all the same"
+
+
+def test_a_position_outlives_settings_that_it_does_not_hang_on(rig: Rig, machine: Machine) -> None:
+    slower = tuple(replace(axis, speed=axis.speed / 2) for axis in AXES_DRIVE)
+    flash_again(rig, machine, axes=slower)
+    assert state(rig) == "ready"

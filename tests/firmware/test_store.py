@@ -64,6 +64,9 @@ class Flash:
         """Power comes back, and the store looks at what is there."""
         self._c.flash_open(self._self)
 
+    def tie(self, under: int) -> None:
+        self._c.flash_tie(self._self, ctypes.c_uint16(under))
+
     def boot(self) -> bool:
         return bool(self._c.flash_boot(self._self))
 
@@ -387,3 +390,42 @@ def test_noise_is_no_record() -> None:
         assert flash.last() == (0, None, 0)
         assert flash.boot()
         assert flash.last()[0] == 1
+
+
+# Settings
+
+
+def test_a_position_belongs_to_the_settings_that_it_was_counted_under(flash: Flash) -> None:
+    flash.tie(0x1234)
+    assert flash.boot()
+    assert flash.save((1, 2, 3), flags=5)
+    for under, position in ((0x1234, (1, 2, 3)), (0x1235, None), (0x1234, None)):
+        flash.open()
+        flash.tie(under)
+        assert flash.last()[1:] == (position, 5)
+        assert flash.boot()
+    assert flash.last()[0] == 4
+
+
+def test_the_same_position_under_other_settings_is_written_again(flash: Flash) -> None:
+    flash.tie(1)
+    assert flash.boot()
+    assert flash.save((1, 2, 3))
+    flash.tie(2)
+    before = flash.newest
+    assert flash.last()[1] is None
+    assert flash.save((1, 2, 3))
+    assert flash.newest != before
+    flash.open()
+    flash.tie(2)
+    assert flash.last()[1] == (1, 2, 3)
+
+
+def test_records_of_the_firmware_before_count_boots_but_tell_no_position(flash: Flash) -> None:
+    flash.tie(0x3150)  # of which they consist: "P1"
+    assert flash.boot()
+    assert flash.save((1, 2, 3))
+    assert flash.chip.words[flash.newest] == int.from_bytes(b"CLP1", "little")
+    flash.open()
+    flash.tie(0x0815)
+    assert flash.last() == (1, None, 0)
