@@ -58,6 +58,17 @@
 #define PMC_LVDSC2_FLAG 0x80u
 #define PMC_LVDSC2_CLEAR 0x40u
 #define PMC_LVDSC2_LEVEL(n) ((uint8_t)(n))
+#define PMC_REGSC REG8(0x4007D002u)
+#define PMC_REGSC_BANDGAP 0x01u /* for the converter */
+
+/* Analogue to digital converter: whatever its channel has, in parts of the supply. */
+#define ADC0_SC1A REG32(0x4003B000u)
+#define ADC0_CFG1 REG32(0x4003B008u)
+#define ADC0_RA REG32(0x4003B010u)
+#define ADC0_SC3 REG32(0x4003B024u)
+#define ADC_SC1_DONE 0x80u
+#define ADC_CHANNEL_BANDGAP 27u
+#define SIM_SCGC6_ADC0 0x08000000u
 
 /* Flash is read through a small cache, which nobody else empties after a flash command. */
 #define MCM_PLACR REG32(0xF000300Cu)

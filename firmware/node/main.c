@@ -143,6 +143,7 @@ _Noreturn void program_main(void) {
         home_serve(&node, now_ms, news);
         link_serve(&node, now_ms);
         take_note(now_ms);
+        supply_serve(now_ms);
         guard_motors();
         persist_serve(&node, now_ms);
         lamp_show(lamp_code(now_ms), now_ms);

@@ -15,6 +15,12 @@ void supply_tick(void);
 /* For how many ms in a row the supply has been low. */
 uint16_t supply_low_ms(void);
 
+/* How high it is [mV], give or take 3 %; 0 if that is not known yet. */
+uint16_t supply_mv(void);
+
+/* From the main loop: measures now and then. */
+void supply_serve(int64_t now_ms);
+
 /* Whether it has been up for a while since the program began. */
 bool supply_is_up(void);
 

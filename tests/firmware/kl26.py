@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from .power import PMC_LVDSC1, PMC_LVDSC2, Power
+from .power import PMC_LVDSC1, PMC_LVDSC2, PMC_REGSC, Power
 
 PORT_A, PORT_B, PORT_C, PORT_D, PORT_E = range(5)
 CYCLES_PER_US = 48
@@ -26,16 +26,19 @@ SECTOR_BYTES = 1024
 
 GATE_OF_PAGE = {
     0x76: (0x48034, 22),
+    0x3B: (0x4803C, 27),
     **{0x49 + index: (0x48038, 9 + index) for index in range(5)},
     **{0x38 + index: (0x4803C, 24 + index) for index in range(3)},
 }
-"""Page of SPI0, a port or a timer -> register and bit of its clock funnel."""
+"""Page of SPI0, the converter, a port or a timer -> register and bit of its clock funnel."""
 
 MCG_C1, MCG_C2, MCG_C5, MCG_C6, MCG_S, OSC0_CR = 0x64000, 0x64001, 0x64004, 0x64005, 0x64006, 0x65000
 SIM_SOPT2, SIM_CLKDIV1, SIM_UID, SIM_COPC, SIM_SRVCOP = 0x48004, 0x48044, 0x48058, 0x48100, 0x48104
 RCM_SRS0, RCM_SRS1 = 0x7F000, 0x7F001
 SPI0_S, SPI0_BR, SPI0_C2, SPI0_C1, SPI0_DL = 0x76000, 0x76001, 0x76002, 0x76003, 0x76006
 FTFA_FSTAT, FTFA_FCCOB = 0x20000, 0x20004
+ADC0_SC1A, ADC0_CFG1, ADC0_RA, ADC0_SC3 = 0x3B000, 0x3B008, 0x3B010, 0x3B024
+ADC_DONE, ADC_BANDGAP, BANDGAP_MV = 0x80, 27, 1000
 SYST_CSR, SYST_RVR, SYST_CVR = 0xE010, 0xE014, 0xE018
 NVIC_ISER, NVIC_IPR, SCB_SHPR3 = 0xE100, 0xE400, 0xED20
 MCM_PLACR, PLACR_CLEAR_CACHE = 0xC, 0x400
@@ -115,6 +118,7 @@ class Kl26:
             SIM_SRVCOP: self._feed_cop,
             SPI0_DL: self._write_spi_data,
             FTFA_FSTAT: self._write_flash_status,
+            ADC0_SC1A: self._convert,
             PMC_LVDSC1: lambda value: self._write_power(PMC_LVDSC1, value),
             PMC_LVDSC2: lambda value: self._write_power(PMC_LVDSC2, value),
         }
@@ -394,6 +398,13 @@ class Kl26:
         self.on_flash(address, length)
         self._stale.append((address, length))
 
+    def _convert(self, channel: int) -> None:
+        """The only channel that is looked at is the reference, which needs its buffer; it takes no time."""
+        if channel != ADC_BANDGAP or not self.store.get(PMC_REGSC, 0) & 1 or self.store.get(ADC0_CFG1, 0) & 0xC != 4:
+            raise Strayed("the converter is asked for what it cannot tell")
+        self.store[ADC0_SC1A] = channel | ADC_DONE
+        self.store[ADC0_RA] = 4095 * BANDGAP_MV // self.power.mv
+
     def _write_power(self, offset: int, value: int) -> None:
         self.power.write(offset, value)
         if self.power.too_low:
@@ -401,6 +412,7 @@ class Kl26:
 
     _KNOWN = frozenset(
         {MCG_C1, MCG_C2, MCG_C5, MCG_C6, OSC0_CR, SIM_SOPT2, SIM_CLKDIV1, 0x48034, 0x48038, 0x4803C}
+        | {PMC_REGSC, ADC0_SC1A, ADC0_CFG1, ADC0_RA, ADC0_SC3}
         | {SPI0_BR, SPI0_C1, SPI0_C2, RCM_SRS0, FTFA_FSTAT, *range(FTFA_FCCOB, FTFA_FCCOB + 8)}
         | {0x38000 + 0x1000 * timer + register for timer in range(3) for register in (0, 4, 8, 12, 16, 20, 24)}
     )

@@ -8,7 +8,7 @@ cleared while the supply is back, and that it may be up after power-on. The leve
 
 from __future__ import annotations
 
-PMC_LVDSC1, PMC_LVDSC2 = 0x7D000, 0x7D001
+PMC_LVDSC1, PMC_LVDSC2, PMC_REGSC = 0x7D000, 0x7D001, 0x7D002
 POWER_ON_MV = 1100
 """Below this there is no power, and RAM forgets."""
 RESET_MV = (1600, 2560)

@@ -149,6 +149,13 @@ def test_the_levels_are_set_below_what_feeds_the_board_and_above_what_encoders_n
     assert power.reset_mv == 2560, "only power-on falls back"
 
 
+@pytest.mark.parametrize("mv", [3300, 2950, 3500])
+def test_the_supply_is_measured(rig: Rig, machine: Machine, mv: int) -> None:
+    machine.supply(mv)
+    rig.fleet.run(250_000)
+    assert machine.cpu.word("measured_mv") & 0xFFFF == pytest.approx(mv, abs=3)
+
+
 def dip(rig: Rig, mv: int, us: int) -> None:
     rig.machines[0].supply(mv)
     rig.fleet.run(us)
