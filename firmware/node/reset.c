@@ -21,7 +21,10 @@ static note top_note __attribute__((section(".note_top")));
 static uint8_t cause;
 static bool known; /* the note tells whether there is a stop */
 
-static void write(uint32_t marks) {
+/* Flash is dear and none of this is urgent. */
+#define ONCE __attribute__((noinline))
+
+ONCE static void write(uint32_t marks) {
     const note fresh = {NOTE | marks, ~(NOTE | marks)};
     volatile note *const copies[2] = {&low_note, &top_note};
     for (unsigned copy = 0; copy < 2; copy++) {
@@ -31,7 +34,7 @@ static void write(uint32_t marks) {
 }
 
 /* Marks of all copies that can be read; false if none can. */
-static bool read(uint32_t *marks) {
+ONCE static bool read(uint32_t *marks) {
     const volatile note *const copies[2] = {&low_note, &top_note};
     bool any = false;
     *marks = 0;
@@ -46,7 +49,7 @@ static bool read(uint32_t *marks) {
 }
 
 /* The tick and the main loop both do it. */
-static void mark(uint32_t which, bool set) {
+ONCE static void mark(uint32_t which, bool set) {
     uint32_t marks, wanted;
     cpu_mask_interrupts();
     bool any = read(&marks);

@@ -24,7 +24,8 @@ enum {
 #define MOST_NUMBER 254
 #define MOST_CHANNEL 125
 
-static uint32_t crc32(const uint8_t *bytes, unsigned length) {
+/* Flash is dear. */
+__attribute__((noinline)) static uint32_t crc32(const uint8_t *bytes, unsigned length) {
     uint32_t crc = 0xFFFFFFFFu;
     for (unsigned i = 0; i < length; i++) {
         crc ^= bytes[i];
