@@ -271,8 +271,6 @@ static void place(void *self, int64_t now_ms, uint8_t axis, int32_t counts) {
     open_gate();
 }
 
-__attribute__((weak)) uint16_t supply_mv(void) { return 0; }
-
 static void see(void *self, int64_t now_ms, uint8_t axis, uint8_t first, cl_look *seen) {
     cl_homing_input input;
     uint32_t missed = encoder_illegal(axis - 1u);

@@ -13,9 +13,6 @@ void clock_start(void);
 void watchdog_tick(void);
 void watchdog_main(void);
 
-/* The supply in mV as the chip measures it, 0 if it cannot. */
-uint16_t supply_mv(void);
-
 /* Handlers named in the vector table. */
 void tick_handler(void);
 void pins_handler(void);
