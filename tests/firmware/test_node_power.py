@@ -8,7 +8,10 @@ from pathlib import Path
 import pytest
 
 from curveline.drive_settings import AXES
+from curveline.driving.node_errands import NodePlace, watch
+from curveline.errors import LinkError
 from curveline.radio.protocol.codes import NodeState
+from curveline.radio.protocol.service_frames import ServiceFrame
 from curveline.radio.site.key_file import settings_record
 
 from .display import Rig
@@ -153,7 +156,8 @@ def test_the_levels_are_set_below_what_feeds_the_board_and_above_what_encoders_n
 def test_the_supply_is_measured(rig: Rig, machine: Machine, mv: int) -> None:
     machine.supply(mv)
     rig.fleet.run(250_000)
-    assert machine.cpu.word("measured_mv") & 0xFFFF == pytest.approx(mv, abs=3)
+    seen = next(watch(NodePlace(rig.radio, rig.plan.drive, 1)))
+    assert seen.supply_mv == pytest.approx(mv, abs=3)
 
 
 def dip(rig: Rig, mv: int, us: int) -> None:
@@ -211,6 +215,22 @@ def test_nothing_is_homed_while_the_supply_is_low(rig: Rig, machine: Machine) ->
     hand.status()
     hand.home(0b111, order=1)
     assert hand.watch().state is NodeState.READY
+
+
+def test_a_dip_ends_a_turn_without_a_loop(rig: Rig, machine: Machine) -> None:
+    speeds = []
+
+    def sag() -> None:
+        speeds.append(abs(machine.motors[0].speed))
+        machine.supply(2850)
+
+    rig.fleet.ether.at(rig.fleet.now_us + 500_000, sag)
+    with NodePlace(rig.radio, rig.plan.drive, 1).tried() as errand, pytest.raises(LinkError):
+        errand.turn(ServiceFrame(0, 0, 0, axis=1, amount=350, rate=1000, span=1500))
+    assert speeds[0] > 200
+    rig.fleet.run(300_000)
+    assert not any(motor.speed for motor in machine.motors)
+    assert rig.status()[0].fault == "brown-out"
 
 
 def test_a_dip_ends_a_search_without_a_zero(rig: Rig, machine: Machine) -> None:
