@@ -65,6 +65,15 @@ def lock(descriptor: int) -> bool:
     return True
 
 
+def ask_device(descriptor: int, request: int, answer: bytearray) -> None:
+    """Fill `answer` with what a device driver says to a request; OSError if it does not know it, or there are no such."""
+    if sys.platform == "win32":
+        raise OSError(errno.ENOSYS, "there are no such requests here")
+    import fcntl
+
+    fcntl.ioctl(descriptor, request, answer)
+
+
 def write_at(descriptor: int, data: bytes, offset: int) -> int:
     """Write at `offset` of an open file; how many bytes were taken."""
     if sys.platform == "win32":

@@ -9,9 +9,10 @@ from __future__ import annotations
 import importlib.util
 import os
 import re
-import sys
 from contextlib import suppress
 from pathlib import Path
+
+from curveline.system import portable
 
 HEADERS = ("pinctrl-rp1", "pinctrl-bcm2711", "pinctrl-bcm2835")
 """What kernels call the chip of a Raspberry Pi's header: 5; 4; those before."""
@@ -44,15 +45,11 @@ def library_chip() -> str | None:
 
 def _label(path: str) -> str:
     """What the kernel calls a chip; "" if it is not there, or not for this user."""
-    if sys.platform == "win32":
-        return ""
-    import fcntl
-
     info = bytearray(_INFO_BYTES)
     with suppress(OSError):
         chip = os.open(path, os.O_RDONLY)
         try:
-            fcntl.ioctl(chip, CHIP_INFO, info)
+            portable.ask_device(chip, CHIP_INFO, info)
         finally:
             os.close(chip)
     return bytes(info[_LABEL]).split(b"\0", 1)[0].decode("ascii", "replace")
