@@ -66,7 +66,7 @@ def lock(descriptor: int) -> bool:
 
 
 def ask_device(descriptor: int, request: int, answer: bytearray) -> None:
-    """Fill `answer` with what a device driver says to a request; OSError if it does not know it, or there are no such."""
+    """Fill `answer` with what a driver says to a request; OSError if it does not know it, or systems have none."""
     if sys.platform == "win32":
         raise OSError(errno.ENOSYS, "there are no such requests here")
     import fcntl
