@@ -25,7 +25,7 @@ SAME = mm(5.0)
 """Curves that are no farther apart are the same."""
 FARTHEST = mm(30.0)
 """No display differs by more from its model, root of the mean square."""
-SUREST = mm(0.4)
+SUREST = mm(0.8)
 """A standard error that is larger is of no use."""
 
 
