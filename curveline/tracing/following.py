@@ -102,7 +102,8 @@ class FollowedState:
     def sigma(self) -> float:
         """The standard error of a point [m], but for what is wrong with the camera's place."""
         own = np.mean(self.smooth.sigma[self.used] ** 2)
-        shared = np.mean(self.windows.alike[self.used]) ** 2
+        # Where the rod is as light as what is behind it, nothing is told at all, which is no error of the others.
+        shared = np.median(self.windows.alike[self.used]) ** 2
         return float(np.sqrt(own + shared + LEAST_ERROR**2))
 
     @property
