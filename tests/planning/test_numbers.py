@@ -57,8 +57,9 @@ def with_rod(shape: Scene, total_mm: float) -> Scene:
 
 
 def telling(shape: Scene, farthest_mm: float) -> Scene:
-    """The shape on a display whose nodes can tell only so much fed rod."""
-    extrude = replace(shape.display.drive.extrude, counts_per_unit=POSITION_LIMIT / mm(farthest_mm))
+    """The shape on a display whose nodes can tell only so much fed rod; finer counts come no faster than before."""
+    own, counts = shape.display.drive.extrude, POSITION_LIMIT / mm(farthest_mm)
+    extrude = replace(own, counts_per_unit=counts, speed=own.speed * own.counts_per_unit / counts)
     return replace(shape, display=replace(shape.display, drive=replace(shape.display.drive, extrude=extrude)))
 
 
