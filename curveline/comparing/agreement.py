@@ -6,6 +6,7 @@ root mean square error (RMSE) of the model, both of heights over the width that 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
@@ -58,7 +59,8 @@ class StateMisfit:
 class SegmentAgreement:
     """What the trials that count show of a segment; curves are in the display's frame [m].
 
-    `mean` and `deviation (k,)` are those of heights over `x (k,)`; all three are empty where a trial overhangs.
+    `mean` and `deviation (k,)` are those of heights over `x (k,)`, NaN where a trial does not tell; all three are empty
+    where one overhangs.
     """
 
     wanted: str  # the state that the shape asks for
@@ -252,4 +254,4 @@ def _misfit(found: StateMisfit) -> Document:
 
 def in_mm(length: float | None) -> float | None:
     """A length as documents have it; None if it is not known."""
-    return None if length is None else round(to_mm(length), DIGITS)
+    return None if length is None or not math.isfinite(length) else round(to_mm(length), DIGITS)

@@ -67,12 +67,16 @@ def _segment(
     x = common_span([*trials, *(each.points for each in known)]) if trials else NOWHERE
     rows = [heights_at(points, x) for points in trials]
     heights = np.array(rows) if x.size and all(row is not None for row in rows) else None
+    # What one trial does not tell, counts of none.
+    told = np.zeros(0, dtype=bool) if heights is None else np.isfinite(heights).all(axis=0)
+    if heights is not None:
+        heights = np.where(told, heights, np.nan) if told.sum() > 1 else None
     misfits = [_misfit(each, trials, x, heights) for each in known] if trials else []
     return SegmentAgreement(
         wanted,
         state,
         tuple(sorted(misfits, key=lambda each: each.across)),
-        None if heights is None else mean_deviation(heights, ddof),
+        None if heights is None else mean_deviation(heights[:, told], ddof),
         NOWHERE if heights is None else x,
         NOWHERE if heights is None else heights.mean(axis=0),
         NOWHERE if heights is None or len(heights) <= ddof else heights.std(axis=0, ddof=ddof),

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from curveline.fitting.measured import Gaps, mean_square
+from curveline.fitting.measured import Gaps
 from curveline.trial import Array
+from curveline.units import mm
 
 PLACES = 501
 """Places over the common span, equally far apart, and points along a curve."""
@@ -20,14 +21,28 @@ OVERHANG = 0.01
 """A curve overhangs where its x goes back by more than this part of its width; less is noise of its points."""
 
 
+HOLE, LEAST_HOLE = 4.0, mm(15.0)
+"""Neighbours so many times as far apart as most, and at least so far, have something between them that was not seen."""
+
+
+def holes_in(points: Array) -> list[int]:
+    """The pairs of neighbours of a polyline `(n, 2)` between which nothing is known: the numbers of the former."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    found: list[int] = np.flatnonzero(steps > max(HOLE * float(np.median(steps)), LEAST_HOLE)).tolist()
+    return found
+
+
 def heights_at(points: Array, x: Array) -> Array | None:
-    """Heights of a polyline `(n, 2)` at `x (k,)`, within its width; None if it overhangs."""
+    """Heights of a polyline `(n, 2)` at `x (k,)`, within its width, NaN in its holes; None if it overhangs."""
     along = points[:, 0]
     back = float(np.max(np.maximum.accumulate(along) - along))
     if back > OVERHANG * float(np.ptp(along)):
         return None
     order = np.argsort(along, kind="stable")
     heights: Array = np.interp(x, along[order], points[order, 1])
+    for hole in holes_in(points):
+        low, high = sorted(along[hole : hole + 2])
+        heights[(x > low) & (x < high)] = np.nan
     return heights
 
 
@@ -39,22 +54,23 @@ def common_span(curves: Sequence[Array]) -> Array:
 
 
 def along(points: Array) -> Array:
-    """`PLACES` points of a polyline `(n, 2)`, equally spaced in arc length."""
+    """Points of a polyline `(n, 2)`, equally spaced in arc length, `PLACES` of them but for those in its holes."""
     steps = np.hypot(*np.diff(points, axis=0).T)
     places = np.concatenate([[0.0], np.cumsum(steps)])
     wanted = np.linspace(0.0, places[-1], PLACES)
+    for hole in holes_in(points):
+        wanted = wanted[(wanted <= places[hole]) | (wanted >= places[hole + 1])]
     return np.column_stack([np.interp(wanted, places, points[:, column]) for column in (0, 1)])
 
 
 def rms_across(points: Array, curve: Array) -> float:
     """Root mean square distance [m] from a polyline `(n, 2)`, evenly along it, to the nearest points of a `curve`."""
-    there = along(points)
-    return math.sqrt(mean_square(there, Gaps.between(there, curve).there))
+    return math.sqrt(float(np.mean(Gaps.between(along(points), curve).there ** 2)))
 
 
 def rms_over(heights: Array, expected: Array) -> float:
-    """Root mean square difference [m] between `heights (trials, k)` and `expected (k,)`."""
-    return float(np.sqrt(np.mean((heights - expected) ** 2)))
+    """Root mean square difference [m] between `heights (trials, k)` and `expected (k,)`, where both are known."""
+    return float(np.sqrt(np.nanmean((heights - expected) ** 2)))
 
 
 def mean_deviation(heights: Array, ddof: int) -> float | None:

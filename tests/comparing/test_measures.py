@@ -10,6 +10,7 @@ from curveline.comparing.measures import (
     along,
     common_span,
     heights_at,
+    holes_in,
     mean_deviation,
     rms_across,
     rms_over,
@@ -70,7 +71,28 @@ def test_overhanging_curves_have_no_heights() -> None:
 
 
 def test_points_are_spread_evenly_whatever_the_table_had() -> None:
-    crowded = np.array([[0.0, 0.0], *[[1e-4 * k, 0.0] for k in range(1, 50)], [0.5, 0.0]])
+    x = np.cumsum(np.concatenate([[0.0], np.full(60, 2e-3), np.full(60, 6e-3)]))
+    crowded = np.column_stack([x, np.zeros(len(x))])
     steps = np.hypot(*np.diff(along(crowded), axis=0).T)
     assert np.ptp(steps) < 1e-12
     assert rms_across(lifted(0.003), LINE) == pytest.approx(0.003)
+
+
+def test_nothing_counts_in_a_hole() -> None:
+    # An arc whose middle was not seen: the chord over the hole is 24 mm beside the arc, and no part of the trial.
+    turn = np.linspace(0.0, np.pi, 181)
+    arc = 0.2 * np.column_stack([-np.cos(turn), np.sin(turn)])
+    seen = np.vstack([arc[:70], arc[111:]])
+    assert holes_in(arc) == []
+    assert holes_in(seen) == [69]
+    assert rms_across(seen, arc) < 1e-4
+    x = np.linspace(-0.15, 0.15, 61)
+    heights, expected = heights_at(seen, x), heights_at(arc, x)
+    assert heights is not None
+    assert expected is not None
+    unknown = np.isnan(heights)
+    assert 15 < unknown.sum() < 35
+    assert np.abs(x[unknown]).max() < 0.2 * np.cos(turn[69])
+    assert rms_over(np.array([heights]), expected) < 1e-4
+    few = np.column_stack([np.linspace(0.0, 0.5, 12), np.zeros(12)])
+    assert holes_in(few) == []
