@@ -62,6 +62,15 @@ CameraOption = Annotated[
         help="The camera file of the pictures: see `curveline camera`.",
     ),
 ]
+TrialsCameraOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE",
+        rich_help_panel="Photographs",
+        show_default="camera.toml of the folder",
+        help="The camera file of the photographs.",
+    ),
+]
 YesOption = Annotated[bool, typer.Option("-y", "--yes", help="Do not ask before anything moves.")]
 ForceOption = Annotated[
     bool, typer.Option("-f", "--force", rich_help_panel=RESULTS, help="Overwrite files that exist.")

@@ -78,9 +78,7 @@ def send_verified_wish(wish: Wish, verifying: Verifying, means: Means, *, as_jso
         if means.asks and not consent.agrees("Move the display?"):
             screen.note("nothing was sent")
             return EXIT_NO
-        while len(looking.tour.shapes) < len(parts) and looking.send_next(control):
-            pass
-        found = looking.tour
+        found = looking.send(control)
         _show(found, as_json=as_json)
         if isinstance(wish, Tour) and wish.ends_home and found.is_wanted:
             session.home(control)

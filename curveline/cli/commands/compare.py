@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from curveline.cli import completion
-from curveline.cli.options import RESULTS, BriefOption, ForceOption, JsonOption
+from curveline.cli.options import RESULTS, BriefOption, ForceOption, JsonOption, TrialsCameraOption
 from curveline.cli.printing import screen
 from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_NO, InvalidInput
@@ -25,15 +25,7 @@ def compare(
             help="A shape and its trials, points (.csv) or photographs, or folders of trials.",
         ),
     ],
-    camera: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            rich_help_panel=WHAT,
-            show_default="camera.toml of the folder",
-            help="The camera file of the photographs.",
-        ),
-    ] = None,
+    camera: TrialsCameraOption = None,
     display: Annotated[
         str | None,
         typer.Option(

@@ -133,10 +133,7 @@ def send_verified(
     """
     control = control or Control()
     with looked_at(session, what, request) as looking:
-        for _ in range(len(looking.what)):
-            if not looking.send_next(control):
-                break
-    return looking.tour
+        return looking.send(control)
 
 
 @contextmanager
@@ -184,7 +181,14 @@ class Looking:
         """What was sent so far."""
         return VerifiedTour(tuple(self._done), len(self.what))
 
-    def send_next(self, control: Control) -> bool:
+    def send(self, control: Control) -> VerifiedTour:
+        """Send one after the other, up to the first that is not seen as wanted; what came of it."""
+        for _ in self.what:
+            if not self._send_next(control):
+                break
+        return self.tour
+
+    def _send_next(self, control: Control) -> bool:
         """Send what is next, and lead it back as often as that is allowed; whether it was seen as wanted."""
         what = self.what[len(self._done)]
         scene = _end_of(what, self._session) if isinstance(what, Plan) else what

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from curveline.cli import completion
-from curveline.cli.options import RESULTS, BriefOption, ForceOption, JsonOption
+from curveline.cli.options import RESULTS, BriefOption, ForceOption, JsonOption, TrialsCameraOption
 from curveline.cli.printing import screen
 from curveline.cli.terminal import TERMINAL
 from curveline.errors import InvalidInput
@@ -37,15 +37,7 @@ def rod(
             metavar="FOLDER", help="Folders of trials of at least two shapes, points (.csv) or photographs."
         ),
     ],
-    camera: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            rich_help_panel=FITTING,
-            show_default="camera.toml of the folder",
-            help="The camera file of the photographs.",
-        ),
-    ] = None,
+    camera: TrialsCameraOption = None,
     display: Annotated[
         str | None,
         typer.Option(
