@@ -8,9 +8,10 @@ from typing import NamedTuple
 from curveline.drive_settings import drive_settings
 from curveline.errors import InvalidInput
 from curveline.listening import SILENT, Listener
+from curveline.radio.protocol.node_settings import node_settings
 from curveline.radio.site import key_file
 from curveline.radio.site.intel_hex import with_settings
-from curveline.radio.site.key_file import SiteFile, default_path, settings_record, write_private
+from curveline.radio.site.key_file import SiteFile, default_path, write_private
 from curveline.scene import Display
 from curveline.system.file_kinds import IMAGE, refuse_other_kind
 from curveline.system.files import AnyPath, decode_text
@@ -68,7 +69,7 @@ def node_image(
     Raises InvalidInput for a program that is none, a node that the display has not, or a file that exists.
     """
     drive = drive_settings(display if isinstance(display, Display) else _given(display))
-    settings = settings_record(read_keys(listener=listener).master, drive, number)
+    settings = node_settings(read_keys(listener=listener).master, drive, number)
     given = read_given(program, MOST_BYTES)
     text = decode_text(given.data, given.name)
     refuse_other_kind(text, given.name, IMAGE)

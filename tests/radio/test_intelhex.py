@@ -7,10 +7,14 @@ from random import Random
 import pytest
 
 from curveline.errors import InvalidInput
-from curveline.radio.site.intel_hex import SETTINGS_SECTOR, with_settings
+from curveline.radio.protocol.node_settings import node_settings
+from curveline.radio.site.intel_hex import SETTINGS_SECTOR, SPARE_SECTOR, with_settings
 from hexfile import bytes_of
 
-SETTINGS = bytes(range(100, 184))
+from .bench import drive_table
+
+SETTINGS = node_settings(bytes(range(1, 17)), drive_table(), 2)
+OTHERS = node_settings(bytes(range(2, 18)), drive_table(), 1)
 
 
 def record(kind: int, address: int, data: bytes) -> str:
@@ -26,24 +30,31 @@ def test_settings_are_added_and_all_else_is_kept() -> None:
     merged = with_settings(CODE + END, "node.hex", SETTINGS)
     cells = bytes_of(merged)
     assert {address: cells[address] for address in range(18)} == bytes_of(CODE + END)
-    assert bytes(cells[0xF400 + index] for index in range(84)) == SETTINGS
-    assert len(cells) == 18 + 84
+    assert bytes(cells[0xF400 + index] for index in range(96)) == SETTINGS.sector()
+    assert [cells[address] for address in range(0xF000, 0xF004)] == [0] * 4
+    assert len(cells) == 18 + 96 + 4
     assert merged.endswith(END)
     assert merged.count(END) == 1
 
 
 def test_old_settings_go_even_where_a_record_straddles_the_sector() -> None:
-    old = record(0, 0xF3F8, bytes([1] * 16)) + record(0, 0xF500, b"\x02") + record(0, 0xF7F8, bytes([3] * 16))
+    old = (
+        record(0, 0xEFF8, bytes([1] * 16))
+        + record(0, 0xF3F8, bytes([2] * 16))
+        + record(0, 0xF500, b"\x02")
+        + record(0, 0xF7F8, bytes([3] * 16))
+    )
     old += record(0, 0xF900, b"\x04\x05")
     cells = bytes_of(with_settings(CODE + old + END, "x", SETTINGS))
-    assert [cells[address] for address in range(0xF3F8, 0xF400)] == [1] * 8
+    assert [cells[address] for address in range(0xEFF8, 0xF000)] == [1] * 8
     assert [cells[address] for address in range(0xF800, 0xF808)] == [3] * 8
     assert (cells[0xF900], cells[0xF901]) == (4, 5)
-    assert {address for address in cells if address in SETTINGS_SECTOR} == {*range(0xF400, 0xF400 + 84)}
-    again = with_settings(with_settings(CODE + old + END, "x", b"other"), "x", SETTINGS)
+    assert {address for address in cells if address in SETTINGS_SECTOR} == {*range(0xF400, 0xF400 + 96)}
+    assert {address for address in cells if address in SPARE_SECTOR} == {*range(0xF000, 0xF000 + 4)}
+    again = with_settings(with_settings(CODE + old + END, "x", OTHERS), "x", SETTINGS)
     assert bytes_of(again) == cells
-    wide = record(0, 0xF3FE, bytes(255)) + record(0, 0xF4FD, bytes(255)) + record(0, 0xF5FC, bytes(255))
-    assert len(bytes_of(with_settings(CODE + wide + END, "x", SETTINGS))) == 18 + 2 + 84
+    wide = record(0, 0xEFFE, bytes(255)) + record(0, 0xF4FD, bytes(255)) + record(0, 0xF5FC, bytes(255))
+    assert len(bytes_of(with_settings(CODE + wide + END, "x", SETTINGS))) == 18 + 2 + 96 + 4
 
 
 def test_base_addresses_and_start_addresses_are_understood() -> None:

@@ -7,14 +7,11 @@ import os
 import stat
 from pathlib import Path
 from random import Random
-from zlib import crc32
 
 import pytest
 
 from curveline.errors import InvalidInput
 from curveline.radio.protocol.keys import ZERO_MASTER, derive
-from curveline.radio.protocol.motion import axes_of
-from curveline.radio.site import key_file
 from curveline.radio.site.key_file import SiteFile, adopt, default_path, hardware_site, lenient, new_site, read_site
 
 from .bench import drive_table
@@ -265,24 +262,3 @@ def test_neither_repr_nor_fingerprint_tells_the_key(path: Path) -> None:
         assert str(MASTER) not in shown
     assert site.fingerprint != SiteFile(path, MASTER[::-1]).fingerprint
     assert len(site.fingerprint) == 8
-
-
-def test_settings_are_laid_out_as_the_node_reads_them() -> None:
-    drive = drive_table()
-    record = key_file.settings_record(MASTER, drive, 2)
-    assert len(record) == 84
-    assert record[:16] == b"CLN1" + bytes([84, 0, 2, 1, 76, 0xC1, 0xC1, 0xC1, 0xC1, 0x02, 0, 0])
-    assert record[16:32] == MASTER
-    for index, axis in enumerate(axes_of(drive)):
-        words = [record[32 + 16 * index + 4 * word :][:4] for word in range(4)]
-        low, high = (int.from_bytes(word, "little", signed=True) for word in words[:2])
-        speed, acceleration = (int.from_bytes(word, "little") for word in words[2:])
-        assert (low, high, speed, acceleration) == (axis.low, axis.high, axis.speed, axis.acceleration)
-    assert int.from_bytes(record[80:], "little") == crc32(record[:80])
-    for number in (0, 3):
-        with pytest.raises(InvalidInput, match=f"no node {number}"):
-            key_file.settings_record(MASTER, drive, number)
-    many = drive_table(255)
-    assert key_file.settings_record(MASTER, many, 254)[6] == 254
-    with pytest.raises(InvalidInput, match="no node 255"):
-        key_file.settings_record(MASTER, many, 255)

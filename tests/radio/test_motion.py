@@ -24,7 +24,7 @@ from curveline.radio.protocol.motion import (
     plan_move,
     rest_ms,
 )
-from curveline.radio.site.key_file import SETTINGS_BYTES, settings_record
+from curveline.radio.protocol.node_settings import SETTINGS_BYTES, node_settings
 
 from .bench import drive_table
 
@@ -189,7 +189,7 @@ def test_absurd_drives_are_refused_or_fit_their_frames(index: int, key: str, val
         assert -POSITION_LIMIT <= axis.low <= POSITION_LIMIT
         assert -POSITION_LIMIT <= axis.high <= POSITION_LIMIT
         assert 0 <= config_hash(axes_of(table)) < 1 << 16
-        assert len(settings_record(bytes(16), table, 1)) == SETTINGS_BYTES
+        assert len(node_settings(bytes(16), table, 1).record()) == SETTINGS_BYTES
         assert key in ("low", "high")
         return
     assert "correct the [" in refusal.hint

@@ -9,6 +9,7 @@ from curveline.radio.node.plant import Plant, PlantFault
 from curveline.radio.node.state import LOST_POSITION, Identity, Memory, NodeSession, NodeTally, with_reason
 from curveline.radio.protocol.codes import NOT_HOMED, Counts, ErrandOutcome, Fault, NodeState
 from curveline.radio.protocol.motion import Axes, NodeMove, plan_move, rest_ms
+from curveline.radio.protocol.settings_frames import TRIAL_MS
 
 
 class NodeBody:
@@ -24,6 +25,10 @@ class NodeBody:
         self.jogging = self.turning = False
         self.outcome = ErrandOutcome.NONE
         self.blink_until_ms = 0
+        self.on_trial = plant.settings.standing().on_trial
+        self.leaves = False
+        """Whether the node is about to start anew: it does nothing and hears nothing until then."""
+        self.trial_ends_ms = 0
         self._axes = axes
         self._session: NodeSession | None = None
         self._pending: NodeSession | None = None
@@ -66,6 +71,7 @@ class NodeBody:
         """Let time pass up to `now_ms`: arrivals, faults of the plant and the dead-man happen at their own moment."""
         if not self._booted:
             self._booted = True
+            self.trial_ends_ms = self.trial_ends_ms or now_ms + TRIAL_MS
             self._reload(now_ms)
         while self._next_ms is not None and self._next_ms <= now_ms:
             self._wake(self._next_ms)
@@ -81,7 +87,7 @@ class NodeBody:
         Their positions are void from now on, and with them what the node has done of its run.
         """
         memory = self.memory
-        if not self._moves() and not memory.homing and not memory.estop:
+        if not self._moves() and not memory.homing and not memory.estop and not self.on_trial:
             memory.unhomed = with_reason(memory.unhomed, axes, NOT_HOMED)
             memory.homing = axes
             memory.forget_run()
@@ -97,7 +103,7 @@ class NodeBody:
     # What time brings
 
     def _schedule(self) -> None:
-        moments = []
+        moments = [self.trial_ends_ms] if self.on_trial else []
         session = self._session
         if session is not None and not session.closed and not self._silent:
             moments.append(session.expires_ms)
@@ -110,13 +116,15 @@ class NodeBody:
                 moments.append(settles)
             if (fault := self._coming_fault()) is not None:
                 moments.append(fault.at_ms)
-        self._next_ms = min(moments, default=None)
+        self._next_ms = None if self.leaves else min(moments, default=None)
 
     def _coming_fault(self) -> PlantFault | None:
         return self.plant.fault() if self.memory.fault is Fault.NONE else None
 
     def _wake(self, now_ms: int) -> None:
         session, fault = self._session, self._coming_fault()
+        if self.on_trial and self.trial_ends_ms <= now_ms:
+            self.leaves = True
         if self.move is not None and fault is not None and fault.at_ms <= now_ms:
             self._fail(now_ms, fault.fault, fault.axis)
         settles = self.plant.settles_ms()
@@ -181,7 +189,7 @@ class NodeBody:
 
     def _may_move(self) -> bool:
         memory, session = self.memory, self._session
-        able = memory.homed and not memory.homing and not memory.estop and memory.fault is Fault.NONE
+        able = memory.homed and not (memory.homing or memory.estop or memory.fault or self.on_trial)
         if not able or session is None or session.closed or not session.owns_run:
             return False
         return not (self._silent or self._stopped or session.hold_gen & 1)

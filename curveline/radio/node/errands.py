@@ -1,4 +1,4 @@
-"""What a node does for a host that tries it out: jogs, turns, places, and what it says of its own motors.
+"""What a node does for a host that tries it out or changes its settings: jogs, turns, places, and what it says then.
 
 Part of the executable specification of a node, docs/radio-protocol.md; none of it belongs to a run.
 """
@@ -21,6 +21,7 @@ from curveline.radio.protocol.codes import (
     Fault,
     ReadingPage,
     ServiceOperation,
+    SettingsOperation,
     clock_of,
 )
 from curveline.radio.protocol.motion import LEAST_RATE, plan_move
@@ -37,6 +38,12 @@ from curveline.radio.protocol.service_frames import (
     pack_motors,
     pack_samples,
 )
+from curveline.radio.protocol.settings_frames import (
+    PIECES,
+    SettingsFacts,
+    SettingsFrame,
+    pack_settings,
+)
 
 
 class NodeErrands(NodeBody):
@@ -52,6 +59,43 @@ class NodeErrands(NodeBody):
             if self.outcome is ErrandOutcome.NONE:
                 self.memory.forget_run()
                 self._begin_errand(now_ms, frame)
+
+    def _change(self, session: NodeSession, frame: SettingsFrame) -> None:
+        """Take a piece of other settings, or do what a SETTINGS that counts orders; an order is taken once."""
+        if frame.operation is SettingsOperation.PIECE:
+            if not self.on_trial:
+                session.pieces[frame.index] = frame.piece
+        elif frame.index > session.order:
+            session.order = frame.index
+            self.outcome = self._change_refusal(session, frame.operation)
+            if self.outcome is ErrandOutcome.NONE:
+                self.outcome = self._carry_out(session, frame.operation)
+
+    def _change_refusal(self, session: NodeSession, wanted: SettingsOperation) -> ErrandOutcome:
+        if (refusal := self._unready(session)) is not ErrandOutcome.NONE:
+            return refusal
+        if self.on_trial:
+            ends_it = wanted in (SettingsOperation.KEEP, SettingsOperation.DROP)
+            return ErrandOutcome.NONE if ends_it else ErrandOutcome.OCCUPIED
+        lacks = wanted is SettingsOperation.STORE and len(session.pieces) < PIECES
+        return ErrandOutcome.BEYOND if lacks or wanted is SettingsOperation.KEEP else ErrandOutcome.NONE
+
+    def _carry_out(self, session: NodeSession, wanted: SettingsOperation) -> ErrandOutcome:
+        keeper, pieces = self.plant.settings, session.pieces
+        if wanted is SettingsOperation.STORE:
+            outcome = keeper.store(b"".join(pieces[index] for index in range(PIECES)))
+            pieces.clear()
+        elif wanted is SettingsOperation.TRY:
+            outcome = keeper.request()
+            self.leaves = outcome is ErrandOutcome.DONE
+        elif wanted is SettingsOperation.KEEP:
+            outcome = keeper.keep()
+            self.on_trial = outcome is not ErrandOutcome.DONE
+        else:
+            outcome, self.leaves = ErrandOutcome.DONE, self.on_trial
+            pieces.clear()
+            keeper.drop()
+        return outcome
 
     def _begin_errand(self, now_ms: int, frame: ServiceFrame) -> None:
         self.outcome = ErrandOutcome.BUSY
@@ -75,10 +119,9 @@ class NodeErrands(NodeBody):
 
     def _refusal(self, now_ms: int, session: NodeSession, frame: ServiceFrame) -> ErrandOutcome:
         """Why an order is not carried out, NONE if it is."""
-        memory = self.memory
-        if memory.estop or self._silent or self._stopped or session.hold_gen & 1:
-            return ErrandOutcome.HELD
-        if session.owns_run or self._moves() or memory.homing:
+        if (refusal := self._unready(session)) is not ErrandOutcome.NONE:
+            return refusal
+        if self.on_trial:
             return ErrandOutcome.OCCUPIED
         if frame.operation is ServiceOperation.PLACE:
             axis = self._axes[frame.axis - 1]
@@ -89,6 +132,14 @@ class NodeErrands(NodeBody):
         return (
             self._jog_refusal(at, frame) if frame.operation is ServiceOperation.JOG else self._turn_refusal(at, frame)
         )
+
+    def _unready(self, session: NodeSession) -> ErrandOutcome:
+        """Why the node carries out no order at all, NONE if it may."""
+        memory = self.memory
+        if memory.estop or self._silent or self._stopped or session.hold_gen & 1:
+            return ErrandOutcome.HELD
+        is_occupied = session.owns_run or self._moves() or memory.homing
+        return ErrandOutcome.OCCUPIED if is_occupied else ErrandOutcome.NONE
 
     def _jog_refusal(self, at: Counts, frame: ServiceFrame) -> ErrandOutcome:
         if self.memory.fault is not Fault.NONE:
@@ -115,16 +166,26 @@ class NodeErrands(NodeBody):
         is_homed = self.memory.unhomed[frame.axis - 1] == 0
         return ErrandOutcome.NONE if not is_homed or axis.low <= end <= axis.high else ErrandOutcome.BEYOND
 
+    def _standing(self, now_ms: int, session: NodeSession) -> bytes:
+        """What the node runs under, and the pieces that it has."""
+        standing = self.plant.settings.standing()
+        left_s = max(0, -(-(self.trial_ends_ms - now_ms) // 1000)) if self.on_trial else 0
+        held = sum(1 << index for index in session.pieces)
+        return pack_settings(SettingsFacts(held, self.on_trial, standing.generation, left_s, standing.stored))
+
     def _reading(self, now_ms: int, session: NodeSession, frame: ServiceFrame) -> ReadingFrame:
         """The page that was asked for, as it is now."""
         number = max(1, frame.axis)
         index = {ReadingPage.LIMITS: number, ReadingPage.TRACE: frame.rate & 0xFF}.get(frame.page, session.order)
         return ReadingFrame(
             *(self.identity.number, session.number, session.counter, clock_of(now_ms)),
-            *(frame.page, self.outcome, index, self._facts(now_ms, number, frame)),
+            *(frame.page, self.outcome, index, self._facts(now_ms, session, frame)),
         )
 
-    def _facts(self, now_ms: int, number: int, frame: ServiceFrame) -> bytes:
+    def _facts(self, now_ms: int, session: NodeSession, frame: ServiceFrame) -> bytes:
+        number = max(1, frame.axis)
+        if frame.page is ReadingPage.SETTINGS:
+            return self._standing(now_ms, session)
         if frame.page is ReadingPage.LIMITS:
             axis = self._axes[number - 1]
             return pack_limits(LimitFacts(axis.low, axis.high, axis.speed, axis.acceleration))

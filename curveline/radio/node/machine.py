@@ -22,6 +22,7 @@ from curveline.radio.protocol.codes import (
     VERSION,
     Fault,
     FrameKind,
+    ReadingPage,
     Reject,
     clock_of,
 )
@@ -46,6 +47,10 @@ from curveline.radio.protocol.keys import session_key
 from curveline.radio.protocol.motion import Axes, config_hash, outside
 from curveline.radio.protocol.page_frames import WHO, PageFrame, decode_ask, encode_page
 from curveline.radio.protocol.service_frames import ServiceFrame, decode_service, encode_reading
+from curveline.radio.protocol.settings_frames import SettingsFrame, decode_settings
+
+Fresh = DriveFrame | HomeFrame | ServiceFrame | SettingsFrame
+"""Frames that say when their host last heard of the node."""
 
 
 class NodeMachine(NodeErrands):
@@ -63,13 +68,16 @@ class NodeMachine(NodeErrands):
             FrameKind.PAGE: self._on_ask,
             FrameKind.STOP: self._on_stop,
             FrameKind.SERVICE: self._on_service,
+            FrameKind.SETTINGS: self._on_settings,
         }
 
     def receive(self, now_ms: int, payload: bytes) -> None:
         """Take a payload from the radio; anything but a good frame changes nothing."""
         self.advance(now_ms)
         kind = kind_of(payload)
-        if not isinstance(kind, Reject) and kind in self._handlers and not self.tally.is_flooded(now_ms):
+        if self.leaves or isinstance(kind, Reject):
+            return
+        if kind in self._handlers and not self.tally.is_flooded(now_ms):
             self._handlers[kind](now_ms, payload)
 
     # What frames bring
@@ -109,7 +117,7 @@ class NodeMachine(NodeErrands):
                 return session
         return None
 
-    def _accept(self, now_ms: int, session: NodeSession, frame: DriveFrame | HomeFrame | ServiceFrame) -> bool:
+    def _accept(self, now_ms: int, session: NodeSession, frame: Fresh) -> bool:
         """Whether a frame with a good tag counts; if it does, the dead-man is fed.
 
         Its host must have heard of the node lately when it sent it, else somebody may have kept it back.
@@ -221,7 +229,7 @@ class NodeMachine(NodeErrands):
         """Whether a host may order it: never in a run of its own, nor while the node is to hold or does anything."""
         memory = self.memory
         held = self._silent or self._stopped or session.hold_gen & 1
-        return not (held or session.owns_run or self.is_turning or memory.estop)
+        return not (held or session.owns_run or self.is_turning or memory.estop or self.on_trial)
 
     def _on_service(self, now_ms: int, payload: bytes) -> None:
         session = self._session_of(payload)
@@ -232,8 +240,24 @@ class NodeMachine(NodeErrands):
             self._doubt(now_ms, session, frame)
         elif self._accept(now_ms, session, frame):
             self._serve(now_ms, session, frame)
-            self._schedule()
-            self.ack = encode_reading(self._reading(now_ms, session, frame), session.key)
+            self._tell(now_ms, session, frame)
+
+    def _on_settings(self, now_ms: int, payload: bytes) -> None:
+        session = self._session_of(payload)
+        if session is None:
+            return
+        frame = decode_settings(payload, session.key, clock_of(now_ms))
+        if isinstance(frame, Reject):
+            self._doubt(now_ms, session, frame)
+        elif self._accept(now_ms, session, frame):
+            self._change(session, frame)
+            look = ServiceFrame(frame.clock, frame.session, frame.counter, page=ReadingPage.SETTINGS)
+            self._tell(now_ms, session, look)
+
+    def _tell(self, now_ms: int, session: NodeSession, wanted: ServiceFrame) -> None:
+        """Load the page that is wanted."""
+        self._schedule()
+        self.ack = encode_reading(self._reading(now_ms, session, wanted), session.key)
 
     def _on_estop(self, now_ms: int, payload: bytes) -> None:
         session = self._session_of(payload)
@@ -293,6 +317,7 @@ class NodeMachine(NodeErrands):
             same_run=self.memory.run_tag == hello.run_tag,
             busy=not self._owner_gone(now_ms),
             stopped=self._stopped,
+            on_trial=self.on_trial,
         )
         self.ack = encode_ident(ident, self.identity.node_key, hello.handshake)
 
@@ -335,5 +360,5 @@ class NodeMachine(NodeErrands):
         return ReportFrame(
             *(self.identity.number, memory.boot, memory.cause, memory.finished, memory.started, memory.staged),
             *(self.state, hold, memory.fault, memory.fault_axis, self.plant.positions(now_ms)),
-            *(memory.unhomed, fault_s, self._stopped, self.is_turning),
+            *(memory.unhomed, fault_s, self._stopped, self.is_turning, self.on_trial),
         )

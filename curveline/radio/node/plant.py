@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from curveline.radio.node.motor_model import Bench, Wiring
+from curveline.radio.node.settings_flash import FixedSettings, SettingsKeeper
 from curveline.radio.node.state import HOMED, with_reason
 from curveline.radio.node.workbench import Turn
 from curveline.radio.protocol.codes import AXIS_COUNT, Counts, Fault
@@ -64,7 +65,9 @@ class PlantLook:
 
 
 class Plant(Protocol):
-    """What a node needs of its motors and encoders."""
+    """What a node needs of its motors and encoders, and where its settings are."""
+
+    settings: SettingsKeeper
 
     def follow(self, now_ms: int, start_ms: int, move: NodeMove) -> None:
         """From now on track the set-points of `move`, which began at `start_ms`."""
@@ -198,6 +201,7 @@ class MotorPlant:
     def __init__(self, counts: Counts, paces: tuple[int, int, int] = (PER_MILLE, PER_MILLE, PER_MILLE)) -> None:
         self.trouble = Fault.NONE
         self.wiring = Wiring()
+        self.settings: SettingsKeeper = FixedSettings()
         self.bench = Bench()
         self._lag = 0
         self._turn_end_ms: int | None = None

@@ -8,7 +8,7 @@ from curveline.radio.protocol.codes import ALL_AXES, NOT_HOMED, BootCause, Count
 from curveline.radio.protocol.frames import HelloFrame, NodeNonce
 from curveline.radio.protocol.keys import Site
 
-FIRMWARE = 3
+FIRMWARE = 4
 FLOOD = 50
 FLOOD_WINDOW_MS = 1000
 DEAF_MS = 100
@@ -119,6 +119,8 @@ class NodeSession:
     closed: bool = False
     owns_run: bool = False
     order: int = 0
+    pieces: dict[int, bytes] = field(default_factory=dict, repr=False)
+    """Pieces of other settings that came in this session, by their number."""
     stopped: bool = False
     """Somebody stopped the node after this session was offered: taking it up does not end that."""
 

@@ -73,6 +73,7 @@ class FrameKind(IntEnum):
     HOME = 9
     SERVICE = 10
     READING = 11
+    SETTINGS = 12
 
 
 class NodeState(IntEnum):
@@ -136,10 +137,21 @@ class ReadingPage(IntEnum):
     AXIS = 1
     LIMITS = 2
     TRACE = 3
+    SETTINGS = 4
+
+
+class SettingsOperation(IntEnum):
+    """What a SETTINGS brings, or asks a node to do; all but a piece are orders."""
+
+    PIECE = 0
+    STORE = 1
+    TRY = 2
+    KEEP = 3
+    DROP = 4
 
 
 class ErrandOutcome(IntEnum):
-    """What became of the last order of a SERVICE; from HELD on, why it was refused."""
+    """What became of the last order of a SERVICE or a SETTINGS; from HELD on, why it was refused."""
 
     NONE = 0
     BUSY = 1

@@ -129,7 +129,7 @@ class ReportFrame:
     """Node to whoever has its key and asks: how it is, what became of its last run, and since when it is in fault.
 
     `axes` says per axis why it is not homed: NOT_HOMED or a fault, 0 if it is. `fault_s` saturates at 65,535. `stopped`
-    is set from a STOP until a host lifts it, `turning` as long as a motor may turn.
+    is set from a STOP until a host lifts it, `turning` as long as a motor may turn, `on_trial` while its settings are.
     """
 
     node: int
@@ -147,6 +147,7 @@ class ReportFrame:
     fault_s: int
     stopped: bool = False
     turning: bool = False
+    on_trial: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +182,7 @@ class IdentFrame:
     same_run: bool
     busy: bool
     stopped: bool = False
+    on_trial: bool = False
 
     @property
     def boot(self) -> int:
@@ -296,7 +298,8 @@ def decode_status(payload: bytes, key: bytes, known: int) -> StatusFrame | Rejec
 def encode_report(frame: ReportFrame, key: bytes, nonce: int) -> bytes:
     """REPORT under the node key and the nonce of the query, so that an old one is worth nothing."""
     x, y, z = (_position_units(counts) for counts in frame.position)
-    homing = sum(each << 4 * index for index, each in enumerate(frame.axes)) | frame.stopped << 12 | frame.turning << 13
+    homing = sum(each << 4 * index for index, each in enumerate(frame.axes))
+    homing |= frame.stopped << 12 | frame.turning << 13 | frame.on_trial << 14
     body = pack(
         _REPORT,
         (
@@ -316,10 +319,10 @@ def decode_report(payload: bytes, key: bytes, nonce: int) -> ReportFrame | Rejec
     _, node, start, finished, started, staged, mode, trouble, x, y, z, homing, fault_s = _REPORT.unpack_from(payload)
     found = _condition(mode, trouble, (x, y, z))
     axes = (homing & 15, homing >> 4 & 15, homing >> 8 & 15)
-    if found is None or homing >> 14 or start >> 24 not in CAUSES or not REASONS.issuperset(axes):
+    if found is None or homing >> 15 or start >> 24 not in CAUSES or not REASONS.issuperset(axes):
         return Reject.FIELD
     facts = (node, start % BOOT_END, BootCause(start >> 24), finished, started, staged)
-    flags = (bool(homing >> bit & 1) for bit in (12, 13))
+    flags = (bool(homing >> bit & 1) for bit in (12, 13, 14))
     return ReportFrame(*facts, *found, axes, fault_s, *flags)
 
 
@@ -351,7 +354,7 @@ def decode_hello(payload: bytes, key: bytes) -> HelloFrame | Reject:
 
 def encode_ident(frame: IdentFrame, key: bytes, nonce: int) -> bytes:
     """IDENT under the node key; the tag also covers the host's nonce, so that an old one is worth nothing."""
-    mode = frame.state << 4 | frame.stopped << 2 | frame.busy << 1 | frame.same_run
+    mode = frame.state << 4 | frame.on_trial << 3 | frame.stopped << 2 | frame.busy << 1 | frame.same_run
     own = frame.nonce
     body = pack(
         _IDENT,
@@ -369,9 +372,9 @@ def decode_ident(payload: bytes, key: bytes, nonce: int) -> IdentFrame | Reject:
         return reject
     _, node, session, offers, boot, noise, clock, config_hash, version, mode = _IDENT.unpack_from(payload)
     own = NodeNonce(boot, offers, noise)
-    if mode & 0b1000 or mode >> 4 not in STATES or boot >= BOOT_END or session != own.session:
+    if mode >> 4 not in STATES or boot >= BOOT_END or session != own.session:
         return Reject.FIELD
-    flags = (bool(mode & bit) for bit in (1, 2, 4))
+    flags = (bool(mode & bit) for bit in (1, 2, 4, 8))
     return IdentFrame(node, own, clock, config_hash, version, NodeState(mode >> 4), *flags)
 
 

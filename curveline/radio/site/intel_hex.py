@@ -1,4 +1,4 @@
-"""Intel HEX files: checked line by line, and one flash sector replaced.
+"""Intel HEX files: checked line by line, and the flash sectors of the settings replaced.
 
 Errors name the line and never quote it: a file for one node holds the site's key.
 """
@@ -9,13 +9,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from curveline.errors import Diagnostic, InvalidInput
+from curveline.radio.protocol.node_settings import NO_SETTINGS, NodeSettings
 
 DATA, END, SEGMENT, SEGMENT_START, LINEAR, LINEAR_START = range(6)
 LENGTHS = {END: 0, SEGMENT: 2, SEGMENT_START: 4, LINEAR: 2, LINEAR_START: 4}
 LINE_BYTES = 16
 FLASH_BYTES = 0x10000
+SPARE_SECTOR = range(0xF000, 0xF400)
 SETTINGS_SECTOR = range(0xF400, 0xF800)
-"""Where a node's program looks for its settings: one sector of 1 kB."""
+"""Where a node's program looks for its settings: two sectors of 1 kB, of which a cable fills the second."""
 
 
 @dataclass(frozen=True)
@@ -27,18 +29,21 @@ class _Line:
     data: bytes
 
 
-def with_settings(text: str, path: str, settings: bytes) -> str:
+def with_settings(text: str, path: str, settings: NodeSettings) -> str:
     """The image in `text` with `settings` in their sector and all else as it was; InvalidInput for a bad image.
 
-    `path` names the image in the Diagnostics.
+    The other sector for settings is made to hold none. `path` names the image in the Diagnostics.
     """
     lines = list(_parse(text, path))
     _check(lines, path)
-    kept = [part for line in lines if line.kind != END for part in _outside(line, SETTINGS_SECTOR)]
+    sectors = range(SPARE_SECTOR.start, SETTINGS_SECTOR.stop)
+    kept = [part for line in lines if line.kind != END for part in _outside(line, sectors)]
     parts = [line for line in kept if line.kind == DATA]
     starts = [line for line in kept if line.kind in (SEGMENT_START, LINEAR_START)]
-    for offset in range(0, len(settings), LINE_BYTES):
-        piece = settings[offset : offset + LINE_BYTES]
+    parts.append(_Line(DATA, SPARE_SECTOR.start, NO_SETTINGS))
+    cells = settings.sector()
+    for offset in range(0, len(cells), LINE_BYTES):
+        piece = cells[offset : offset + LINE_BYTES]
         parts.append(_Line(DATA, SETTINGS_SECTOR.start + offset, piece))
     # The whole image lies in the first 64 kB, so that no address needs more than its own record.
     return "".join(map(_encode, [*sorted(parts, key=lambda line: line.address), *starts, _Line(END, 0, b"")]))

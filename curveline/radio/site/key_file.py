@@ -10,7 +10,6 @@ import os
 import re
 import secrets
 import stat
-import struct
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -18,16 +17,12 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
-from zlib import crc32
 
 from curveline._version import __version__
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput
 from curveline.notebook import html_of
-from curveline.radio.protocol.air_time import RATES_KBPS
-from curveline.radio.protocol.codes import EVERY_NODE
 from curveline.radio.protocol.keys import KEY_BYTES, ZERO_MASTER, Site, derive
-from curveline.radio.protocol.motion import axes_of
 from curveline.system import portable
 
 MARKER = "curveline_site"
@@ -39,12 +34,6 @@ SIZE_LIMIT = 1_000_000
 PRIVATE = 0o600
 UNKNOWN_CHIP = 0
 """Stands for the chip id of an address that was never adopted."""
-
-MOST_NUMBER = EVERY_NODE - 1
-SETTINGS_MAGIC = b"CLN1"
-_SETTINGS = struct.Struct("<4sHBBB5sH16s")
-_AXIS = struct.Struct("<iiII")
-SETTINGS_BYTES = _SETTINGS.size + 3 * _AXIS.size + 4
 
 
 class Lenient(Enum):
@@ -178,24 +167,6 @@ def read_site(path: Path) -> SiteFile:
         raise _refused(path, "it is not text") from None
     except ValueError as error:
         raise _refused(path, str(error)) from None
-
-
-def settings_record(master: bytes, drive: DriveSettings, number: int) -> bytes:
-    """What node `number` (from 1) of a display must know before it can be reached, as its program reads it.
-
-    Little-endian: magic, size with checksum u16, number u8, data rate u8 (0 250 kbps, 1 1 Mbps, 2 2 Mbps), channel u8,
-    address 5 bytes in the order of its digits, zero u16, master key 16 bytes; per axis low and high i32, speed and
-    acceleration u32 in counts; CRC-32 of all before.
-    """
-    last = min(drive.node_count, MOST_NUMBER)
-    if not 1 <= number <= last:
-        raise InvalidInput(f"there is no node {number}: display {drive.display!r} has nodes 1 to {last}")
-    rate = list(RATES_KBPS).index(drive.data_rate)
-    address = bytes.fromhex(drive.addresses[number - 1])
-    body = _SETTINGS.pack(SETTINGS_MAGIC, SETTINGS_BYTES, number, rate, drive.channel, address, 0, master)
-    for axis in axes_of(drive):
-        body += _AXIS.pack(axis.low, axis.high, axis.speed, axis.acceleration)
-    return body + crc32(body).to_bytes(4, "little")
 
 
 def write_private(path: Path, data: bytes) -> None:
