@@ -23,6 +23,7 @@ from curveline.radio.protocol.codes import (
     ReadingPage,
     Reject,
     ServiceOperation,
+    SettingsOperation,
 )
 from curveline.radio.protocol.frames import (
     DriveFrame,
@@ -56,6 +57,14 @@ from curveline.radio.protocol.service_frames import (
     pack_samples,
     samples_in,
 )
+from curveline.radio.protocol.settings_frames import (
+    SettingsFacts,
+    SettingsFrame,
+    decode_settings,
+    encode_settings,
+    pack_settings,
+    settings_facts_in,
+)
 
 KEY = bytes(range(16))
 NONCE = 0x0123456789ABCD00
@@ -80,6 +89,8 @@ MOTORS = MotorFacts((-1, 0x123456, -0x7FFFFF), 0x2C, 3300)
 READING = ReadingFrame(
     *(2, 0x1234, 0x01020304, CLOCK, ReadingPage.MOTORS, ErrandOutcome.UNHOMED, 7, pack_motors(MOTORS)),
 )
+SETTINGS = SettingsFrame(CLOCK, 0x1234, 0x01020304, SettingsOperation.PIECE, 5, bytes(range(0x40, 0x4E)))
+KEEPING = SettingsFrame(CLOCK, 0x1234, 0x01020304, SettingsOperation.KEEP, 7)
 STOP = StopFrame(1)
 ASK = AskFrame(0xFF, NONCE + 1)
 PAGE = PageFrame(4, 0xCAFEF00D, 0x00010203, 0x00090A, 0xBEEF, NodeState.READY, 2, 0x0201, 0x0403)
@@ -93,6 +104,8 @@ GOLDEN = {
     "service": "2a 05 3412 04030201 03 07 02 31 ddfeffff 0102 0304" + "00" * 4,
     # head node session echo / clock outcome|page order / counts, lines, supply
     "reading": "2b 02 3412 04030201 0504 60 07 ffffff 563412 010080 2c e40c",
+    # head clock session counter / operation piece|order / a piece, hidden by BLAKE2s, or nothing
+    "settings": "2c 05 3412 04030201 00 05 dcb601a3f3c08c68d49b24c1322f",
     "estop": "27 03 3412 04030201" + "00" * 16,
     # head node session echo / clock finished started staged / state|hold axis|fault / three positions in 8 counts
     "status": "22 02 3412 04030201 0504 0600 0700 0800 45 23 0100 feff ff7f",
@@ -114,6 +127,7 @@ ENCODED = {
     "home": frames.encode_home(HOME, KEY),
     "service": encode_service(SERVICE, KEY),
     "reading": encode_reading(READING, KEY),
+    "settings": encode_settings(SETTINGS, KEY),
     "estop": frames.encode_estop(ESTOP, KEY),
     "status": frames.encode_status(STATUS, KEY),
     "hello": frames.encode_hello(HELLO, KEY),
@@ -128,6 +142,7 @@ DECODE = {
     "home": lambda payload: frames.decode_home(payload, KEY, NOW),
     "service": lambda payload: decode_service(payload, KEY, NOW),
     "reading": lambda payload: decode_reading(payload, KEY, NOW),
+    "settings": lambda payload: decode_settings(payload, KEY, NOW),
     "estop": lambda payload: frames.decode_estop(payload, KEY),
     "status": lambda payload: frames.decode_status(payload, KEY, NOW),
     "hello": lambda payload: frames.decode_hello(payload, KEY),
@@ -139,9 +154,10 @@ DECODE = {
 }
 MESSAGES = {"drive": DRIVE, "estop": ESTOP, "status": STATUS, "hello": HELLO, "ident": IDENT, "stop": STOP}
 MESSAGES |= {"ask": ASK, "page": PAGE, "home": HOME, "report": REPORT, "service": SERVICE, "reading": READING}
+MESSAGES |= {"settings": SETTINGS}
 TRAILERS = {"estop": b"H", "hello": b"H", "stop": b"H", "ask": b"H", "status": CLOCK.to_bytes(8, "little") + b"N"}
 TRAILERS["reading"] = TRAILERS["status"]
-TRAILERS["drive"] = TRAILERS["home"] = TRAILERS["service"] = CLOCK.to_bytes(8, "little") + b"H"
+TRAILERS["drive"] = TRAILERS["home"] = TRAILERS["service"] = TRAILERS["settings"] = CLOCK.to_bytes(8, "little") + b"H"
 TRAILERS["ident"] = TRAILERS["page"] = TRAILERS["report"] = NONCE.to_bytes(8, "little") + b"N"
 KEYS = dict.fromkeys(GOLDEN, KEY) | {"ask": OPEN_KEY, "page": OPEN_KEY}
 KINDS = {
@@ -217,7 +233,7 @@ def test_rejects_say_why() -> None:
     assert frames.decode_drive(b"\x11" + drive[1:], KEY, NOW) is Reject.VERSION
     assert frames.decode_drive(ENCODED["status"], KEY, NOW) is Reject.KIND
     assert frames.decode_drive(drive, bytes(16), NOW) is Reject.TAG
-    assert envelope.kind_of(b"\x2c" + drive[1:]) is Reject.KIND
+    assert envelope.kind_of(b"\x2d" + drive[1:]) is Reject.KIND
     assert envelope.kind_of(drive) is FrameKind.DRIVE
 
 
@@ -271,14 +287,16 @@ def sealed(name: str, body: str) -> bytes:
         ("report", "28 04 0a0900 04 0600 0700 0800 a5 23 0100 feff ff7f f005 100e"),
         ("report", "28 04 0a0900 04 0600 0700 0800 45 43 0100 feff ff7f f005 100e"),
         ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 0080 ff7f f005 100e"),
-        ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f f045 100e"),
+        ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f f085 100e"),
         ("report", "28 04 0a0900 04 0600 0700 0800 45 23 0100 feff ff7f 8005 100e"),
         ("status", "22 02 3412 04030201 0504 0600 0700 0800 a5 23 0100 feff ff7f"),
         ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 28 0100 feff ff7f"),
         ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 43 0100 feff ff7f"),
         ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 23 0100 0080 ff7f"),
         ("ident", "24 04 2243 21430100 0a090000 0e0d0c0b 05040302 efbe 02 a3"),
-        ("ident", "24 04 2243 21430100 0a090000 0e0d0c0b 05040302 efbe 02 3b"),
+        ("settings", "2c 05 3412 04030201 05 00" + "00" * 14),
+        ("settings", "2c 05 3412 04030201 00 06" + "00" * 14),
+        ("settings", "2c 05 3412 04030201 01 07" + "00" * 13 + "01"),
         ("ident", "24 04 2243 21430100 0a090001 0e0d0c0b 05040302 efbe 02 33"),
         ("ident", "24 04 2143 21430100 0a090000 0e0d0c0b 05040302 efbe 02 33"),
         ("stop", "26 fe 01" + "00" * 21),
@@ -307,13 +325,13 @@ statuses = st.builds(
 )
 hellos = st.builds(HelloFrame, u8, u64, u64, u16, u8.map(lambda value: value * 50), u8, u8, u8)
 nonces = st.builds(NodeNonce, u24, u32.filter(bool), u32)
-idents = st.builds(IdentFrame, u8, nonces, u32, u16, u8, st.sampled_from(NodeState), bool_, bool_, bool_)
+idents = st.builds(IdentFrame, u8, nonces, u32, u16, u8, st.sampled_from(NodeState), bool_, bool_, bool_, bool_)
 reasons = st.sampled_from([*Fault, NOT_HOMED])
 reports = st.builds(
     ReportFrame,
     *(u8, u24, st.sampled_from(BootCause), u16, u16, u16),
     *(st.sampled_from(NodeState), st.integers(0, 15), st.sampled_from(Fault), st.integers(0, 3)),
-    *(st.tuples(units, units, units), st.tuples(reasons, reasons, reasons), u16, bool_, bool_),
+    *(st.tuples(units, units, units), st.tuples(reasons, reasons, reasons), u16, bool_, bool_, bool_),
 )
 homes = st.builds(HomeFrame, u40, u16, u32, st.integers(1, 7), u8)
 
@@ -382,13 +400,34 @@ def test_facts_of_a_reading_saturate_and_come_back() -> None:
 
 @pytest.mark.parametrize(
     ("at", "value"),
-    [(8, 5), (10, 0), (10, 4), (11, 0x34), (11, 0x71), (15, 0x7F), (15, 0x80), (20, 1), (23, 1)],
+    [(8, 5), (10, 0), (10, 4), (11, 0x35), (11, 0x71), (15, 0x7F), (15, 0x80), (20, 1), (23, 1)],
 )
 def test_a_service_that_means_nothing(at: int, value: int) -> None:
     body = bytearray(ENCODED["service"][:24])
     body[at] = value
     tag = blake2s(bytes(body) + TRAILERS["service"], key=KEY, digest_size=8).digest()
     assert decode_service(bytes(body) + tag, KEY, NOW) is Reject.FIELD
+
+
+def test_a_piece_of_settings_cannot_be_read_and_no_two_look_alike() -> None:
+    """Not even the same one: it is hidden by other bytes each time. Orders are not hidden, and a repr shows nothing."""
+    seen = set()
+    for counter in range(1, 200):
+        payload = encode_settings(replace(SETTINGS, counter=counter), KEY)
+        assert decode_settings(payload, KEY, NOW) == replace(SETTINGS, counter=counter)
+        seen.add(payload[10:24])
+    assert len(seen) == 199
+    assert SETTINGS.piece not in seen
+    assert decode_settings(encode_settings(KEEPING, KEY), KEY, NOW) == KEEPING
+    assert encode_settings(KEEPING, KEY)[8:24] == b"\x03\x07" + bytes(14)
+    assert "@ABC" not in repr(SETTINGS)
+
+
+def test_what_a_node_runs_under_comes_back() -> None:
+    for facts in (SettingsFacts(63, True, 65535, 30, 65535), SettingsFacts(0, False, 1, 0, 2)):
+        assert settings_facts_in(pack_settings(facts)) == facts
+        assert len(pack_settings(facts)) == 12
+    assert pack_settings(SettingsFacts(5, True, 0x0102, 29, 0x0304)).hex() == "050102011d0403" + "00" * 5
 
 
 pages_ = st.builds(PageFrame, u8, u32, u32, u24, u16, st.sampled_from(NodeState), u8, u16, u16, u8)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from random import Random
 from zlib import crc32
@@ -265,7 +266,7 @@ def operations(work: Callable[[SettingsFlash], None], before: SettingsFlash) -> 
 
 
 def histories() -> list[tuple[str, SettingsFlash, NodeSettings]]:
-    """Nodes to which generation 1 is the next one, with all that may be in the other sector; and what they run under."""
+    """Nodes that generation 1 is next for, with all that may be in the other sector, and what they run under."""
     fresh = flashed(OLD)
     failed = flashed(OLD)
     given_up(failed)
@@ -291,10 +292,8 @@ def test_a_power_cut_at_every_word_leaves_the_old_or_the_new(work: Callable[[Set
                 with pytest.raises(PowerCut):
                     work(keeper)
                 flash.done, flash.cut_at = 0, second
-                try:
+                with suppress(PowerCut):
                     SettingsFlash(flash).start()
-                except PowerCut:
-                    pass
                 keeper, found = restarted(flash)
                 assert found in (old, NEW), (name, cut_at, second)
                 if keeper.standing().on_trial:
