@@ -53,7 +53,7 @@ class OldFirmware(NodeMachine):
 
     def receive(self, now_ms: int, payload: bytes) -> None:
         """See Node."""
-        if kind_of(payload) is FrameKind.SERVICE:
+        if kind_of(payload) in (FrameKind.SERVICE, FrameKind.SETTINGS):
             self.advance(now_ms)
         else:
             super().receive(now_ms, payload)
@@ -85,8 +85,12 @@ class Pair:
 class Victim(Protocol):
     """A node that can be switched off and on: who it is, and what runs there now."""
 
-    identity: Identity
     node: NodeMachine
+
+    @property
+    def identity(self) -> Identity:
+        """Who it is."""
+        ...
 
 
 class Rival:

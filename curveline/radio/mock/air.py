@@ -71,12 +71,15 @@ class Air:
     """One sending chip and the way to every node."""
 
     def __init__(self, weather: Weather, data_rate: str, random: Random) -> None:
-        rate = RATES_KBPS[data_rate]
         self.weather = weather
-        self._random = random
-        self._way_us = PACKET_BITS * 1000 // rate + TURN_US
-        self._delay_us = max(500, self._way_us + 250)
+        self.random = random
         self._packet_id = 0
+        self.tune(data_rate)
+
+    def tune(self, data_rate: str) -> None:
+        """Send at another rate from now on."""
+        self._way_us = PACKET_BITS * 1000 // RATES_KBPS[data_rate] + TURN_US
+        self._delay_us = max(500, self._way_us + 250)
 
     def reset(self) -> None:
         """The sending chip restarts and numbers its packets from the beginning."""
@@ -89,13 +92,13 @@ class Air:
     def exchange(self, antenna: Antenna, payload: bytes, now_us: int) -> Heard:
         """Send `payload` at `now_us`."""
         heard = self._transmit(antenna, payload, now_us + HOST_US)
-        if self.weather.duplicate and self._random.random() < self.weather.duplicate:
+        if self.weather.duplicate and self.random.random() < self.weather.duplicate:
             again = self._transmit(antenna, payload, now_us + HOST_US + heard.took_us)
             heard = Heard(again.payload, heard.retries + again.retries, heard.took_us + again.took_us)
         return Heard(heard.payload, heard.retries, heard.took_us + HOST_US)
 
     def _transmit(self, antenna: Antenna, payload: bytes, start_us: int) -> Heard:
-        chance, weather = self._random.random, self.weather
+        chance, weather = self.random.random, self.weather
         self._packet_id = self._packet_id + 1 & 3
         took_us = 0
         for attempt in range(1 + RETRIES):
@@ -119,15 +122,15 @@ class Air:
 
     def _loaded(self, antenna: Antenna) -> bytes:
         fresh = antenna.node.ack
-        if self.weather.stale and antenna.past and self._random.random() < self.weather.stale:
-            return self._random.choice(antenna.past)
+        if self.weather.stale and antenna.past and self.random.random() < self.weather.stale:
+            return self.random.choice(antenna.past)
         antenna.past.append(fresh)
         return fresh
 
     def _spoilt(self, payload: bytes) -> bytes:
-        if not self.weather.corrupt or not payload or self._random.random() >= self.weather.corrupt:
+        if not self.weather.corrupt or not payload or self.random.random() >= self.weather.corrupt:
             return payload
-        bit = self._random.randrange(8 * len(payload))
+        bit = self.random.randrange(8 * len(payload))
         spoilt = bytearray(payload)
         spoilt[bit >> 3] ^= 1 << (bit & 7)
         return bytes(spoilt)

@@ -15,19 +15,20 @@ from pathlib import Path
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError
 from curveline.radio.interface import Answer, check_frames
+from curveline.radio.mock.board import Board, KeyRing
 from curveline.radio.mock.chip import MockChip
 from curveline.radio.mock.fault_injection import MishapStage, MockDisk, Packet, Troubles
-from curveline.radio.mock.mock_node import Station
+from curveline.radio.mock.mock_node import Ear, Station
 from curveline.radio.mock.spec import MockSpec, parse_spec
 from curveline.radio.mock.store import MockState, Standing, Store, state_at_home
 from curveline.radio.node.machine import NodeMachine
 from curveline.radio.node.plant import PER_MILLE, MotorPlant
-from curveline.radio.node.state import Identity, Memory
+from curveline.radio.node.state import Memory
 from curveline.radio.protocol.air_time import RATES_KBPS
 from curveline.radio.protocol.codes import Counts
 from curveline.radio.protocol.keys import ZERO_MASTER, Site
-from curveline.radio.protocol.motion import axes_of
-from curveline.radio.site.key_file import hardware_site
+from curveline.radio.protocol.node_settings import node_settings
+from curveline.radio.site.key_file import hardware_site, keys_at_hand
 
 SAMPLE_MS = 20
 OTHER_GEAR = 2.98
@@ -78,13 +79,18 @@ def _open(spec: MockSpec, drive: DriveSettings, runs: Path, chip: MockChip | Non
     store = Store(runs, drive)
     store.open()
     try:
-        state = state_at_home(count) if spec.fresh else store.load()
+        state = state_at_home(count) if spec.fresh else store.load(_ring(spec, drive))
         radio = MockRadio(spec, drive, state, store, chip)
         radio.save()
     except BaseException:
         store.close()
         raise
     return radio
+
+
+def _ring(spec: MockSpec, drive: DriveSettings) -> KeyRing:
+    own = hardware_site(drive).master if spec.keys else ZERO_MASTER
+    return KeyRing(own, keys_at_hand())
 
 
 def _checked_rate(drive: DriveSettings) -> str:
@@ -111,15 +117,21 @@ class MockRadio:
         self.curvature, self.stiffness, self.hand = spec.curvature, spec.stiffness, spec.hand
         self.scatter = spec.scatter
         self._store = store
-        self._channel = drive.channel
+        self._rate, self._channel = drive.data_rate, drive.channel
+        self._named = drive.display
         self._closed = False
+        self._ears: dict[Ear, list[int]] = {}
+        """Who listens where, empty if it has to be found out anew."""
         self._stations = self._build(drive, state, spec)
-        self._numbers = {address.upper(): number for number, address in enumerate(drive.addresses, start=1)}
+        if not spec.keys:
+            self.site = self._open_site(drive)
         stage = MishapStage(self._stations, self._chip.air, self._chip.random)
         self._troubles = Troubles(spec.mishaps, stage)
         self.disk = MockDisk(stage)
         for station in self._stations:
+            station.changed = self._ears.clear
             station.power_up(self._chip.random)
+        self._restless = {station for station in self._stations if station.is_restless}
         self._saved = self._progress()
 
     @property
@@ -130,6 +142,7 @@ class MockRadio:
     @property
     def nodes(self) -> list[NodeMachine]:
         """The nodes as they are now: one that restarts is another one."""
+        self._catch_up()
         return [station.node for station in self._stations]
 
     @property
@@ -152,18 +165,56 @@ class MockRadio:
         return [self._exchange(address, payload) for address, payload in frames]
 
     def _exchange(self, address: str, payload: bytes) -> Answer:
-        number = self._numbers.get(address.upper(), 0)
-        self._troubles.before(Packet(self._now_ms(), number, payload))
+        listening = self._listening(address)
+        self._troubles.before(Packet(self._now_ms(), listening[0] if listening else 0, payload))
         self.sleep_until(1000 * self._troubles.asleep_until_ms)
         self._reach()
         begin_us = self.now_us()
-        station = self._stations[number - 1] if number else None
-        listens = station is not None and station.channel in (None, self._channel)
-        heard = station.exchange(self._chip.air, payload, begin_us) if station and listens else self._chip.air.unheard()
+        heard = self._chip.air.unheard()
+        stations = [self._stations[number - 1] for number in self._listening(address)]
+        if stations:
+            loudest = stations[0] if len(stations) == 1 else self._chip.random.choice(stations)
+            for station in stations:
+                if station is not loudest:
+                    station.intrude(begin_us // 1000, payload)
+            heard = loudest.exchange(self._chip.air, payload, begin_us)
+            self._restless.update(station for station in stations if station.is_restless)
         self.sleep_until(begin_us + heard.took_us)
         if self._progress() != self._saved:
             self.save()
         return Answer(heard.payload, heard.retries)
+
+    def _listening(self, address: str) -> list[int]:
+        """Numbers (from 1, left to right) of the boards that hear what is sent to an address now."""
+        self._catch_up()
+        if not self._ears:
+            for number, station in enumerate(self._stations, start=1):
+                self._ears.setdefault(station.ear, []).append(number)
+        return self._ears.get(Ear(self._channel, self._rate, address.upper()), [])
+
+    def _catch_up(self) -> None:
+        """Let nodes start anew that want to, or whose trial is over."""
+        now_ms = self._now_ms()
+        for station in [each for each in self._restless if each.is_restless]:
+            station.catch_up(now_ms, self._chip.random)
+        self._restless = {station for station in self._restless if station.is_restless}
+
+    def tune(self, drive: DriveSettings) -> None:
+        """Send as to another display file of the same display from now on: channel, rate, whom it takes for whom."""
+        if drive.display != self._named:
+            raise InvalidInput(
+                f"mock displays {self._named!r} and {drive.display!r} are two displays, not one with other settings",
+                hint="give both display files the same name",
+            )
+        self._rate, self._channel = _checked_rate(drive), drive.channel
+        self._chip.air.tune(drive.data_rate)
+        self.site = self._open_site(drive)
+
+    def _open_site(self, drive: DriveSettings) -> Site:
+        """Keys and chips of a display whose nodes hold the open key; it is known who listens where."""
+        known = {station.ear.address: station.chip for station in self._stations}
+        pairs = zip(drive.addresses, self._stations, strict=False)
+        return Site(self.site.master, tuple(known.get(address.upper(), station.chip) for address, station in pairs))
 
     def close(self) -> None:
         """Let every node come to rest as it would without a host, remember all, and unlock the display."""
@@ -229,8 +280,10 @@ class MockRadio:
         return self._state_at(self._now_ms()).known_rod
 
     def _state_at(self, now_ms: int) -> MockState:
-        pairs = zip(self.nodes, self._positions_at(now_ms), strict=True)
-        nodes = [Standing(counts, _left_at(node.memory, now_ms)) for node, counts in pairs]
+        pairs = zip(self._stations, self._positions_at(now_ms), strict=True)
+        nodes = [
+            Standing(counts, _left_at(station.node.memory, now_ms), station.lying(now_ms)) for station, counts in pairs
+        ]
         return MockState(nodes, self._rod, self._rod_at)
 
     def _positions_at(self, now_ms: int) -> tuple[Counts, ...]:
@@ -241,10 +294,10 @@ class MockRadio:
 
     def _progress(self) -> Sequence[tuple[int, ...]]:
         """What a host that is killed now must find again: everything of a node that an answer may have told it."""
-        memories = [node.memory for node in self.nodes]
+        pairs = [(station.node.memory, station.flash.done) for station in self._stations]
         return [
-            (each.boot, *each.unhomed, each.estop, each.fault, each.run_tag, each.started, each.finished)
-            for each in memories
+            (each.boot, *each.unhomed, each.estop, each.fault, each.run_tag, each.started, each.finished, words)
+            for each, words in pairs
         ]
 
     def _paces(self, spread: float) -> tuple[int, int, int]:
@@ -252,12 +305,16 @@ class MockRadio:
         return x, y, z
 
     def _build(self, drive: DriveSettings, state: MockState, spec: MockSpec) -> list[Station]:
-        memories = [node.memory.restarted(rested=True) if spec.repower else node.memory for node in state.nodes]
-        axes, site = axes_of(drive), Site(self.site.master, mock_site(drive).chips)
-        return [
-            Station(Identity(number, site), axes, MotorPlant(node.counts, self._paces(spec.spread)), memory)
-            for number, (node, memory) in enumerate(zip(state.nodes, memories, strict=True), start=1)
-        ]
+        chips = mock_site(drive).chips
+        stations = []
+        for number, (node, chip) in enumerate(zip(state.nodes, chips, strict=True), start=1):
+            board = node.board or Board.flashed(chip, node_settings(self.site.master, drive, number))
+            memory = node.memory
+            if spec.repower:
+                memory = memory.restarted(rested=True)
+                board = board.repowered()
+            stations.append(Station(board, MotorPlant(node.counts, self._paces(spec.spread)), memory))
+        return stations
 
     def _settle(self) -> None:
         now_ms = self._now_ms()

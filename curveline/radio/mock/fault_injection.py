@@ -46,6 +46,7 @@ class Form(Enum):
 
     NODE_STEP = "=<node>@step<number>"
     NODE = "=<node>"
+    NODE_WORD = "=<node>@word<number>"
     STEP = "@step<number>"
     FULL_STEP = "=full@step<number>"
     CHANCE = "=<number from 0 to below 1>"
@@ -54,7 +55,7 @@ class Form(Enum):
 
 @dataclass(frozen=True)
 class Mishap:
-    """What was asked for: a key of `MISHAPS`, and node, step, axis (all from 1) or chance as its form has them."""
+    """What was asked for: a key of `MISHAPS`, and node, step or word, axis (from 1) or chance as its form has them."""
 
     key: str
     node: int = 0
@@ -253,17 +254,22 @@ def _supply(stage: MishapStage, mishap: Mishap) -> None:
 
 def _key(stage: MishapStage, mishap: Mishap) -> None:
     station = stage.station(mishap)
-    site = station.identity.site
-    station.identity = replace(station.identity, site=replace(site, master=bytes(each ^ 0xA5 for each in site.master)))
+    station.spoil(replace(station.settings, master=bytes(each ^ 0xA5 for each in station.settings.master)))
 
 
 def _channel(stage: MishapStage, mishap: Mishap) -> None:
-    stage.station(mishap).channel = STRAY_CHANNEL
+    station = stage.station(mishap)
+    station.spoil(replace(station.settings, channel=STRAY_CHANNEL))
 
 
 def _firmware(stage: MishapStage, mishap: Mishap) -> None:
     station = stage.station(mishap)
-    station.kind, station.identity = OldFirmware, replace(station.identity, firmware=OLD_FIRMWARE)
+    station.kind, station.firmware = OldFirmware, OLD_FIRMWARE
+
+
+def _cut(stage: MishapStage, mishap: Mishap) -> None:
+    flash = stage.station(mishap).flash
+    flash.cut_at = flash.done + mishap.step
 
 
 def _estop(stage: MishapStage, mishap: Mishap) -> None:
@@ -277,12 +283,11 @@ def _version(stage: MishapStage, mishap: Mishap) -> None:
 def _config(stage: MishapStage, mishap: Mishap) -> None:
     station = stage.station(mishap)
     extrude, bias, translate = station.axes
-    station.axes = (extrude, bias, replace(translate, high=translate.high - 1))
+    station.spoil(replace(station.settings, axes=(extrude, bias, replace(translate, high=translate.high - 1))))
 
 
 def _chip(stage: MishapStage, mishap: Mishap) -> None:
-    station = stage.station(mishap)
-    station.identity = stranger_identity(station.identity, 1)
+    stage.station(mishap).chip ^= 1
 
 
 def _twin(stage: MishapStage, mishap: Mishap) -> None:
@@ -334,6 +339,7 @@ MISHAPS: Mapping[str, MishapRow] = {
     "switch": MishapRow(Form.AXIS_NODE, "a switch is always closed", prepare=_wired("stuck_switches")),
     "supply": MishapRow(Form.NODE, "the supply sags while a motor turns", prepare=_supply),
     "key": MishapRow(Form.NODE, "a node has the key of another site", prepare=_key),
+    "cut": MishapRow(Form.NODE_WORD, "the power fails in the midst of a word of settings", prepare=_cut),
     "channel": MishapRow(Form.NODE, "a node listens on another channel", prepare=_channel),
     "firmware": MishapRow(Form.NODE, "a node has older firmware", prepare=_firmware),
     "estop": MishapRow(Form.NODE, "a node was stopped for good", prepare=_estop),

@@ -1,55 +1,146 @@
-"""One node of the mock display: its state machine, motors and antenna, and what may be odd about it."""
+"""One node of the mock display: its board, state machine, motors and antenna, and what may be odd about it."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from random import Random
 
 from curveline.radio.mock.adversaries import Pair
 from curveline.radio.mock.air import Air, Antenna, Heard, Receiver
+from curveline.radio.mock.board import Board
 from curveline.radio.node.machine import NodeMachine
 from curveline.radio.node.plant import MotorPlant
-from curveline.radio.node.state import Identity, Memory
-from curveline.radio.protocol.codes import FRAME_BYTES, FrameKind
+from curveline.radio.node.settings_flash import TRIED, ModelFlash, PowerCut, SettingsFlash
+from curveline.radio.node.state import FIRMWARE, NOWHERE, Identity, Memory
+from curveline.radio.protocol.codes import FRAME_BYTES, BootCause, FrameKind
 from curveline.radio.protocol.envelope import kind_of
+from curveline.radio.protocol.keys import Site
 from curveline.radio.protocol.motion import Axes
+from curveline.radio.protocol.node_settings import NodeSettings
 
 FOR_EVER = 2**62
+START_MS = 120
+"""How long a node that starts anew hears nothing."""
+
+
+def _nothing() -> None:
+    pass
+
+
+@dataclass(frozen=True)
+class Ear:
+    """On what somebody listens, or sends: channel, data rate, and an address in capitals."""
+
+    channel: int
+    data_rate: str
+    address: str
 
 
 class Station:
-    """What can be odd is set before `power_up`: another kind of node, other limits, another chip, a cloned radio."""
+    """What can be odd is set before `power_up`: another kind of node, other settings, another chip, a cloned radio."""
 
-    def __init__(self, identity: Identity, axes: Axes, plant: MotorPlant, memory: Memory) -> None:
-        self.identity = identity
-        self.axes = axes
+    def __init__(self, board: Board, plant: MotorPlant, memory: Memory) -> None:
+        self.board = board
         self.plant = plant
         self.memory = memory
         self.node: NodeMachine
         self.kind: type[NodeMachine] = NodeMachine
+        self.chip = board.chip
+        self.firmware = FIRMWARE
+        self.flash = board.flash
         self.twin: NodeMachine | None = None
         self.is_clone = False
         self.deaf_until_ms = 0
-        self.channel: int | None = None
-        """Where it listens, None for where its host sends."""
         self.driven = False
         """Whether a host has taken the node over since it was switched on here."""
+        self.changed: Callable[[], None] = _nothing
+        """Told whenever the node has started, and may listen elsewhere."""
+        self._odd: list[bytearray] | None = None
+        self.settings = self._begin()
+
+    @property
+    def is_restless(self) -> bool:
+        """Whether it may start anew by itself."""
+        return self.node.on_trial or self.node.leaves
+
+    @property
+    def identity(self) -> Identity:
+        """Who the node is."""
+        number = self.settings.number
+        return Identity(number, Site(self.settings.master, (self.chip,) * number), self.firmware)
+
+    @property
+    def axes(self) -> Axes:
+        """The limits that it holds."""
+        return self.settings.axes
+
+    @property
+    def ear(self) -> Ear:
+        """On what it listens."""
+        return Ear(self.settings.channel, self.settings.data_rate, self.settings.address)
+
+    def spoil(self, settings: NodeSettings) -> None:
+        """Somebody has flashed it with other settings; between commands that is forgotten, unless they change again."""
+        cut_at = self.flash.cut_at
+        self.flash = Board.flashed(self.chip, settings).flash
+        self.flash.cut_at = cut_at
+        self._odd = [bytearray(cells) for cells in self.flash.sectors]
+        self.settings = self._begin()
 
     def power_up(self, random: Random) -> None:
-        """Switch the node on."""
+        """Switch the node on; one whose trial was going on when the display was closed goes on with it."""
         self.memory.noise = random.getrandbits(32)
+        self.plant.settings = self.keeper
         self.node = self.kind(self.identity, self.axes, self.plant, self.memory)
+        self.node.trial_ends_ms, self.board.trial_ms = self.board.trial_ms, 0
         receiver: Receiver = self.node if self.twin is None else Pair(self.node, self.twin, random)
         self.antenna = Antenna(receiver)
 
     def restart(self, now_ms: int, random: Random) -> None:
         """Power fails and comes back: motors stop, and a node that was moving cannot trust its counts any more."""
-        old = self.node
+        old, under = self.node, self.settings.place
         if old.move is not None:
             self.plant.follow(now_ms, old.move_start_ms, old.move.braked(now_ms - old.move_start_ms))
         self.plant.give_up(now_ms)
         self.memory = old.memory.restarted(rested=not old.is_turning)
+        self.settings = self._begin()
+        if self.settings.place != under:
+            self.memory.unhomed = NOWHERE
         self.power_up(random)
+
+    def catch_up(self, now_ms: int, random: Random) -> None:
+        """Let time pass; a node that wants to start anew does, and stays stopped if it was stopped for good."""
+        self.node.advance(now_ms)
+        if self.node.leaves:
+            estop = self.node.memory.estop
+            self.restart(now_ms, random)
+            self.memory.estop, self.memory.cause = estop, BootCause.SOFTWARE
+            self.deaf_until_ms = max(self.deaf_until_ms, now_ms + START_MS)
+
+    def lying(self, now_ms: int) -> Board:
+        """The board, for somebody who puts it aside now; a trial goes on when it is switched on again."""
+        flash = self.board.flash if self.flash.sectors == self._odd else self.flash
+        standing = self.keeper.standing()
+        if not standing.on_trial:
+            return replace(self.board, flash=flash, trial_ms=0)
+        flash = ModelFlash([bytearray(cells) for cells in flash.sectors])
+        for cells in flash.sectors:
+            if bytes(cells[TRIED : TRIED + 4]) == bytes(4) and bytes(cells[TRIED + 4 : TRIED + 8]) != bytes(4):
+                cells[TRIED : TRIED + 4] = b"\xff\xff\xff\xff"
+        left_ms = self.node.trial_ends_ms - now_ms
+        return replace(self.board, flash=flash, trial_ms=max(1, left_ms))
+
+    def _begin(self) -> NodeSettings:
+        """What the board runs under from now on; a power cut while it starts is one more start."""
+        self.keeper = SettingsFlash(self.flash)
+        try:
+            settings = self.keeper.start()
+        except PowerCut:
+            return self._begin()
+        assert settings is not None
+        self.changed()
+        return settings
 
     def intrude(self, now_ms: int, payload: bytes) -> None:
         """A packet of somebody else's, who sends with packet ids of his own and does not care for the answer."""
@@ -63,7 +154,12 @@ class Station:
             return air.unheard()
         if self.is_clone:
             self.antenna.last = (-1, -1)
-        heard = air.exchange(self.antenna, payload, now_us)
+        try:
+            heard = air.exchange(self.antenna, payload, now_us)
+        except PowerCut:
+            self.restart(now_us // 1000, air.random)
+            self.deaf_until_ms = max(self.deaf_until_ms, now_us // 1000 + START_MS)
+            return air.unheard()
         answer = self.node.ack
         if kind_of(payload) is FrameKind.DRIVE and kind_of(answer) is FrameKind.STATUS and answer[2:4] != bytes(2):
             self.driven = True

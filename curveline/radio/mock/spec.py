@@ -200,6 +200,7 @@ _STEP = "@step(?P<step>[1-9][0-9]{0,4})"
 _FORMS = {
     Form.NODE_STEP: _NODE + _STEP,
     Form.NODE: _NODE,
+    Form.NODE_WORD: _NODE + "@word(?P<step>[1-9][0-9]{0,4})",
     Form.STEP: _STEP,
     Form.FULL_STEP: "=full" + _STEP,
     Form.CHANCE: "=(?P<chance>.*)",

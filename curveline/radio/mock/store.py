@@ -15,11 +15,14 @@ from typing import Any
 from curveline.drive_settings import DriveSettings
 from curveline.errors import LinkError
 from curveline.radio.interface import InUse
+from curveline.radio.mock.board import Board, KeyRing, board_of
 from curveline.radio.node.state import Memory, Reasons
 from curveline.radio.protocol.codes import AXIS_COUNT, REASONS, TARGET_LIMIT, BootCause, Counts, Fault
 from curveline.system import portable
 
-FORMAT = 2
+FORMAT = 3
+WITHOUT_BOARDS = 2
+"""The format of older releases, whose boards held whatever the display file said."""
 LOCK_WAIT_S = 10.0
 LOCK_RETRY_S = 0.05
 SIZE_LIMIT = 1_000_000
@@ -30,10 +33,11 @@ FRESH_HINT = "`--radio mock:fresh` puts a new display there, standing at home"
 
 @dataclass
 class Standing:
-    """One node as it stands: encoder counts, and what the node remembers."""
+    """One node as it stands: encoder counts, what the node remembers, its board; without one, a board just flashed."""
 
     counts: Counts = (0, 0, 0)
     memory: Memory = field(default_factory=Memory)
+    board: Board | None = None
 
 
 @dataclass
@@ -114,13 +118,16 @@ class Store:
             os.close(self._lock)
             self._lock = None
 
-    def load(self) -> MockState:
-        """The display as it was left, at home if it has never been used; LinkError if the file cannot be trusted."""
+    def load(self, ring: KeyRing) -> MockState:
+        """The display as it was left, at home if it has never been used; LinkError if the file cannot be trusted.
+
+        `ring` has the keys of its boards.
+        """
         try:
             if self.path.stat().st_size > SIZE_LIMIT:
                 raise _damaged(self.path, "it is far too large")
             text = self.path.read_bytes().decode("utf-8")
-            return _checked(json.loads(text), self._drive)
+            return _checked(json.loads(text), self._drive, ring)
         except FileNotFoundError:
             return state_at_home(self._drive.node_count)
         except OSError as error:
@@ -135,8 +142,7 @@ class Store:
         content = {
             "format": FORMAT,
             "display": self._drive.display,
-            "counts_per_unit": [axis.counts_per_unit for axis in self._drive.axes],
-            "nodes": [{"counts": node.counts, **asdict(node.memory)} for node in state.nodes],
+            "nodes": [_plain(node) for node in state.nodes],
             "rod": state.rod,
             "rod_at": state.rod_at,
         }
@@ -160,11 +166,18 @@ def _damaged(path: Path, why: str) -> LinkError:
     return LinkError(f"the state of the mock display in {path} is damaged: {why}", hint=FRESH_HINT)
 
 
-def _checked(content: Any, drive: DriveSettings) -> MockState:
+def _plain(node: Standing) -> dict[str, Any]:
+    board = {} if node.board is None else {"board": node.board.document()}
+    return {"counts": node.counts, **asdict(node.memory), **board}
+
+
+def _checked(content: Any, drive: DriveSettings, ring: KeyRing) -> MockState:
     """A display out of parsed JSON; ValueError, TypeError or KeyError say what is wrong with it."""
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
+    if not isinstance(content, dict) or content.get("format") not in (FORMAT, WITHOUT_BOARDS):
         raise ValueError("it is of another release of curveline")
-    if content["counts_per_unit"] != [axis.counts_per_unit for axis in drive.axes]:
+    if content["format"] == WITHOUT_BOARDS and content["counts_per_unit"] != [
+        axis.counts_per_unit for axis in drive.axes
+    ]:
         raise ValueError("its motors differ from those of the display file")
     nodes, rod = content["nodes"], content["rod"]
     if not isinstance(nodes, list) or len(nodes) != drive.node_count:
@@ -174,11 +187,12 @@ def _checked(content: Any, drive: DriveSettings) -> MockState:
     rod_at = content.get("rod_at", [])
     if not isinstance(rod_at, list):
         raise ValueError("where its rod was seen is not a list")
-    return MockState([_standing(node) for node in nodes], rod, [_counts(each) for each in rod_at])
+    return MockState([_standing(node, ring) for node in nodes], rod, [_counts(each) for each in rod_at])
 
 
-def _standing(content: Mapping[str, Any]) -> Standing:
+def _standing(content: Mapping[str, Any], ring: KeyRing) -> Standing:
     values = dict(content)
+    board = board_of(values.pop("board"), ring) if "board" in values else None
     counts = _counts(values.pop("counts"))
     known = {each.name for each in fields(Memory)}
     if values.keys() != known:
@@ -198,7 +212,7 @@ def _standing(content: Mapping[str, Any]) -> Standing:
     if values["fault_axis"] > AXIS_COUNT:
         raise ValueError("there is no such axis to be in fault")
     values["fault"], values["cause"] = Fault(values["fault"]), BootCause(values["cause"])
-    return Standing(counts, Memory(**values))
+    return Standing(counts, Memory(**values), board)
 
 
 def _reasons(value: Any) -> Reasons:

@@ -45,6 +45,7 @@ class Lenient(Enum):
 
 
 _LENIENT: ContextVar[Lenient] = ContextVar("lenient", default=Lenient.NOTHING)
+_AT_HAND: ContextVar[tuple[bytes, ...]] = ContextVar("at_hand", default=())
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ class SiteFile:
     @property
     def fingerprint(self) -> str:
         """A short name of the master key that tells nothing about it."""
-        return derive(self.master, b"fingerprint")[:4].hex()
+        return fingerprint_of(self.master)
 
     @property
     def remark(self) -> str:
@@ -95,6 +96,11 @@ class SiteFile:
         return Site(self.master, tuple(self.chips.get(address.upper(), UNKNOWN_CHIP) for address in drive.addresses))
 
 
+def fingerprint_of(master: bytes) -> str:
+    """A short name of a master key that tells nothing about it."""
+    return derive(master, b"fingerprint")[:4].hex()
+
+
 def default_path() -> Path:
     """Where the key file is: CURVELINE_KEYS, or curveline/site.json in XDG_CONFIG_HOME or ~/.config."""
     if chosen := os.environ.get("CURVELINE_KEYS"):
@@ -119,6 +125,21 @@ def lenient(*, without_file: bool = False) -> Iterator[None]:
         yield
     finally:
         _LENIENT.reset(token)
+
+
+@contextmanager
+def at_hand(*masters: bytes) -> Iterator[None]:
+    """Within this, mock displays are opened whose boards may hold these keys, too."""
+    token = _AT_HAND.set(masters)
+    try:
+        yield
+    finally:
+        _AT_HAND.reset(token)
+
+
+def keys_at_hand() -> tuple[bytes, ...]:
+    """Master keys, besides that of the site, that boards of a mock display may hold."""
+    return _AT_HAND.get()
 
 
 def new_site(path: Path) -> SiteFile:
