@@ -21,8 +21,10 @@ from curveline.notebook import html_of
 from curveline.plan_file import Plan
 from curveline.radio.host.frame_listing import FrameRecord, describe_plan_frames
 from curveline.radio.host.preflight import check_targets
+from curveline.radio.mock.board import KeyRing
 from curveline.radio.mock.spec import parse_spec
 from curveline.radio.mock.store import Store
+from curveline.radio.protocol.keys import ZERO_MASTER
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ def _planned(tour: Tour, site: DrySite) -> Plan:
     if name != "mock" or parse_spec(settings).fresh:
         site.listener.note("planned from home")
         return plan_tour(tour, Whereabouts(), site.listener)
-    state = Store(site.runs, drive_settings(tour.display)).load()
+    state = Store(site.runs, drive_settings(tour.display)).load(KeyRing(ZERO_MASTER))
     shown = Shown() if site.touched else remembered_states(state.known_rod)
     site.listener.note(f"planned from where the mock display stands; {shown.line()}")
     return plan_tour(tour, Whereabouts(tuple(node.counts for node in state.nodes), shown.states), site.listener)

@@ -39,6 +39,7 @@ from curveline.system.arguments import expect
 
 if TYPE_CHECKING:
     from curveline.driving.adoption import Adoption
+    from curveline.driving.new_settings import Formerly, SettingsChange
     from curveline.driving.rod_now import RodNow
     from curveline.driving.run_result import RunResult
     from curveline.driving.runs import Run
@@ -237,6 +238,27 @@ class Session:
         expect(number, int, "the number of a node")
         refuse_while_sending(self.drive, self.named, self.spec, self.folder)
         return OneNode(number, self.named, self.spec, self.drive, self.radio)
+
+    def new_settings(self, nodes: Sequence[int] = (), was: Formerly | None = None) -> SettingsChange:
+        """What nodes (all if none are named) are to get over the air, to be what the display file and key file say.
+
+        `was` says where they listen now, if that is not where the display file says. Look at the `nodes` of what comes
+        back, then `carry_out`, and `close` it. Raises LinkError for a node that is not found or cannot be changed.
+        """
+        from curveline.driving.new_settings import Formerly, settings_change
+        from curveline.driving.tuning import RadioTuner
+
+        self.close()
+        refuse_while_sending(self.drive, self.named, self.spec, self.folder)
+        tuner = RadioTuner(self.spec, self.drive, self.folder)
+        try:
+            change = settings_change(tuner, self.drive, nodes, was or Formerly())
+            change.named = self.named
+            change.survey()
+        except BaseException:
+            tuner.close()
+            raise
+        return change
 
     def stray_channel(self, number: int) -> int | None:
         """The channel on which a node answers that does not on the display's; None if it does on none."""

@@ -73,6 +73,8 @@ class Errand(Claim):
     """The session of one node that is being tried out."""
 
     deadman_ms = DEADMAN_MS
+    needs = TRIED_OUT_FROM
+    """Firmware from which on a node knows what it is asked here."""
 
     def __init__(self, radio: Radio, drive: DriveSettings, number: int) -> None:
         super().__init__(radio, drive, number)
@@ -173,8 +175,12 @@ class Errand(Claim):
                 raise self._halted(Halt(Cause.SILENT, peer.number, detail=" any more"))
 
     def _ask(self, wanted: ServiceFrame) -> ReadingFrame | None:
+        return self._reading_for(self._peer.service(wanted))
+
+    def _reading_for(self, sent: bytes) -> ReadingFrame | None:
+        """Send a frame; the READING that came with its acknowledgement, if one did."""
         peer = self._peer
-        (answer,) = self._radio.exchange([(peer.address, peer.service(wanted))])
+        (answer,) = self._radio.exchange([(peer.address, sent)])
         peer.tally.count(answer.payload, answer.retries)
         payload = answer.payload or b""
         reading = peer.reading(payload)
@@ -213,9 +219,9 @@ class Errand(Claim):
         found = ScannedNode(number, self._peer.address)
         with suppress(RadioGone):
             scan_one(self._radio, found)
-        firmware = [page.firmware for page in found.pages.values() if page.firmware < TRIED_OUT_FROM]
+        firmware = [page.firmware for page in found.pages.values() if page.firmware < self.needs]
         if firmware:
-            return Halt(Cause.OLDER, number, detail=f"{firmware[0]}, this release needs {TRIED_OUT_FROM}")
+            return Halt(Cause.OLDER, number, detail=f"{firmware[0]}, this release needs {self.needs}")
         return Halt(Cause.TAKEN, number)
 
 

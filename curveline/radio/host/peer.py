@@ -22,6 +22,7 @@ from curveline.radio.protocol.frames import (
 )
 from curveline.radio.protocol.keys import session_key
 from curveline.radio.protocol.service_frames import ReadingFrame, ServiceFrame, decode_reading, encode_service
+from curveline.radio.protocol.settings_frames import SettingsFrame, encode_settings
 
 NO_LOAD: tuple[int, Counts, int] = (0, (0, 0, 0), 0)
 """Nothing to stage: step, target and move time of a DRIVE that only asks."""
@@ -116,6 +117,12 @@ class Peer:
         self.counter += 1
         frame = replace(wanted, clock=self.clock, session=self.session, counter=self.counter)
         return encode_service(frame, self.key)
+
+    def settings(self, wanted: SettingsFrame) -> bytes:
+        """The next SETTINGS: what is wanted, with the time, session and counter of now."""
+        self.counter += 1
+        frame = replace(wanted, clock=self.clock, session=self.session, counter=self.counter)
+        return encode_settings(frame, self.key)
 
     def reading(self, payload: bytes) -> ReadingFrame | None:
         """The READING of this session that a payload is, if it is one; the node's time is taken from it."""

@@ -74,7 +74,7 @@ def check_ident(ident: IdentFrame, peer: Peer, config: int) -> Halt | None:
     if ident.config_hash != config:
         detail = f"fingerprint {ident.config_hash:04x} instead of {config:04x}"
         return Halt(Cause.CONFIG, peer.number, detail=detail)
-    return None
+    return Halt(Cause.TRIAL, peer.number) if ident.on_trial else None
 
 
 def check_start(plan: Plan, peers: Sequence[Peer]) -> Halt | None:

@@ -36,6 +36,8 @@ PROBES = 20
 FILTER_ROUNDS = 12
 TRIED_OUT_FROM = 3
 """Firmware from which on a node can be tried out."""
+SETTINGS_FROM = 4
+"""Firmware from which on a node takes other settings over the air."""
 PACKET_IDS = 4
 """After so many packets the sending chip uses the same packet id again."""
 

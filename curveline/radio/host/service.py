@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput
@@ -134,7 +135,8 @@ class Claim:
             if self._radio.now_us() > end_us:
                 raise self._halted(Halt(Cause.BUSY, peer.number))
             self._radio.sleep_until(self._radio.now_us() + POLL_US)
-        if (halt := check_ident(ident, peer, config if self.checks_limits else ident.config_hash)) is not None:
+        fitting = ident if self.checks_limits else replace(ident, config_hash=config, on_trial=False)
+        if (halt := check_ident(fitting, peer, config)) is not None:
             raise self._halted(halt)
         peer.accept(ident, 0)
         self._until(lambda status: status.state is not NodeState.MOVING, lambda: peer.drive(0, 0, NO_LOAD))

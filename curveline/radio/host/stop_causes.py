@@ -14,8 +14,8 @@ from curveline.radio.protocol.codes import Fault, plain_name
 class Cause(Enum):
     """What stopped a run: a message, in which `{node}`, `{when}` and `{detail}` are filled in, and a hint.
 
-    In a hint `{node}` is filled in, and `{display}` with the option that names the display, if the commands need one.
-    Every command in it works as it is printed, once the radio is named: docs/ways-out.md has them all.
+    In a hint `{node}` and `{channel}` are filled in, and `{display}` with the option that names the display, if the
+    commands need one. Every command in it works as it is printed, once the radio is named: see docs/ways-out.md.
     """
 
     def __init__(self, text: str, hint: str) -> None:
@@ -33,7 +33,8 @@ class Cause(Enum):
     )
     UNTRUSTED = (
         "node {node} answers, but not to the key of this site",
-        "load the site's key into it: `curveline keys node`; `curveline status --scan{display}` shows who answers",
+        "load the site's key into it: by a cable, `curveline keys node`, or with the key file that it was flashed for, "
+        "`curveline node settings` with --old-keys; `curveline status --scan{display}` shows who answers",
     )
     SPENT = (
         "node {node} takes no more hosts: somebody has sent it more handshakes than it has numbers for",
@@ -46,7 +47,8 @@ class Cause(Enum):
     )
     TWIN = (
         "two devices answer on the address of node {node}: {detail}",
-        "switch one of them off, and write settings of its own to each node",
+        "switch one of them off, and write settings of its own to each node: by a cable, `curveline keys node`, or to "
+        "one that is alone on the air, `curveline node settings`",
     )
     VERSION = (
         "node {node} speaks another version of the protocol: {detail}",
@@ -58,7 +60,13 @@ class Cause(Enum):
     )
     CONFIG = (
         "node {node} holds other limits or speeds than this display: {detail}",
-        "write the display's settings to the node again, or correct the display file",
+        "`curveline node settings {node}{display}` gives it those of the display file, over the air; or correct the "
+        "file",
+    )
+    TRIAL = (
+        "node {node} tries other settings",
+        "within half a minute it returns to those before, unless it is told to keep them: `curveline node settings "
+        "{node}{display}`",
     )
     BUSY = (
         "node {node} belongs to another host that is sending to it{detail}",
@@ -114,8 +122,8 @@ class Cause(Enum):
     )
     LIMIT = (
         "node {node} refused a target{when}: its {detail} axis would leave its limits",
-        "the node's limits and the display file disagree: write the settings to the node again; `curveline node "
-        "clear {node}{display}` ends the fault, then send the shape again",
+        "the node's limits and the display file disagree: `curveline node settings {node}{display}` gives it those of "
+        "the file; `curveline node clear {node}{display}` ends the fault, then send the shape again",
     )
     STALL = (
         "node {node} has stalled{when}: its {detail} motor does not follow",
@@ -191,7 +199,25 @@ class Cause(Enum):
     )
     CHANNEL = (
         "node {node} does not answer on channel {detail}",
-        "write the display's settings to the node: `curveline keys node`; or correct the channel in the display file",
+        "`curveline node settings {node} --old-channel {channel}{display}` gives it that of the display file, over "
+        "the air; or correct the channel in the file",
+    )
+    UNFIT = (
+        "node {node} does not take these settings: {detail}",
+        "see how it is: `curveline node info {node}{display}`; the cable always works: `curveline keys node`",
+    )
+    UNHEARD = (
+        "node {node} was not heard under its new settings, and is back under the old ones",
+        "nothing has changed; see that the new channel is free, and the link good at the new data rate; then try again",
+    )
+    STRAYED = (
+        "node {node} answers neither under its new settings nor under the old ones: {detail}",
+        "see that it has power, and say where it listens now: --old-display, --old-channel, --old-number, --old-keys; "
+        "one that tries other settings is back within half a minute",
+    )
+    TAKEN_PLACE = (
+        "another device answers where node {node} is to be: {detail}",
+        "give that one other settings first, or switch it off",
     )
     UNHEEDED = (
         "node {node} did not begin to home: {detail}",
@@ -215,6 +241,7 @@ class Halt:
     step: int = 0
     detail: str = ""
     display: str = DEFAULT_DISPLAY
+    channel: int = 0  # on which the node answers, if that is what matters
 
     @property
     def message(self) -> str:
@@ -225,7 +252,7 @@ class Halt:
     @property
     def hint(self) -> str:
         """What to do about it."""
-        return self.cause.hint.format(node=self.node, display=display_option(self.display))
+        return self.cause.hint.format(node=self.node, display=display_option(self.display), channel=self.channel)
 
 
 _FAULTS = {

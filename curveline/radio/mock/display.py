@@ -210,9 +210,13 @@ class MockRadio:
         self._chip.air.tune(drive.data_rate)
         self.site = self._open_site(drive)
 
+    def listeners(self) -> dict[str, int]:
+        """Which chip listens on which address."""
+        return {station.ear.address: station.chip for station in reversed(self._stations)}
+
     def _open_site(self, drive: DriveSettings) -> Site:
         """Keys and chips of a display whose nodes hold the open key; it is known who listens where."""
-        known = {station.ear.address: station.chip for station in self._stations}
+        known = self.listeners()
         pairs = zip(drive.addresses, self._stations, strict=False)
         return Site(self.site.master, tuple(known.get(address.upper(), station.chip) for address, station in pairs))
 

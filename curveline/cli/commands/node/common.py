@@ -82,4 +82,5 @@ def looking_elsewhere(session: Session, number: int) -> Iterator[None]:
         if channel is None:
             raise
         detail = f"{own}, which the display file names, but on {channel}"
-        raise Halted(Halt(Cause.CHANNEL, number, detail=detail, display=error.halt.display)) from None
+        halt = Halt(Cause.CHANNEL, number, detail=detail, display=error.halt.display, channel=channel)
+        raise Halted(halt) from None
