@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from curveline.driving.looking.verified import send_verified as send_verified
     from curveline.driving.looking.watching import WatchRequest as WatchRequest
     from curveline.driving.looking.watching import watch as watch
+    from curveline.driving.new_settings import Formerly as Formerly
     from curveline.driving.run_listener import RunListener as RunListener
     from curveline.driving.session import connect as connect
     from curveline.driving.site_keys import new_keys as new_keys
@@ -154,6 +155,7 @@ _HOMES = {
     **dict.fromkeys(("status", "stop", "rod_now", "runs", "log"), "api"),
     "write": "writing",
     "write_calibration": "driving.node_calibration",
+    "Formerly": "driving.new_settings",
     **dict.fromkeys(("new_keys", "read_keys", "node_image"), "driving.site_keys"),
     "read_shape": "shapes.files",
     "read_display": "shapes.files",

@@ -51,6 +51,7 @@ TABLES = {
     "RunResult",
     "ScanResult",
     "SegmentStates",
+    "SettingsChange",
     "ShapeBatch",
     "SiteFile",
     "StableCurves",
@@ -110,6 +111,8 @@ def made(runs: Path) -> Iterator[Any]:
         yield session.rod()
         yield session.stop()
         yield next(session.runs())
+        with session.new_settings([1], curveline.Formerly(number=2)) as change:
+            yield change
     yield curveline.log("last", runs)
     (folder := Path("<i>roof")).mkdir()
     curveline.write(plan, folder / "plan.json")

@@ -26,6 +26,7 @@ from curveline.displays.check import DisplayCheck
 from curveline.driving.adoption import Adoption
 from curveline.driving.logbook import RunLog
 from curveline.driving.looking.verified import VerifiedTour
+from curveline.driving.new_settings import SettingsChange
 from curveline.driving.node_calibration import Calibration
 from curveline.driving.one_node import OneNode
 from curveline.driving.run_result import RunResult
@@ -56,6 +57,7 @@ STANDS_FOR: dict[str, Any] = {
     "board": CameraBoard,
     "calibration": RodCalibration,
     "gear": Calibration,
+    "change": SettingsChange,
     "checked": DisplayCheck,
     "comparison": Comparison,
     "control": curveline.Control,

@@ -45,6 +45,7 @@ from curveline.cli.commands.new import shape as new_shape
 from curveline.cli.commands.node import blink, clear, home, info, jog, tune, zero
 from curveline.cli.commands.node import calibrate as node_calibrate
 from curveline.cli.commands.node import check as node_check
+from curveline.cli.commands.node import settings as node_settings
 from curveline.cli.commands.node import status as node_status
 from curveline.cli.commands.node import watch as node_watch
 from curveline.cli.commands.runs import listing
@@ -70,7 +71,7 @@ HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 OF_ONE_NODE = (
     *(node_status.status, info.info, clear.clear, home.home, blink.blink, jog.jog, zero.zero, node_watch.watch),
-    *(node_check.check, node_calibrate.calibrate, tune.tune),
+    *(node_check.check, node_calibrate.calibrate, tune.tune, node_settings.settings),
 )
 LINKED = (send.send, watch.watch, status.status, stop.stop, adopt.adopt, *OF_ONE_NODE)
 """Commands that have a radio in use."""

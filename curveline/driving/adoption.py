@@ -59,7 +59,7 @@ def find_devices(spec: str, drive: DriveSettings, runs: Path, site: SiteFile) ->
     check_adoptable(spec)
     with key_file.lenient(), closing(open_radio(spec, drive, runs)) as radio:
         found = scan(radio, drive)
-    wrong = [text for each in found for text in problems(each, UNKNOWN_CHIP, drive)]
+    wrong = [text for each in found for text in problems(each, UNKNOWN_CHIP, drive, checks_limits=False)]
     if wrong:
         raise LinkError("; ".join(wrong), "nothing was recorded; put that right, then adopt again")
     if len({each.chip for each in found}) < len(found):

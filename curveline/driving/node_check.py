@@ -130,11 +130,14 @@ def _of_address(place: NodePlace) -> Iterator[Finding]:
     scan_one(place.radio, found)
     if len(found.pages) > 1:
         chips = " and ".join(f"{chip:08x}" for chip in sorted(found.pages))
-        hint = "switch one of them off, and write settings of its own to each node"
+        hint = (
+            "switch one of them off, and write settings of its own to each node: by a cable, `curveline keys node`, or "
+            "to one that is alone on the air, `curveline node settings`"
+        )
         yield Finding("twin", f"two devices answer on the address of node {place.number}: chips {chips}", hint)
     wanted = config_hash(axes_of(place.drive))
     if any(page.config_hash != wanted for page in found.pages.values()):
-        hint = "write the display's settings to the node again, or correct the display file"
+        hint = f"`curveline node settings {place.number}` gives it those of the display file; or correct the file"
         yield Finding("limits", f"node {place.number} holds other limits or speeds than this display", hint)
 
 

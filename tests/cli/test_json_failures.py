@@ -50,6 +50,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "node watch": ("node", "watch", "1", *RADIO, "--seconds", "0.1"),
     "node check": ("node", "check", "1", *RADIO, "--yes"),
     "node calibrate": ("node", "calibrate", "1", "bias", *RADIO, "--yes"),
+    "node settings": ("node", "settings", "1", *RADIO, "--yes"),
     "node tune": ("node", "tune", "1", "bias", *RADIO, "--yes"),
     "display check": ("display", "check", "single"),
     "runs": ("runs", "--display", "single"),

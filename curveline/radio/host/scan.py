@@ -38,6 +38,7 @@ TRIED_OUT_FROM = 3
 """Firmware from which on a node can be tried out."""
 SETTINGS_FROM = 4
 """Firmware from which on a node takes other settings over the air."""
+_OTHER_FILE = "`curveline node settings` with --old-display, or a cable, sets it up anew"
 PACKET_IDS = 4
 """After so many packets the sending chip uses the same packet id again."""
 
@@ -77,8 +78,11 @@ def scan_one(radio: Radio, found: ScannedNode, probes: int = PROBES) -> None:
     _ask(radio, [found], probes)
 
 
-def problems(found: ScannedNode, known: int, drive: DriveSettings) -> list[str]:
-    """What is wrong with one address, in sentences; `known` is the chip id that the site has on record, if any."""
+def problems(found: ScannedNode, known: int, drive: DriveSettings, *, checks_limits: bool = True) -> list[str]:
+    """What is wrong with one address, in sentences; `known` is the chip id that the site has on record, if any.
+
+    The limits that a node holds do not matter unless `checks_limits`.
+    """
     where = f"node {found.node}"
     if not found.link.answered:
         return [f"{where}: no answer from {found.address}"]
@@ -91,7 +95,10 @@ def problems(found: ScannedNode, known: int, drive: DriveSettings) -> list[str]:
     (page,) = found.pages.values()
     wanted = config_hash(axes_of(drive))
     checks = [
-        (page.node != found.node, f"it takes itself for node {page.node}: write its settings again"),
+        (
+            page.node != found.node,
+            f"it takes itself for node {page.node}, as another display file has it: {_OTHER_FILE}",
+        ),
         (
             page.version != VERSION,
             f"it speaks version {page.version} of the protocol, this release {VERSION}: flash it",
@@ -100,7 +107,10 @@ def problems(found: ScannedNode, known: int, drive: DriveSettings) -> list[str]:
             page.version == VERSION and page.firmware < TRIED_OUT_FROM,
             f"it has firmware {page.firmware}: it drives plans, but `curveline node` needs {TRIED_OUT_FROM}: flash it",
         ),
-        (page.config_hash != wanted, f"it holds other limits than this display ({page.config_hash:04x})"),
+        (
+            checks_limits and page.config_hash != wanted,
+            f"it holds other limits than this display ({page.config_hash:04x}): `curveline node settings {found.node}`",
+        ),
         (
             known not in (UNKNOWN_CHIP, page.chip),
             f"chip {page.chip:08x} answers instead of {known:08x}, which the site knows",

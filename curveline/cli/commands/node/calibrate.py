@@ -49,7 +49,8 @@ def calibrate(
     """Move an axis there and back, ask each time how far it went by a ruler, and say what a turn of its gear makes.
 
     Several times tell how exact that is. An axis that is not homed goes 20 mm or degrees at most: `curveline node zero`
-    lets the extruder go further. After the display file has changed, its nodes need their settings anew.
+    lets the extruder go further. After the display file has changed, its nodes need their settings anew: `curveline
+    node settings`.
     """
     from curveline.cli.printing.reports.node_trials import describe_calibration
     from curveline.driving.node_calibration import write_calibration
@@ -67,9 +68,10 @@ def calibrate(
             screen.emit(node.told("calibration", found.document()))
         else:
             screen.result("\n".join(describe_calibration(node, found)))
-    screen.note(
-        f"wrote {found.key} into {output}" if output else f"{found.key} = {found.new:g} is for [drive] of the file"
-    )
+    if output:
+        screen.note(f"wrote {found.key} into {output}; now its nodes need that: `curveline node settings -d {output}`")
+    else:
+        screen.note(f"{found.key} = {found.new:g} is for [drive] of the file; then `curveline node settings`")
     raise typer.Exit(EXIT_NO if found.findings else EXIT_DONE)
 
 

@@ -44,7 +44,7 @@ def check(
 
     names = AXES if axis is None else (axis.value,)
     require_consent(f"Is the rod out of node {number}'s clamp? Turn its {', '.join(names)} a little?", agreed=yes)
-    with session_of(radio, display, runs) as session, looking_elsewhere(session, number):
+    with session_of(radio, display, runs) as session, looking_elsewhere(session):
         node = session.node(number)
         found = node.check(names, lambda name: screen.note(f"turning {name}; Ctrl-C stops it"))
         if json:

@@ -66,7 +66,7 @@ def require_consent(question: str, *, agreed: bool) -> None:
 
 
 @contextmanager
-def looking_elsewhere(session: Session, number: int) -> Iterator[None]:
+def looking_elsewhere(session: Session) -> Iterator[None]:
     """Look on the other channels for a node that does not answer, and say where it is."""
     from curveline.radio.host.link import Halted
     from curveline.radio.host.stop_causes import Cause, Halt
@@ -74,9 +74,9 @@ def looking_elsewhere(session: Session, number: int) -> Iterator[None]:
     try:
         yield
     except Halted as error:
-        if error.halt.cause is not Cause.SILENT:
+        if error.halt.cause not in (Cause.SILENT, Cause.STRAYED):
             raise
-        own = session.drive.channel
+        own, number = session.drive.channel, error.halt.node
         screen.note(f"node {number} does not answer on channel {own}; looking on the others")
         channel = session.stray_channel(number)
         if channel is None:

@@ -23,7 +23,7 @@ def info(
     """
     from curveline.cli.printing.reports.node_trials import describe_info
 
-    with session_of(radio, display, runs) as session, looking_elsewhere(session, number):
+    with session_of(radio, display, runs) as session, looking_elsewhere(session):
         node = session.node(number)
         found = node.info()
         if json:

@@ -167,6 +167,13 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ),
     ),
     "curveline node tune": (("curveline node tune 1 bias --radio mock --yes", "how its motor answers to duty"),),
+    "curveline node settings": (
+        ("curveline node settings --radio mock --yes", "all nodes get what the display file says"),
+        (
+            "curveline node settings 2 --old-channel 23 --radio mock:channel=2 --yes",
+            "one that listens on another channel",
+        ),
+    ),
     "curveline node home": (("curveline node home 2 --radio mock --yes", "find the zeros of the second node"),),
     "curveline display": (("curveline display check single", "what a built-in display can do"),),
     "curveline display check": (

@@ -12,6 +12,7 @@ from curveline.driving.node_check import AxisCheck, Finding, NodeCheck
 from curveline.driving.node_errands import Jogged, NodeInfo, Watched
 from curveline.driving.one_node import OneNode
 from curveline.phrases import wrapped
+from curveline.radio.host.stop_causes import display_option
 
 
 def describe_info(node: OneNode, info: NodeInfo) -> Iterator[str]:
@@ -26,7 +27,9 @@ def describe_info(node: OneNode, info: NodeInfo) -> Iterator[str]:
     for name, unit, ends in zip(AXES, UNITS, (info.limits or {}).values(), strict=False):
         yield f"  {name}: {screen.decimal(ends[0], 1)} to {screen.decimal(ends[1], 1)} {unit}"
     if not info.limits_fit:
-        yield "  these are not the limits and speeds of the display file: write its settings again"
+        option = display_option(node.display)
+        yield "  these are not the limits and speeds of the display file, which it gets by"
+        yield f"  `curveline node settings {info.node}{option}`"
     yield f"  frames that it refused: {info.bad_tags} under another key, {info.old_frames} old ones"
 
 
