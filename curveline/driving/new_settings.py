@@ -101,7 +101,7 @@ class SettingsChange:
         """How advice names the display."""
         self._told: Callable[[str], None] = SILENT.note
         self._ways = [Resettling(tuner, new, old, self._note) for new, old in seats]
-        self.nodes: tuple[NodeChange, ...] = ()
+        self._nodes: tuple[NodeChange, ...] = ()
 
     def __enter__(self) -> SettingsChange:
         return self
@@ -120,7 +120,12 @@ class SettingsChange:
             with self._naming():
                 found.append(way.find())
                 way.check_places(found[-1])
-        self.nodes = tuple(map(_change_of, self._ways, found))
+        self._nodes = tuple(map(_change_of, self._ways, found))
+
+    @property
+    def nodes(self) -> tuple[NodeChange, ...]:
+        """What each node is to get."""
+        return self._nodes
 
     @property
     def is_due(self) -> bool:

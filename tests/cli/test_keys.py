@@ -14,7 +14,8 @@ import pytest
 import typer
 
 from curveline.drive_settings import drive_settings
-from curveline.radio.site.key_file import SiteFile, adopt, read_site, settings_record
+from curveline.radio.protocol.node_settings import node_settings
+from curveline.radio.site.key_file import SiteFile, adopt, read_site
 from curveline.shapes.files import builtin_text, read_display
 from hexfile import bytes_of
 
@@ -224,8 +225,9 @@ def test_a_node_gets_an_image_of_its_own(run: Run, keys: Path, tmp_path: Path) -
     assert "teensy_loader_cli" in err
     assert stat.S_IMODE(target.stat().st_mode) == 0o600
     cells = bytes_of(target.read_text())
-    record = settings_record(read_site(keys).master, drive_settings(read_display("single")), 2)
-    assert bytes(cells[0xF400 + index] for index in range(len(record))) == record
+    sector = node_settings(read_site(keys).master, drive_settings(read_display("single")), 2).sector()
+    assert bytes(cells[0xF400 + index] for index in range(len(sector))) == sector
+    assert bytes(cells[0xF000 + index] for index in range(4)) == bytes(4), "nothing older is left there"
     content = target.read_bytes()
     code, _, err = run("keys", "node", 1, "--hex", tmp_path / "node.hex", "-o", target)
     assert code == 2

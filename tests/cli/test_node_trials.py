@@ -19,7 +19,7 @@ def test_who_a_node_is(run: Run) -> None:
     assert (done.code, done.err) == (0, "")
     lines = done.out.splitlines()
     assert lines[1] == "  address C1C1C1C101, channel 76, 1Mbps"
-    assert lines[2].endswith("; firmware 3, protocol 2, boot 1")
+    assert lines[2].endswith("; firmware 4, protocol 2, boot 1")
     assert "  bias: -75.0 to 75.0 deg" in lines
 
 

@@ -32,9 +32,9 @@ FAULTS = (
     ),
     *("reversed=extrude@1", "swapped=bias@2", "noisy=extrude@1", "loose=extrude@2", "key=2", "channel=1"),
     *("firmware=1", "gear=bias@1", "switch=translate@2", "supply=1"),
-    *("busy=1", "clone=2", "stranger=0.5", "replay=0.5"),
+    *("busy=1", "clone=2", "stranger=0.5", "replay=0.5", "cut=1@word3"),
 )
-MOVES = ("send", "node home")
+MOVES = ("send", "node home", "node settings")
 
 
 @dataclass
@@ -128,4 +128,4 @@ def test_a_motor_that_was_absent_has_a_way_out_too(walk: Walk) -> None:
 def test_every_cause_says_what_to_do_next(cause: Cause) -> None:
     """A command, or to go on, or to send again: never only what is wrong."""
     assert re.search(r"`curveline |--takeover|resume|resumed|send|flash|write the|plug|free space|switch", cause.hint)
-    assert all(name in ("node", "display") for name in re.findall(r"\{(\w+)\}", cause.hint))
+    assert all(name in ("node", "display", "channel") for name in re.findall(r"\{(\w+)\}", cause.hint))

@@ -133,6 +133,7 @@ BORNE = [
     "stranger=0.5",
     "replay=0.5",
     "stranger=0.6,replay=0.6",
+    "cut=1@word3",
 ]
 WEATHER = ["", ",loss=0.3,dup=0.1,stale=0.2"]
 

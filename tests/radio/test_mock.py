@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -23,6 +24,7 @@ from curveline.radio.mock.display import MockRadio, open_radio
 from curveline.radio.mock.fault_injection import MISHAPS, Mishap
 from curveline.radio.mock.spec import MockSpec, parse_spec
 from curveline.radio.protocol.codes import NodeState
+from curveline.radio.protocol.motion import axes_of
 
 from .bench import HOME, POSES, drive_table, make_plan, target
 
@@ -367,6 +369,30 @@ def test_a_memory_of_another_display_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LinkError, match="does not have 3 nodes"):
         open_radio("", drive_table(3), tmp_path)
     table = drive_table(2)
+    other = replace(table, axes=(replace(table.axes[0], counts_per_unit=100.0), *table.axes[1:]))
+    radio = open_radio("", other, tmp_path)
+    assert [node._axes for node in radio.nodes] == [axes_of(table)] * 2, "its boards hold what they held"
+    radio.close()
+
+
+def test_a_memory_of_an_older_release_is_carried_over(tmp_path: Path) -> None:
+    """Its boards are taken to hold what the display file says, as they did then."""
+    table = drive_table(2)
+    open_radio("", table, tmp_path).close()
+    path = tmp_path / "mock-test.json"
+    content = json.loads(path.read_text())
+    content["nodes"][1]["counts"] = [100, 0, 0]
+    for node in content["nodes"]:
+        del node["board"]
+    content |= {"format": 2, "counts_per_unit": [axis.counts_per_unit for axis in table.axes]}
+    path.write_text(json.dumps(content))
+    faster = replace(table, axes=(replace(table.axes[0], speed=10.0), *table.axes[1:]))
+    radio = open_radio("", faster, tmp_path)
+    assert [node._axes for node in radio.nodes] == [axes_of(faster)] * 2
+    assert radio.positions()[1] == (100, 0, 0)
+    radio.close()
+    assert json.loads(path.read_text())["format"] == 3
+    path.write_text(json.dumps(content))
     other = replace(table, axes=(replace(table.axes[0], counts_per_unit=100.0), *table.axes[1:]))
     with pytest.raises(LinkError, match="motors differ"):
         open_radio("", other, tmp_path)

@@ -208,12 +208,14 @@ class Cause(Enum):
     )
     UNHEARD = (
         "node {node} was not heard under its new settings, and is back under the old ones",
-        "nothing has changed; see that the new channel is free, and the link good at the new data rate; then try again",
+        "nothing has changed; see that the new channel is free, and the link good at the new data rate; then again: "
+        "`curveline node settings {node}{display}`",
     )
     STRAYED = (
         "node {node} answers neither under its new settings nor under the old ones: {detail}",
-        "see that it has power, and say where it listens now: --old-display, --old-channel, --old-number, --old-keys; "
-        "one that tries other settings is back within half a minute",
+        "see that it has power; `curveline node settings {node}{display}` can be told where it listens now, by "
+        "--old-display, --old-channel, --old-number, --old-keys; one that tries other settings is back within half a "
+        "minute",
     )
     TAKEN_PLACE = (
         "another device answers where node {node} is to be: {detail}",
