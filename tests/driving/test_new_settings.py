@@ -589,5 +589,5 @@ def test_a_moving_node_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyP
         with pytest.raises(Halted) as caught:
             change.carry_out(lab.notes)
         assert caught.value.halt.cause is Cause.REFUSED
-        assert "something else to do" in caught.value.message
+        assert "its motors turn" in caught.value.message
         assert node.state is NodeState.HOMING

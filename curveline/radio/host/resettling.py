@@ -198,6 +198,8 @@ class Resettling:
         report = asked(radio, seat)
         if report is None:
             return None
+        if report.turning:  # a session that ends would end its homing
+            raise Halted(Halt(Cause.REFUSED, self.new.number, detail="its motors turn"))
         try:
             with self._claimed(seat) as errand:
                 return NodeFound(seat, errand.standing(), errand.axes(), report)
