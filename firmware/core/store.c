@@ -1,8 +1,10 @@
 #include "store.h"
 
+#include "crc32.h"
+
 #define MAGIC 0x4C43u /* "CL"; what the position was counted under is in the upper half */
 #define UNDER_SHIFT 16
-#define BLANK 0xFFFFFFFFu
+#define BLANK CL_FLASH_BLANK
 #define MOVING 0u
 #define BOOT_MASK 0xFFFFFFu
 #define FLAGS_SHIFT 24
@@ -13,11 +15,8 @@ enum { SEQUENCE = 1, POSITION = 2, BOOT = 5, MARK = 6, CHECK = 7, TRIES = 3 };
 
 /* CRC-32 without its lowest bit: the checksum of a complete record is never a blank word. */
 static uint32_t checksum(const uint32_t words[CL_STORE_WORDS]) {
-    uint32_t crc = BLANK;
-    for (unsigned index = 0; index < MARK; index++) {
-        crc ^= words[index];
-        for (unsigned bit = 0; bit < 32; bit++) crc = crc >> 1 ^ (crc & 1 ? 0xEDB88320u : 0);
-    }
+    uint32_t crc = CL_CRC32_BEGIN;
+    for (unsigned index = 0; index < MARK; index++) crc = cl_crc32_word(crc, words[index]);
     return ~crc >> 1;
 }
 

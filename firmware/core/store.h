@@ -29,6 +29,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "flash_hooks.h"
 #include "motion.h"
 
 enum {
@@ -37,13 +38,6 @@ enum {
     CL_STORE_SECTORS = 2,
     CL_STORE_NEAR = 8 /* counts: a resting encoder may tremble, and need not be written down each time */
 };
-
-typedef struct {
-    void *self;
-    bool (*erase)(void *self, uint32_t address); /* the sector that begins there */
-    bool (*program)(void *self, uint32_t address, uint32_t word);
-    uint32_t (*read)(void *self, uint32_t address);
-} cl_flash;
 
 typedef struct {
     cl_counts position;

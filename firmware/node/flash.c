@@ -40,3 +40,20 @@ bool flash_program(uint32_t address, uint32_t word) {
 }
 
 uint32_t flash_word(uint32_t address) { return REG32(address); }
+
+static bool erase(void *self, uint32_t address) {
+    (void)self;
+    return flash_erase(address);
+}
+
+static bool program(void *self, uint32_t address, uint32_t word) {
+    (void)self;
+    return flash_program(address, word);
+}
+
+static uint32_t read(void *self, uint32_t address) {
+    (void)self;
+    return flash_word(address);
+}
+
+const cl_flash flash_hooks = {0, erase, program, read};

@@ -5,7 +5,8 @@
 #include "board.h"
 
 #define SLOT_MS 200
-#define FLICKER_MS 40
+#define FLICKER_MS 40u
+#define TRIAL_MS 1000u
 #define PAUSE_SLOTS 5
 #define BOARD_PORT PORT_C
 #define BOARD_PIN 5
@@ -35,8 +36,9 @@ void lamp_borrow_board(void) {
 
 /* A code is so many flashes, then a pause. */
 void lamp_show(uint8_t code, int64_t now_ms) {
-    if (code == LAMP_HERE) {
-        put(LAMP_PORT, LAMP_PIN, ((uint32_t)now_ms / FLICKER_MS & 1u) == 0);
+    if (code == LAMP_HERE || code == LAMP_TRIAL) {
+        uint32_t half_ms = code == LAMP_HERE ? FLICKER_MS : TRIAL_MS;
+        put(LAMP_PORT, LAMP_PIN, ((uint32_t)now_ms / half_ms & 1u) == 0);
         return;
     }
     uint32_t slots = code == LAMP_HOMING ? 2u : 2u * code + PAUSE_SLOTS;

@@ -12,6 +12,7 @@ enum {
     LAMP_POSITION_LOST = 5,
     LAMP_ESTOP = 6,
     LAMP_NO_MEMORY = 7,
+    LAMP_TRIAL = 0xFC,  /* one second on, one off: other settings are being tried */
     LAMP_HERE = 0xFD,   /* flickers: a host wants to see which node this is */
     LAMP_HOMING = 0xFE, /* flashes without a pause */
     LAMP_STEADY = 0xFF,

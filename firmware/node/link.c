@@ -6,13 +6,13 @@
 #define RETRY_MS 100 /* a chip takes up to 100 ms from power-on until it listens to anything */
 #define DRAIN_MOST 3 /* as many as the chip can queue: a flood must not keep the main loop here */
 
-static const nrf24_settings *settings;
+static const cl_listening *settings;
 static bool there;
 static bool stale; /* the chip may not hold the newest answer */
 static int64_t check_ms;
 static uint32_t serial;
 
-void link_start(const nrf24_settings *radio) {
+void link_start(const cl_listening *radio) {
     settings = radio;
     nrf24_pins();
 }

@@ -7,7 +7,7 @@
 #include "node.h"
 #include "nrf24.h"
 
-void link_start(const nrf24_settings *settings);
+void link_start(const cl_listening *settings);
 
 /* Take what came in, load the newest answer; once a second see whether the chip is still set up. */
 void link_serve(cl_node *node, int64_t now_ms);

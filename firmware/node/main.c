@@ -16,9 +16,8 @@
 #include "supply.h"
 #include "tick.h"
 
-#define FIRMWARE 3u
+#define FIRMWARE 4u
 
-static node_settings settings;
 static cl_node node;
 
 /* The chip's 80 bits of identity in the 32 that the protocol has room for: FNV-1a. */
@@ -42,21 +41,25 @@ _Noreturn static void refuse(uint8_t code) {
     }
 }
 
-static void begin(void) {
-    if (!settings_read(&settings)) {
+/* Its variables are not needed any longer. */
+__attribute__((noinline)) static void begin(void) {
+    const cl_settings *settings = settings_begin();
+    if (settings == 0) {
         refuse(LAMP_NO_SETTINGS);
     }
-    const cl_identity identity = {settings.number, chip_id(), FIRMWARE, settings.master};
+    const cl_identity identity = {settings->number, chip_id(), FIRMWARE, settings->master};
     cl_memory memory;
     cl_counts position;
-    if (!persist_begin(settings_sum(&settings), &memory, &position)) {
+    if (!persist_begin(cl_settings_sum(settings), &memory, &position)) {
         refuse(LAMP_NO_MEMORY);
     }
     encoder_shift(&position);
     motors_start();
-    home_start(settings.axes);
-    cl_node_init(&node, &identity, settings.axes, home_plant(), &memory);
-    link_start(&settings.radio);
+    home_start(settings->axes);
+    cl_plant plant = home_plant();
+    settings_join(&plant);
+    cl_node_init(&node, &identity, settings->axes, plant, &memory);
+    link_start(&settings->radio);
 }
 
 /* Drivers work as long as a motor has reason to turn; in every fault they sleep as soon as the axes have stopped. */
@@ -96,6 +99,9 @@ static uint8_t lamp_code(int64_t now_ms) {
     }
     if (!link_there()) {
         return LAMP_NO_RADIO;
+    }
+    if (settings_on_trial() && !node.memory.estop) {
+        return LAMP_TRIAL;
     }
     switch (cl_node_state(&node)) {
     case CL_STATE_UNHOMED:
@@ -145,7 +151,7 @@ _Noreturn void program_main(void) {
         take_note(now_ms);
         supply_serve(now_ms);
         guard_motors();
-        persist_serve(&node, now_ms);
+        settings_serve(now_ms, persist_serve(&node, now_ms));
         lamp_show(lamp_code(now_ms), now_ms);
         sleep_if_idle();
     }

@@ -15,7 +15,7 @@ typedef struct {
 } setting;
 
 /* Registers of one byte in the order they are written; power comes up with the first. */
-static void wanted(const nrf24_settings *settings, setting list[FIXED_COUNT]) {
+static void wanted(const cl_listening *settings, setting list[FIXED_COUNT]) {
     static const uint8_t rates[3] = {0x26, 0x06, 0x0E};   /* full power */
     static const uint8_t retries[3] = {0x53, 0x13, 0x13}; /* unused by a receiver, set all the same */
     const setting all[FIXED_COUNT] = {
@@ -53,7 +53,7 @@ static uint8_t read_register(uint8_t number) { return exchange(number, CMD_NOP);
 
 static void write_register(uint8_t number, uint8_t value) { exchange((uint8_t)(CMD_WRITE | number), value); }
 
-static bool holds_address(const nrf24_settings *settings) {
+static bool holds_address(const cl_listening *settings) {
     bool same = true;
     spi_select();
     spi_transfer(REG_RX_ADDR_P1);
@@ -64,7 +64,7 @@ static bool holds_address(const nrf24_settings *settings) {
     return same;
 }
 
-static void write_address(const nrf24_settings *settings) {
+static void write_address(const cl_listening *settings) {
     spi_select();
     spi_transfer(CMD_WRITE | REG_RX_ADDR_P1);
     for (unsigned i = 0; i < sizeof settings->address; i++) {
@@ -89,7 +89,7 @@ void nrf24_pins(void) {
     spi_start();
 }
 
-bool nrf24_start(const nrf24_settings *settings) {
+bool nrf24_start(const cl_listening *settings) {
     setting list[FIXED_COUNT];
     wanted(settings, list);
     listen(false);
@@ -109,7 +109,7 @@ bool nrf24_start(const nrf24_settings *settings) {
     return nrf24_intact(settings);
 }
 
-bool nrf24_intact(const nrf24_settings *settings) {
+bool nrf24_intact(const cl_listening *settings) {
     setting list[FIXED_COUNT];
     wanted(settings, list);
     for (unsigned i = 0; i < FIXED_COUNT; i++) {
@@ -157,7 +157,7 @@ void nrf24_load(const uint8_t *payload, uint8_t length) {
 }
 
 /* Turn-around, then preamble, address, control, 32 bytes and CRC: 329 bits. */
-uint32_t nrf24_answer_us(const nrf24_settings *settings) {
+uint32_t nrf24_answer_us(const cl_listening *settings) {
     static const uint16_t times[3] = {130 + 1316, 130 + 329, 130 + 165};
     return times[settings->rate] + 20u; /* until the processor has noticed, at least, and a little more */
 }

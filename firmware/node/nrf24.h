@@ -5,21 +5,17 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define NRF24_PAYLOAD_BYTES 32u
+#include "settings_record.h"
 
-typedef struct {
-    uint8_t rate; /* 0: 250 kbps, 1: 1 Mbps, 2: 2 Mbps */
-    uint8_t channel;
-    uint8_t address[5];
-} nrf24_settings;
+#define NRF24_PAYLOAD_BYTES 32u
 
 void nrf24_pins(void);
 
 /* Write all settings and listen; false if the chip does not hold them, as when there is none. */
-bool nrf24_start(const nrf24_settings *settings);
+bool nrf24_start(const cl_listening *settings);
 
 /* Whether the chip still holds all settings: it forgets them in a dip of its supply. */
-bool nrf24_intact(const nrf24_settings *settings);
+bool nrf24_intact(const cl_listening *settings);
 
 /* Whether the request line says that something came in. */
 bool nrf24_calls(void);
@@ -31,6 +27,6 @@ uint8_t nrf24_receive(uint8_t payload[NRF24_PAYLOAD_BYTES]);
 void nrf24_load(const uint8_t *payload, uint8_t length);
 
 /* How long the radio takes to acknowledge with a full payload, from the moment a packet came in [us]. */
-uint32_t nrf24_answer_us(const nrf24_settings *settings);
+uint32_t nrf24_answer_us(const cl_listening *settings);
 
 #endif

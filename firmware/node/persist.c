@@ -14,24 +14,8 @@
 static cl_store store;
 static int64_t still_ms;
 
-static bool erase(void *self, uint32_t address) {
-    (void)self;
-    return flash_erase(address);
-}
-
-static bool program(void *self, uint32_t address, uint32_t word) {
-    (void)self;
-    return flash_program(address, word);
-}
-
-static uint32_t read(void *self, uint32_t address) {
-    (void)self;
-    return flash_word(address);
-}
-
 bool persist_begin(uint16_t under, cl_memory *memory, cl_counts *position) {
-    const cl_flash flash = {0, erase, program, read};
-    cl_store_open(&store, &flash, FLASH_STORE_A, FLASH_STORE_B);
+    cl_store_open(&store, &flash_hooks, FLASH_STORE_A, FLASH_STORE_B);
     cl_store_tie(&store, under);
     if (!cl_store_boot(&store)) {
         return false;
@@ -55,18 +39,20 @@ bool persist_moving(void) {
     return cl_store_moving(&store);
 }
 
-void persist_serve(const cl_node *node, int64_t now_ms) {
+bool persist_serve(const cl_node *node, int64_t now_ms) {
     if (node->moving || node->turning || node->memory.homing || !motors_still()) {
         still_ms = now_ms;
-        return;
+        return false;
     }
     cl_counts position;
     motors_where(&position);
-    if (now_ms - still_ms >= SAVE_AFTER_MS) {
+    bool rests = now_ms - still_ms >= SAVE_AFTER_MS;
+    if (rests) {
         bool known = cl_homed(&node->memory) && motors_sure();
         cl_store_save(&store, &position, known, node->memory.estop ? FLAG_ESTOP : 0);
     }
     if (now_ms - still_ms >= PREPARE_AFTER_MS) {
         cl_store_prepare(&store);
     }
+    return rests;
 }

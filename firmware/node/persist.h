@@ -14,7 +14,8 @@ bool persist_begin(uint16_t under, cl_memory *memory, cl_counts *position);
 /* The axes are about to move: from now on no boot believes the last position. False if that cannot be written. */
 bool persist_moving(void);
 
-/* Write down the position once the axes have been standing for a while, and make room for the next time. */
-void persist_serve(const cl_node *node, int64_t now_ms);
+/* Write down the position once the axes have been standing for a while, and make room for the next time. Whether that is done:
+ * the node could be switched off now and lose nothing. */
+bool persist_serve(const cl_node *node, int64_t now_ms);
 
 #endif

@@ -115,3 +115,10 @@ void reset_supply_rises(void) {
 }
 
 void reset_supply_stands(void) { mark(RISING, false); }
+
+_Noreturn void reset_restart(void) {
+    cpu_mask_interrupts();
+    SCB_AIRCR = SCB_AIRCR_RESET;
+    for (;;) {
+    }
+}

@@ -37,4 +37,7 @@ void reset_note_stop(bool stopped);
 void reset_supply_rises(void);
 void reset_supply_stands(void);
 
+/* Begin again, as after any other reset. */
+_Noreturn void reset_restart(void);
+
 #endif

@@ -1,86 +1,92 @@
 #include "settings.h"
 
-#include "bytes.h"
 #include "flash.h"
+#include "motors.h"
+#include "program.h"
+#include "reset.h"
+#include "settings_store.h"
+#include "tick.h"
 
-/* The record, little-endian: magic u32, size u16, number u8, rate u8, channel u8, address 5, zero u16, master key 16;
- * per axis low, high i32, speed, acceleration u32; CRC-32 of all before. */
-enum {
-    AT_MAGIC = 0,
-    AT_SIZE = 4,
-    AT_NUMBER = 6,
-    AT_RATE = 7,
-    AT_CHANNEL = 8,
-    AT_ADDRESS = 9,
-    AT_ZERO = 14,
-    AT_MASTER = 16,
-    AT_AXES = 32,
-    AXIS_BYTES = 16,
-    AT_CRC = AT_AXES + 3 * AXIS_BYTES,
-    RECORD_BYTES = AT_CRC + 4,
-};
+#define TRIAL_MS 30000
+#define ANSWER_MS 300 /* for the host to hear that its order is being carried out */
 
-#define MAGIC 0x314E4C43u /* "CLN1" */
-#define MOST_NUMBER 254
-#define MOST_CHANNEL 125
+static cl_settings_store store;
+static bool leaving;
+static int64_t leave_ms;
 
-/* Flash is dear. */
-__attribute__((noinline)) static uint32_t crc32(const uint8_t *bytes, unsigned length) {
-    uint32_t crc = 0xFFFFFFFFu;
-    for (unsigned i = 0; i < length; i++) {
-        crc ^= bytes[i];
-        for (int bit = 0; bit < 8; bit++) {
-            crc = crc >> 1 ^ (0xEDB88320u & (0u - (crc & 1u)));
-        }
-    }
-    return ~crc;
+/* Another sector may be erased in the same turn of the main loop, and the watchdog allows for one. */
+static bool erase(void *self, uint32_t address) {
+    (void)self;
+    bool done = flash_erase(address);
+    watchdog_main();
+    return done;
 }
 
-static bool read_axis(const uint8_t *record, cl_axis_limits *axis) {
-    axis->low = (int32_t)cl_get32(record);
-    axis->high = (int32_t)cl_get32(record + 4);
-    uint32_t speed = cl_get32(record + 8);
-    uint32_t acceleration = cl_get32(record + 12);
-    axis->speed = (int32_t)speed;
-    axis->acceleration = (int32_t)acceleration;
-    return axis->low <= axis->high && speed >= CL_LEAST_RATE && speed <= CL_MOST_RATE &&
-           acceleration >= CL_LEAST_RATE && acceleration <= CL_MOST_RATE;
+const cl_settings *settings_begin(void) {
+    const cl_flash flash = {0, erase, flash_hooks.program, flash_hooks.read};
+    bool restarted = reset_cause() == CL_CAUSE_SOFTWARE;
+    return cl_settings_open(&store, &flash, FLASH_SETTINGS_A, FLASH_SETTINGS_B, restarted) ? &store.now : 0;
 }
 
-static void copy(uint8_t *to, const uint8_t *from, unsigned length) {
-    for (unsigned i = 0; i < length; i++) {
-        to[i] = from[i];
-    }
+bool settings_on_trial(void) { return store.trial; }
+
+static bool put(void *self, const uint8_t *record) {
+    (void)self;
+    return motors_still() && !leaving && cl_settings_put(&store, record);
 }
 
-uint16_t settings_sum(const node_settings *settings) {
-    uint8_t bytes[4 + 8 * CL_AXES] = {settings->number};
-    for (unsigned axis = 0; axis < CL_AXES; axis++) {
-        cl_put32(bytes + 4 + 8 * axis, (uint32_t)settings->axes[axis].low);
-        cl_put32(bytes + 8 + 8 * axis, (uint32_t)settings->axes[axis].high);
-    }
-    uint32_t crc = crc32(bytes, sizeof bytes);
-    return (uint16_t)(crc ^ crc >> 16);
+static void leave(int64_t now_ms) {
+    leaving = true;
+    leave_ms = now_ms + ANSWER_MS;
 }
 
-bool settings_read(node_settings *settings) {
-    uint8_t record[RECORD_BYTES];
-    for (unsigned i = 0; i < RECORD_BYTES; i += 4) {
-        cl_put32(record + i, flash_word(FLASH_SETTINGS + i));
-    }
-    if (cl_get32(record + AT_MAGIC) != MAGIC || cl_get16(record + AT_SIZE) != RECORD_BYTES ||
-        cl_get32(record + AT_CRC) != crc32(record, AT_CRC) || cl_get16(record + AT_ZERO) != 0) {
+static bool attempt(void *self, int64_t now_ms) {
+    (void)self;
+    if (!motors_still() || !cl_settings_request(&store)) {
         return false;
     }
-    settings->number = record[AT_NUMBER];
-    settings->radio.rate = record[AT_RATE];
-    settings->radio.channel = record[AT_CHANNEL];
-    copy(settings->radio.address, record + AT_ADDRESS, sizeof settings->radio.address);
-    copy(settings->master.bytes, record + AT_MASTER, CL_KEY_BYTES);
-    bool good = settings->number >= 1 && settings->number <= MOST_NUMBER && settings->radio.rate <= 2 &&
-                settings->radio.channel <= MOST_CHANNEL;
-    for (unsigned axis = 0; axis < CL_AXES; axis++) {
-        good &= read_axis(record + AT_AXES + AXIS_BYTES * axis, &settings->axes[axis]);
+    leave(now_ms);
+    return true;
+}
+
+static bool keep(void *self) {
+    (void)self;
+    return motors_still() && !leaving && cl_settings_keep(&store);
+}
+
+static bool drop(void *self, int64_t now_ms) {
+    (void)self;
+    cl_settings_forget(&store);
+    if (store.trial) {
+        leave(now_ms);
     }
-    return good;
+    return true;
+}
+
+static void look(void *self, int64_t now_ms, cl_settings_look *seen) {
+    (void)self;
+    int64_t left_ms = TRIAL_MS - now_ms;
+    *seen = (cl_settings_look){
+        .on_trial = store.trial,
+        .generation = store.now.generation,
+        .left_s = store.trial && left_ms > 0 ? (uint8_t)((left_ms + 999) / 1000) : 0,
+        .stored = store.stored && !leaving ? store.stored_generation : 0,
+    };
+}
+
+void settings_join(cl_plant *plant) {
+    plant->store = put;
+    plant->attempt = attempt;
+    plant->keep = keep;
+    plant->drop = drop;
+    plant->settings = look;
+}
+
+void settings_serve(int64_t now_ms, bool saved) {
+    if (store.trial && now_ms >= TRIAL_MS && !leaving) {
+        leaving = true;
+    }
+    if (leaving && saved && now_ms >= leave_ms) {
+        reset_restart();
+    }
 }

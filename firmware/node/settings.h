@@ -1,24 +1,23 @@
-/* What a node is told once, in a flash sector of its own: who it is, where it listens, its master key, its limits. */
+/* What this node is told, in two flash sectors: under what it runs, and how that is changed over the air. */
 #ifndef SETTINGS_H
 #define SETTINGS_H
 
 #include <stdbool.h>
 
-#include "keys.h"
-#include "motion.h"
-#include "nrf24.h"
+#include "node.h"
+#include "settings_record.h"
 
-typedef struct {
-    uint8_t number;
-    nrf24_settings radio;
-    cl_key master;
-    cl_axis_limits axes[CL_AXES];
-} node_settings;
+/* What this boot runs under; NULL if nobody has told this node who it is. Once interrupts are allowed. */
+const cl_settings *settings_begin(void);
 
-/* False if there is no record, or not a whole one. */
-bool settings_read(node_settings *settings);
+/* Whether that is on trial. */
+bool settings_on_trial(void);
 
-/* What positions hang on, in 16 bits: whose motors they are of, and where their travel ends. */
-uint16_t settings_sum(const node_settings *settings);
+/* The plant as the node's state machine sees it, settings and all. */
+void settings_join(cl_plant *plant);
+
+/* Restarts the node when a trial has lasted long enough, or a host wants to. `saved`: the axes rest, and what is known of
+ * their position is written down. */
+void settings_serve(int64_t now_ms, bool saved);
 
 #endif

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from curveline.drive_settings import AxisDrive, DriveSettings
 from curveline.radio.interface import Answer
 from curveline.radio.protocol.keys import Site
-from curveline.radio.site.key_file import settings_record
+from curveline.radio.protocol.node_settings import node_settings
 from radio import chipbank as nrf
 from radio.chip import PULSE_US, Chip
 from radio.ether import Ether
@@ -19,7 +19,7 @@ from radio.ether import Ether
 from .image import Image
 from .machine import BUTTON, LAMP_STEADY, MAIN_SLICE_US, Machine
 
-SETTINGS, STORE = 0xF400, 0xF800
+SPARE, SETTINGS, STORE = 0xF000, 0xF400, 0xF800
 MASTER = bytes(range(1, 17))
 HOST_US = 300
 """Time that a host spends per exchange besides what the radios take."""
@@ -65,7 +65,7 @@ class Fleet:
         self.machines = []
         for number, chip in enumerate(self.chips, start=1):
             machine = Machine(image, uid=uid_of(number), seed=seed + number)
-            machine.write_flash(SETTINGS, settings_record(MASTER, drive, number))
+            machine.write_flash(SETTINGS, node_settings(MASTER, drive, number).sector())
             machine.connect(chip)
             machine.power_cycle()
             self.machines.append(machine)

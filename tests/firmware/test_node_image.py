@@ -13,17 +13,17 @@ from curveline.drive_settings import AXES
 from curveline.errors import LinkError
 from curveline.radio.host.link import Control, OperatorRequest, Progress, read_status
 from curveline.radio.protocol.codes import BOOT_END
+from curveline.radio.protocol.node_settings import node_settings
 from curveline.radio.site.intel_hex import with_settings
-from curveline.radio.site.key_file import settings_record
 from hexfile import bytes_of
 
 from .display import POSES, Rig, records, sealed
-from .fleet import MASTER, SETTINGS, STORE, ChipRadio, Fleet, drive_table
+from .fleet import MASTER, SETTINGS, SPARE, STORE, ChipRadio, Fleet, drive_table
 from .image import Image, make, read_image
 from .kl26 import RESET_LOCKUP, RESET_LOW_VOLTAGE, RESET_PIN, RESET_POWER_ON, RESET_SOFTWARE, RESET_WATCHDOG
 from .machine import LAMP_STEADY, NFAULT
 
-FLASH_LIMIT, RAM_LIMIT = 40960, 5120
+FLASH_LIMIT, RAM_LIMIT = 45056, 5632
 BAND = 24
 """Counts from its target within which an axis may rest: 0.1 mm, and one for the rounding of the model."""
 STEADY_US = 100_000
@@ -69,14 +69,14 @@ def test_the_hex_file_holds_what_the_linker_wrote(image: Image, image_folder: Pa
     memory[gap] = image.flash[gap]
     assert bytes(memory) == image.flash
     assert memory[0x400:0x410] == b"\xff" * 12 + bytes.fromhex("def9ffff"), "a chip with another word here is locked"
-    assert memory[SETTINGS:] == b"\xff" * (0x10000 - SETTINGS), "settings and positions are not the program's to bring"
+    assert memory[SPARE:] == b"\xff" * (0x10000 - SPARE), "settings and positions are not the program's to bring"
 
 
 def test_a_node_flashed_with_its_own_hex_file_answers(image: Image, image_folder: Path) -> None:
     fleet = Fleet(image, drive_table(2))
     machine = fleet.machines[1]
     machine.write_flash(0, b"\xff" * 0x10000)
-    text = with_settings((image_folder / "node.hex").read_text(), "node.hex", settings_record(MASTER, fleet.drive, 2))
+    text = with_settings((image_folder / "node.hex").read_text(), "node.hex", node_settings(MASTER, fleet.drive, 2))
     for address, byte in bytes_of(text).items():
         machine.write_flash(address, bytes([byte]))
     machine.power_cycle()

@@ -11,8 +11,8 @@ from curveline.drive_settings import AXES
 from curveline.driving.node_errands import NodePlace, watch
 from curveline.errors import LinkError
 from curveline.radio.protocol.codes import NodeState
+from curveline.radio.protocol.node_settings import node_settings
 from curveline.radio.protocol.service_frames import ServiceFrame
-from curveline.radio.site.key_file import settings_record
 
 from .display import Rig
 from .fleet import AXES as AXES_DRIVE
@@ -325,7 +325,7 @@ def test_what_was_written_is_read_back_at_once(image: Image, rig: Rig, machine: 
 def flash_again(rig: Rig, machine: Machine, **changes: object) -> None:
     """Give the node other settings, by a loader that leaves the last pages as they are."""
     drive = replace(rig.plan.drive, **changes)  # type: ignore[arg-type]
-    machine.write_flash(SETTINGS, settings_record(MASTER, drive, 1))
+    machine.write_flash(SETTINGS, node_settings(MASTER, drive, 1).sector())
     machine.power_cycle()
 
 

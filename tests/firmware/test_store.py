@@ -16,6 +16,7 @@ NEAR = 8
 RECORD_WORDS, SECTOR_WORDS, WORDS = 8, 256, 512
 MARK, CHECK = 6, 7
 BLANK = 0xFFFFFFFF
+SOURCES = tuple(build.CORE / f"{name}.c" for name in ("store", "crc32", "settings_record", "settings_store"))
 
 Counts = tuple[int, int, int]
 
@@ -30,12 +31,13 @@ class Chip(ctypes.Structure):
         ("random", ctypes.c_uint32),
         ("worn", ctypes.c_int32),
         ("words", ctypes.c_uint32 * WORDS),
+        ("unsure", ctypes.c_uint32 * WORDS),
     )
 
 
 @lru_cache
 def library() -> ctypes.CDLL:
-    loaded = compiled("flash", [build.CORE / "store.c", build.HERE / "flash.c"])
+    loaded = compiled("flash", [*SOURCES, build.HERE / "flash.c"])
     loaded.flash_new.restype = ctypes.POINTER(Chip)
     loaded.flash_size.restype = ctypes.c_size_t
     loaded.flash_last.restype = loaded.flash_newest.restype = ctypes.c_uint32
