@@ -1,5 +1,7 @@
-/* What a node does for a host that tries it out: jogs, turns, places, and what it says of its own motors. None of it belongs
-   to a run. */
+/* What a node does for a host that tries it out or changes its settings: jogs, turns, places, and what it says then. None of it
+   belongs to a run. */
+#include <string.h>
+
 #include "node.h"
 #include "node_parts.h"
 
@@ -34,11 +36,19 @@ static uint8_t turn_refusal(const cl_node *node, const cl_counts *at, const cl_s
     return allowed ? CL_OUTCOME_NONE : CL_OUTCOME_BEYOND;
 }
 
-/* Why an order is not carried out, NONE if it is. */
-static uint8_t refusal(const cl_node *node, const cl_counts *at, const cl_service_frame *frame) {
+/* Why the node carries out no order at all, NONE if it may. */
+static uint8_t unready(const cl_node *node) {
     const cl_memory *memory = &node->memory;
     if (memory->estop || node->silent || cl_node_held(node)) return CL_OUTCOME_HELD;
-    if (node->session.owns_run || cl_node_moves(node) || memory->homing) return CL_OUTCOME_OCCUPIED;
+    bool occupied = node->session.owns_run || cl_node_moves(node) || memory->homing;
+    return occupied ? CL_OUTCOME_OCCUPIED : CL_OUTCOME_NONE;
+}
+
+/* Why an order is not carried out, NONE if it is. */
+static uint8_t refusal(const cl_node *node, const cl_counts *at, const cl_service_frame *frame) {
+    uint8_t reason = unready(node);
+    if (reason != CL_OUTCOME_NONE) return reason;
+    if (node->on_trial) return CL_OUTCOME_OCCUPIED;
     if (frame->operation == CL_OPERATION_PLACE) {
         return within(&node->axes[frame->axis - 1], frame->amount) ? CL_OUTCOME_NONE : CL_OUTCOME_BEYOND;
     }
@@ -91,6 +101,62 @@ void cl_node_serve(cl_node *node, int64_t now_ms, const cl_service_frame *frame)
     if (frame->operation == CL_OPERATION_PLACE) place(node, now_ms, frame);
 }
 
+/* As `refusal`, of an order about settings. */
+static uint8_t change_refusal(const cl_node *node, uint8_t operation) {
+    uint8_t reason = unready(node);
+    if (reason != CL_OUTCOME_NONE) return reason;
+    bool ends = operation == CL_SETTINGS_KEEP || operation == CL_SETTINGS_DROP;
+    if (node->on_trial) return ends ? CL_OUTCOME_NONE : CL_OUTCOME_OCCUPIED;
+    bool lacks = operation == CL_SETTINGS_STORE && node->pieces != CL_ALL_PIECES;
+    return lacks || operation == CL_SETTINGS_KEEP ? CL_OUTCOME_BEYOND : CL_OUTCOME_NONE;
+}
+
+static uint8_t carry_out(cl_node *node, uint8_t operation) {
+    const cl_plant *plant = &node->plant;
+    uint8_t outcome = CL_OUTCOME_DONE;
+    if (operation == CL_SETTINGS_STORE) {
+        outcome = plant->store(plant->self, node->record);
+        node->pieces = 0;
+    } else if (operation == CL_SETTINGS_TRY) {
+        outcome = plant->request(plant->self);
+        node->leaves = outcome == CL_OUTCOME_DONE;
+    } else if (operation == CL_SETTINGS_KEEP) {
+        outcome = plant->keep(plant->self);
+        node->on_trial = outcome != CL_OUTCOME_DONE;
+    } else {
+        node->leaves = node->on_trial;
+        node->pieces = 0;
+        plant->drop(plant->self);
+    }
+    return outcome;
+}
+
+void cl_node_change(cl_node *node, const cl_settings_frame *frame) {
+    if (frame->operation == CL_SETTINGS_PIECE) {
+        if (node->on_trial) return;
+        memcpy(node->record + CL_PIECE_BYTES * frame->index, frame->piece, CL_PIECE_BYTES);
+        node->pieces |= (uint8_t)(1u << frame->index);
+    } else if (frame->index > node->session.order) {
+        node->session.order = frame->index;
+        node->outcome = change_refusal(node, frame->operation);
+        if (node->outcome == CL_OUTCOME_NONE) node->outcome = carry_out(node, frame->operation);
+    }
+}
+
+static void put_standing(cl_node *node, int64_t now_ms) {
+    cl_standing standing;
+    node->plant.standing(node->plant.self, &standing);
+    int64_t left_ms = node->on_trial ? node->trial_ends_ms - now_ms : 0;
+    const cl_settings_facts facts = {
+        .pieces = node->pieces,
+        .on_trial = node->on_trial,
+        .left_s = left_ms > 0 ? (uint8_t)(((uint32_t)left_ms + 999) / 1000) : 0,
+        .generation = standing.generation,
+        .stored = standing.stored,
+    };
+    cl_put_settings_facts(node->ack, &facts);
+}
+
 static void put_look(cl_node *node, int64_t now_ms, uint8_t axis, const cl_service_frame *frame) {
     cl_look seen;
     node->plant.look(node->plant.self, now_ms, axis, (uint8_t)frame->rate, &seen);
@@ -125,6 +191,8 @@ void cl_node_answer_service(cl_node *node, int64_t now_ms, const cl_service_fram
         const int32_t facts[4] = {limits->low, limits->high, limits->speed, limits->acceleration};
         reading.index = axis;
         cl_put_limit_facts(node->ack, facts);
+    } else if (frame->page == CL_PAGE_SETTINGS) {
+        put_standing(node, now_ms);
     } else {
         put_look(node, now_ms, axis, frame);
     }

@@ -4,7 +4,7 @@
 
 #include "bytes.h"
 
-enum { ESTOP_FIELDS_END = 8, HOME_FIELDS_END = 10, SERVICE_FIELDS_END = 20, NO_NONCE = 0 };
+enum { ESTOP_FIELDS_END = 8, HOME_FIELDS_END = 10, SERVICE_FIELDS_END = 20, PIECE = 10, NO_NONCE = 0 };
 enum { PAGE_BITS = 15, FLAG_UNHOMED = 16, FLAG_AT_ONCE = 32, FLAGS_END = 64, FACTS = 12 };
 
 static uint8_t head(uint8_t kind) { return (uint8_t)(CL_VERSION << 4 | kind); }
@@ -12,7 +12,7 @@ static uint8_t head(uint8_t kind) { return (uint8_t)(CL_VERSION << 4 | kind); }
 uint8_t cl_kind_of(const uint8_t *payload, size_t length) {
     if (length != CL_FRAME_BYTES || payload[0] >> 4 != CL_VERSION) return 0;
     uint8_t kind = payload[0] & 0xF;
-    return kind <= CL_KIND_READING ? kind : 0;
+    return kind <= CL_KIND_SETTINGS ? kind : 0;
 }
 
 int64_t cl_clock_of(int64_t now_ms) { return now_ms >> CL_CLOCK_SHIFT; }
@@ -77,7 +77,7 @@ cl_verdict cl_decode_home(const uint8_t *payload, const cl_keyed *key, int64_t n
 
 /* Whether the fields of a SERVICE mean something. */
 static bool makes_sense(const uint8_t *payload, const cl_service_frame *frame) {
-    bool known = frame->operation <= CL_OPERATION_PLACE && frame->page <= CL_PAGE_TRACE && payload[11] < FLAGS_END;
+    bool known = frame->operation <= CL_OPERATION_PLACE && frame->page <= CL_PAGE_SETTINGS && payload[11] < FLAGS_END;
     bool has_axis = frame->axis <= CL_AXES && (frame->axis != 0 || frame->operation < CL_OPERATION_JOG);
     bool fits = frame->amount >= -CL_TARGET_LIMIT && frame->amount <= CL_TARGET_LIMIT;
     return known && has_axis && fits && zero_from(payload, SERVICE_FIELDS_END);
@@ -102,6 +102,23 @@ cl_verdict cl_decode_service(const uint8_t *payload, const cl_keyed *key, int64_
     };
     if (!makes_sense(payload, &found)) return CL_REJECT_FIELD;
     *frame = found;
+    return CL_GOOD;
+}
+
+cl_verdict cl_decode_settings(
+    const uint8_t *payload, const cl_keyed *key, const cl_key *secret, int64_t now, cl_settings_frame *frame
+) {
+    int64_t clock = latest_clock(payload, now);
+    cl_verdict verdict = verify(payload, CL_KIND_SETTINGS, key, (uint64_t)clock);
+    if (verdict != CL_GOOD) return verdict;
+    uint8_t operation = payload[8], index = payload[9], stream[CL_KEY_BYTES];
+    bool fits = operation == CL_SETTINGS_PIECE ? index < CL_PIECES : zero_from(payload, PIECE);
+    if (operation > CL_SETTINGS_DROP || !fits) return CL_REJECT_FIELD;
+    *frame = (cl_settings_frame){
+        .clock = clock, .counter = cl_get32(payload + 4), .operation = operation, .index = index,
+    };
+    cl_settings_stream(stream, secret, frame->counter);
+    for (unsigned i = 0; i < CL_PIECE_BYTES; i++) frame->piece[i] = payload[PIECE + i] ^ stream[i];
     return CL_GOOD;
 }
 
@@ -182,7 +199,7 @@ void cl_encode_report(uint8_t *payload, const cl_report_frame *frame, const cl_k
     cl_put32(payload + 2, frame->boot | (uint32_t)frame->cause << 24);
     put_condition(payload + 6, payload + 12, &frame->now);
     payload[20] = (uint8_t)(frame->axes.of[0] | frame->axes.of[1] << 4);
-    payload[21] = (uint8_t)(frame->axes.of[2] | frame->stopped << 4 | frame->turning << 5);
+    payload[21] = (uint8_t)(frame->axes.of[2] | frame->stopped << 4 | frame->turning << 5 | frame->on_trial << 6);
     cl_put16(payload + 22, frame->fault_s);
     seal(payload, key, nonce);
 }
@@ -197,7 +214,9 @@ void cl_encode_ident(uint8_t *payload, const cl_ident_frame *frame, const cl_key
     cl_put32(payload + 16, (uint32_t)frame->clock);
     cl_put16(payload + 20, frame->config_hash);
     payload[22] = CL_VERSION;
-    payload[23] = (uint8_t)(frame->state << 4 | frame->stopped << 2 | frame->busy << 1 | frame->same_run);
+    payload[23] = (uint8_t)(
+        frame->state << 4 | frame->on_trial << 3 | frame->stopped << 2 | frame->busy << 1 | frame->same_run
+    );
     seal(payload, key, nonce);
 }
 
@@ -244,6 +263,15 @@ void cl_put_axis_facts(uint8_t *payload, const cl_axis_facts *facts) {
 
 void cl_put_limit_facts(uint8_t *payload, const int32_t limits[4]) {
     for (unsigned number = 0; number < 4; number++) put24(payload + FACTS + 3 * number, limits[number]);
+}
+
+void cl_put_settings_facts(uint8_t *payload, const cl_settings_facts *facts) {
+    memset(payload + FACTS, 0, CL_BODY_BYTES - FACTS);
+    payload[12] = facts->pieces;
+    payload[13] = facts->on_trial;
+    cl_put16(payload + 14, facts->generation);
+    payload[16] = facts->left_s;
+    cl_put16(payload + 17, facts->stored);
 }
 
 void cl_put_samples(uint8_t *payload, const int16_t samples[CL_READING_SAMPLES]) {

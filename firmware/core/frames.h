@@ -36,6 +36,10 @@
 #define CL_TRACE_SAMPLES 64 /* counts of a turned axis that a node keeps */
 #define CL_TRACE_MS 4
 #define CL_READING_SAMPLES 6
+#define CL_PIECES 6 /* that settings come in */
+#define CL_PIECE_BYTES 14
+#define CL_ALL_PIECES 63
+#define CL_TRIAL_MS 30000 /* how long a node runs under other settings, unless it is told to keep them */
 
 enum { CL_FLAG_TAKEOVER = 1, CL_FLAG_RESUME = 2, CL_FLAG_QUERY = 4, CL_FLAG_CLEAR = 8 };
 
@@ -51,6 +55,7 @@ enum {
     CL_KIND_HOME = 9,
     CL_KIND_SERVICE = 10,
     CL_KIND_READING = 11,
+    CL_KIND_SETTINGS = 12,
 };
 
 /* What a SERVICE asks for; from JOG on it is an order. */
@@ -62,14 +67,24 @@ enum {
     CL_OPERATION_PLACE = 4,
 };
 
+/* What a SETTINGS brings or asks for; all but a piece are orders. */
+enum {
+    CL_SETTINGS_PIECE = 0,
+    CL_SETTINGS_STORE = 1,
+    CL_SETTINGS_TRY = 2,
+    CL_SETTINGS_KEEP = 3,
+    CL_SETTINGS_DROP = 4,
+};
+
 enum {
     CL_PAGE_MOTORS = 0,
     CL_PAGE_AXIS = 1,
     CL_PAGE_LIMITS = 2,
     CL_PAGE_TRACE = 3,
+    CL_PAGE_SETTINGS = 4,
 };
 
-/* What became of the last order of a SERVICE; from HELD on, why it was refused. */
+/* What became of the last order of a SERVICE or a SETTINGS; from HELD on, why it was refused. */
 enum {
     CL_OUTCOME_NONE = 0,
     CL_OUTCOME_BUSY = 1,
@@ -168,6 +183,14 @@ typedef struct {
 } cl_service_frame;
 
 typedef struct {
+    int64_t clock;
+    uint32_t counter;
+    uint8_t operation;
+    uint8_t index; /* number of the piece, from 0, or the order */
+    uint8_t piece[CL_PIECE_BYTES];
+} cl_settings_frame;
+
+typedef struct {
     uint8_t node;
     uint64_t nonce, run_tag;
     uint16_t deadman_ms;
@@ -200,7 +223,7 @@ typedef struct {
     cl_condition now;
     cl_reasons axes;
     uint16_t fault_s;
-    bool stopped, turning;
+    bool stopped, turning, on_trial;
 } cl_report_frame;
 
 typedef struct {
@@ -210,7 +233,7 @@ typedef struct {
     int64_t clock;
     uint16_t config_hash;
     uint8_t state;
-    bool same_run, busy, stopped;
+    bool same_run, busy, stopped, on_trial;
 } cl_ident_frame;
 
 typedef struct {
@@ -247,19 +270,31 @@ typedef struct {
     uint16_t step;
 } cl_axis_facts;
 
+typedef struct {
+    uint8_t pieces; /* held, bit 0 for the first */
+    bool on_trial;
+    uint8_t left_s; /* of the trial */
+    uint16_t generation;
+    uint16_t stored; /* generation that is stored and was not tried, the same as the other if there is none */
+} cl_settings_facts;
+
 /* What the first byte says a payload is, 0 if it can be no frame of this version; nothing is verified yet. */
 uint8_t cl_kind_of(const uint8_t *payload, size_t length);
 
 /* Ticks of a node's clock so long after it was switched on. */
 int64_t cl_clock_of(int64_t now_ms);
 
-/* The session that a DRIVE, a HOME, a SERVICE or an ESTOP names. */
+/* The session that a DRIVE, a HOME, a SERVICE, a SETTINGS or an ESTOP names. */
 uint16_t cl_session_of(const uint8_t payload[CL_FRAME_BYTES]);
 
 /* Decoders read CL_FRAME_BYTES and write `frame` only when they return CL_GOOD; `now` is the node's time [ticks]. */
 cl_verdict cl_decode_drive(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_drive_frame *frame);
 cl_verdict cl_decode_home(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_home_frame *frame);
 cl_verdict cl_decode_service(const uint8_t *payload, const cl_keyed *key, int64_t now, cl_service_frame *frame);
+/* `secret` is the key that `key` was made of: pieces are hidden with it. */
+cl_verdict cl_decode_settings(
+    const uint8_t *payload, const cl_keyed *key, const cl_key *secret, int64_t now, cl_settings_frame *frame
+);
 cl_verdict cl_decode_estop(const uint8_t *payload, const cl_keyed *key, cl_estop_frame *frame);
 cl_verdict cl_decode_hello(const uint8_t *payload, const cl_keyed *key, cl_hello_frame *frame);
 cl_verdict cl_decode_ask(const uint8_t *payload, const cl_keyed *key, cl_ask_frame *frame);
@@ -274,6 +309,7 @@ void cl_encode_ident(uint8_t *payload, const cl_ident_frame *frame, const cl_key
 void cl_put_motor_facts(uint8_t *payload, const cl_motor_facts *facts);
 void cl_put_axis_facts(uint8_t *payload, const cl_axis_facts *facts);
 void cl_put_limit_facts(uint8_t *payload, const int32_t limits[4]);
+void cl_put_settings_facts(uint8_t *payload, const cl_settings_facts *facts);
 void cl_put_samples(uint8_t *payload, const int16_t samples[CL_READING_SAMPLES]);
 void cl_encode_reading(uint8_t *payload, const cl_reading_frame *frame, const cl_keyed *key);
 void cl_encode_page(uint8_t *payload, const cl_page_frame *frame, const cl_keyed *key, uint64_t nonce);

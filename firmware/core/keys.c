@@ -39,6 +39,14 @@ void cl_open_key(cl_key *key) {
     derive(key, &zeros, message, sizeof message);
 }
 
+void cl_settings_stream(uint8_t stream[CL_KEY_BYTES], const cl_key *session_key, uint32_t counter) {
+    cl_key found;
+    uint8_t message[8 + 4] = {'s', 'e', 't', 't', 'i', 'n', 'g', 's'};
+    cl_put32(message + 8, counter);
+    derive(&found, session_key, message, sizeof message);
+    memcpy(stream, found.bytes, CL_KEY_BYTES);
+}
+
 void cl_tag_key(cl_keyed *keyed, const cl_key *key) {
     cl_blake2s_key(keyed, (cl_bytes){key->bytes, CL_KEY_BYTES}, CL_TAG_BYTES);
 }

@@ -37,6 +37,9 @@ void cl_session_key(cl_key *key, const cl_key *node_key, const cl_handshake *han
 /* The key of pages: everybody has it, so a tag under it is a checksum and no evidence. */
 void cl_open_key(cl_key *key);
 
+/* What hides the piece of settings that a frame carries: bytes that no other frame of the session has. */
+void cl_settings_stream(uint8_t stream[CL_KEY_BYTES], const cl_key *session_key, uint32_t counter);
+
 /* Make `keyed` ready for tags under `key`. */
 void cl_tag_key(cl_keyed *keyed, const cl_key *key);
 

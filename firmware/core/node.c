@@ -37,6 +37,9 @@ void cl_node_init(
     node->tally.window_ms = -CL_FLOOD_WINDOW_MS;
     node->next_ms = NEVER;
     node->silent = memory->started > memory->finished;
+    cl_standing standing;
+    plant.standing(plant.self, &standing);
+    node->on_trial = standing.on_trial;
     memcpy(node->axes, axes, sizeof node->axes);
     cl_node_key(&node->key, &identity->master, identity->chip);
     cl_tag_key(&node->node_key, &node->key);
@@ -100,14 +103,15 @@ void cl_node_schedule(cl_node *node) {
     int64_t next_ms = NEVER, settles_ms, turned_ms;
     cl_plant_fault fault;
     cl_sought sought;
-    if (cl_node_has_owner(node) && !node->silent) next_ms = cl_node_expires_ms(node);
+    if (node->on_trial) next_ms = node->trial_ends_ms;
+    if (cl_node_has_owner(node) && !node->silent) sooner(&next_ms, cl_node_expires_ms(node));
     if (node->memory.homing && node->plant.sought(node->plant.self, &sought)) sooner(&next_ms, sought.at_ms);
     if (node->turning && node->plant.turned(node->plant.self, &turned_ms)) sooner(&next_ms, turned_ms);
     if (node->moving) {
         if (node->plant.settles(node->plant.self, &settles_ms)) sooner(&next_ms, settles_ms);
         if (coming_fault(node, &fault)) sooner(&next_ms, fault.at_ms);
     }
-    node->next_ms = next_ms;
+    node->next_ms = node->leaves ? NEVER : next_ms;
 }
 
 /* Of a run that is not its own the owner learns nothing here. */
@@ -132,7 +136,7 @@ void cl_node_reload(cl_node *node, int64_t now_ms) {
 bool cl_node_may_move(const cl_node *node) {
     const cl_memory *memory = &node->memory;
     bool able = cl_homed(memory) && !memory->homing && !memory->estop && memory->fault == CL_FAULT_NONE;
-    return able && cl_node_has_owner(node) && node->session.owns_run && !node->silent && !cl_node_held(node);
+    return able && !node->on_trial && cl_node_has_owner(node) && node->session.owns_run && !node->silent && !cl_node_held(node);
 }
 
 void cl_node_go_on(cl_node *node, int64_t now_ms) {
@@ -242,6 +246,7 @@ static void wake(cl_node *node, int64_t now_ms) {
     cl_plant_fault fault;
     int64_t settles_ms, turned_ms;
     cl_sought sought;
+    if (node->on_trial && node->trial_ends_ms <= now_ms) node->leaves = true;
     if (node->moving && coming_fault(node, &fault) && fault.at_ms <= now_ms) {
         cl_node_fail(node, now_ms, fault.fault, fault.axis);
     }
@@ -261,6 +266,7 @@ static void wake(cl_node *node, int64_t now_ms) {
 void cl_node_advance(cl_node *node, int64_t now_ms) {
     if (!node->booted) {
         node->booted = true;
+        if (node->trial_ends_ms == 0) node->trial_ends_ms = now_ms + CL_TRIAL_MS;
         cl_node_reload(node, now_ms);
     }
     while (node->next_ms <= now_ms) wake(node, node->next_ms);
@@ -273,7 +279,7 @@ void cl_node_notice(cl_node *node, int64_t now_ms) {
 
 void cl_node_start_homing(cl_node *node, int64_t now_ms, uint8_t axes) {
     cl_memory *memory = &node->memory;
-    if (cl_node_moves(node) || memory->homing || memory->estop) return;
+    if (cl_node_moves(node) || memory->homing || memory->estop || node->on_trial) return;
     give_reason(memory, axes, CL_NOT_HOMED);
     memory->homing = axes;
     cl_node_forget_run(node);

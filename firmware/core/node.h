@@ -47,7 +47,8 @@ typedef struct {
     uint8_t hold_gen;
     uint16_t number, release;
     uint32_t counter;
-    cl_keyed key;
+    cl_key secret;
+    cl_keyed key; /* made of it */
     bool exists, closed;
     bool owns_run; /* the run that the node remembers is this host's: it was resumed, or has staged a step here */
     bool stopped; /* somebody stopped the node after this was offered: taking it up does not end that */
@@ -76,12 +77,17 @@ typedef struct {
     cl_move move;
     int64_t move_start_ms;
     int64_t next_ms; /* when time alone will change something */
+    int64_t trial_ends_ms;
     int64_t blink_until_ms; /* the lamp is to flicker until then */
     uint8_t lift_above;
-    uint8_t outcome; /* CL_OUTCOME_... of the last order of a SERVICE */
+    uint8_t outcome; /* CL_OUTCOME_... of the last order of a SERVICE or a SETTINGS */
     bool moving, booted, silent, stopped;
     bool jogging; /* the move is an errand's, not a step's */
     bool turning; /* a motor turns without a loop */
+    bool on_trial; /* under its settings */
+    bool leaves;  /* it is about to start anew: it does nothing and hears nothing until then */
+    uint8_t pieces; /* of other settings that came in this session, bit 0 for the first */
+    uint8_t record[CL_PIECES * CL_PIECE_BYTES];
     uint8_t ack[CL_FRAME_BYTES];
     uint8_t ack_length;  /* CL_FRAME_BYTES, or 0 as long as nobody has asked */
     uint32_t ack_serial; /* counts up whenever a new answer was loaded */

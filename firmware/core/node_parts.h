@@ -36,6 +36,9 @@ bool cl_node_moves(const cl_node *node);
 /* Do what a SERVICE of the live session asks for. */
 void cl_node_serve(cl_node *node, int64_t now_ms, const cl_service_frame *frame);
 
+/* Take a piece of other settings, or do what a SETTINGS of the live session orders. */
+void cl_node_change(cl_node *node, const cl_settings_frame *frame);
+
 /* Load the page that it asks for, as it is now. */
 void cl_node_answer_service(cl_node *node, int64_t now_ms, const cl_service_frame *frame);
 

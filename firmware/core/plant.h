@@ -30,13 +30,11 @@ typedef struct {
     int16_t trace[CL_READING_SAMPLES];
 } cl_look;
 
-/* What a node runs under, and what it could. */
+/* What a node runs under: whether on trial, its generation, and that which is stored and was not tried, or the same. */
 typedef struct {
     bool on_trial;
-    uint16_t generation;
-    uint8_t left_s;          /* of the trial */
-    uint16_t stored;         /* generation of what is stored and not tried, 0 if nothing is */
-} cl_settings_look;
+    uint16_t generation, stored;
+} cl_standing;
 
 /* All times are milliseconds since the node was switched on. */
 typedef struct cl_plant {
@@ -62,13 +60,16 @@ typedef struct cl_plant {
     void (*place)(void *self, int64_t now_ms, uint8_t axis, int32_t counts);
     /* What can be seen of the motors, of an axis (from 1), and of the samples of the last turn from `first` on. */
     void (*look)(void *self, int64_t now_ms, uint8_t axis, uint8_t first, cl_look *seen);
-    /* Other settings: write them beside the present ones; restart to try them; they have proved themselves; forget them, or
-       restart under the old ones. False if that cannot be done. */
-    bool (*store)(void *self, const uint8_t *record);
-    bool (*attempt)(void *self, int64_t now_ms);
-    bool (*keep)(void *self);
-    bool (*drop)(void *self, int64_t now_ms);
-    void (*settings)(void *self, int64_t now_ms, cl_settings_look *seen);
+    /* Put other settings, a record, aside: CL_OUTCOME_..., BEYOND if it is not the next one and a good one, FAILED if it did
+       not hold. */
+    uint8_t (*store)(void *self, const uint8_t *record);
+    /* Let the next start be under what is stored: BEYOND if there is nothing. */
+    uint8_t (*request)(void *self);
+    /* The settings on trial are those of the node from now on. */
+    uint8_t (*keep)(void *self);
+    /* Forget what is stored and was not tried. */
+    void (*drop)(void *self);
+    void (*standing)(void *self, cl_standing *now);
 } cl_plant;
 
 #endif

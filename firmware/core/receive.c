@@ -43,6 +43,7 @@ static void take_over(cl_node *node, int64_t now_ms) {
     *session = node->pending;
     session->owns_run = session->flags & CL_FLAG_RESUME && session->run_tag == node->memory.run_tag;
     node->pending.exists = false;
+    node->pieces = 0;
     session->heard_ms = now_ms - session->deadman_ms; /* an ESTOP may be as old as the offer */
     node->lift_above = session->stopped ? CL_LIFT : 0;
     if (!session->owns_run) {
@@ -64,6 +65,7 @@ static void identify(cl_node *node, int64_t now_ms, uint64_t handshake, uint64_t
         .same_run = node->memory.run_tag == run_tag,
         .busy = !owner_gone(node, now_ms),
         .stopped = node->stopped,
+        .on_trial = node->on_trial,
     };
     cl_encode_ident(node->ack, &ident, &node->node_key, handshake);
     cl_node_load(node);
@@ -199,7 +201,8 @@ static void on_drive(cl_node *node, int64_t now_ms, const uint8_t *payload) {
 static bool may_home(const cl_node *node) {
     const cl_memory *memory = &node->memory;
     bool is_held = node->silent || cl_node_held(node);
-    return !is_held && !node->session.owns_run && !cl_node_moves(node) && !memory->homing && !memory->estop;
+    return !is_held && !node->session.owns_run && !cl_node_moves(node) && !memory->homing && !memory->estop &&
+           !node->on_trial;
 }
 
 static void on_home(cl_node *node, int64_t now_ms, const uint8_t *payload) {
@@ -233,6 +236,22 @@ static void on_service(cl_node *node, int64_t now_ms, const uint8_t *payload) {
     cl_node_serve(node, now_ms, &frame);
     cl_node_schedule(node);
     cl_node_answer_service(node, now_ms, &frame);
+}
+
+static void on_settings(cl_node *node, int64_t now_ms, const uint8_t *payload) {
+    static const cl_service_frame look = {.page = CL_PAGE_SETTINGS};
+    cl_session *session = named_session(node, payload);
+    cl_settings_frame frame;
+    if (session == NULL) return;
+    cl_verdict verdict = cl_decode_settings(payload, &session->key, &session->secret, cl_clock_of(now_ms), &frame);
+    if (verdict != CL_GOOD) {
+        doubt(node, now_ms, session, verdict);
+        return;
+    }
+    if (!accept(node, now_ms, session, frame.clock, frame.counter)) return;
+    cl_node_change(node, &frame);
+    cl_node_schedule(node);
+    cl_node_answer_service(node, now_ms, &look);
 }
 
 static void on_estop(cl_node *node, int64_t now_ms, const uint8_t *payload) {
@@ -282,9 +301,8 @@ static bool renew_offer(cl_node *node, const cl_hello_frame *hello, uint64_t han
         .number = cl_session_number(nonce),
         .exists = true,
     };
-    cl_key key;
-    cl_session_key(&key, &node->key, &(cl_handshake){handshake, *nonce, hello->run_tag});
-    cl_tag_key(&node->pending.key, &key);
+    cl_session_key(&node->pending.secret, &node->key, &(cl_handshake){handshake, *nonce, hello->run_tag});
+    cl_tag_key(&node->pending.key, &node->pending.secret);
     return true;
 }
 
@@ -310,6 +328,7 @@ static void answer_query(cl_node *node, int64_t now_ms, uint64_t handshake) {
         .fault_s = fault_s(memory, now_ms),
         .stopped = node->stopped,
         .turning = cl_node_moves(node) || memory->homing,
+        .on_trial = node->on_trial,
     };
     cl_node_condition(node, now_ms, &report.now);
     cl_encode_report(node->ack, &report, &node->node_key, handshake);
@@ -357,7 +376,7 @@ static void on_ask(cl_node *node, int64_t now_ms, const uint8_t *payload) {
 void cl_node_receive(cl_node *node, int64_t now_ms, const uint8_t *payload, size_t length) {
     cl_node_advance(node, now_ms);
     uint8_t kind = cl_kind_of(payload, length);
-    if (now_ms < node->tally.deaf_until_ms) return;
+    if (node->leaves || now_ms < node->tally.deaf_until_ms) return;
     if (kind == CL_KIND_DRIVE) on_drive(node, now_ms, payload);
     if (kind == CL_KIND_HOME) on_home(node, now_ms, payload);
     if (kind == CL_KIND_ESTOP) on_estop(node, now_ms, payload);
@@ -365,4 +384,5 @@ void cl_node_receive(cl_node *node, int64_t now_ms, const uint8_t *payload, size
     if (kind == CL_KIND_PAGE) on_ask(node, now_ms, payload);
     if (kind == CL_KIND_STOP) on_stop(node, now_ms, payload);
     if (kind == CL_KIND_SERVICE) on_service(node, now_ms, payload);
+    if (kind == CL_KIND_SETTINGS) on_settings(node, now_ms, payload);
 }

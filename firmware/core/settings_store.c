@@ -1,6 +1,7 @@
 #include "settings_store.h"
 
 #include "bytes.h"
+#include "frames.h"
 
 #define SET 0u
 
@@ -68,29 +69,37 @@ static bool erase(cl_settings_store *store, unsigned sector) {
     return true;
 }
 
-bool cl_settings_put(cl_settings_store *store, const uint8_t record[CL_SETTINGS_BYTES]) {
+static bool write(cl_settings_store *store, const uint8_t record[CL_SETTINGS_BYTES]) {
     unsigned spare = 1u - store->at;
-    cl_settings written;
-    store->stored = false;
-    if (store->trial || store->requested || !lasts(store) || !erase(store, spare)) return false;
+    if (!lasts(store) || !erase(store, spare)) return false;
     for (unsigned index = 0; index < CL_SETTINGS_WORDS; index++) {
         uint32_t word = cl_get32(record + 4 * index);
         program(store, spare, index, word);
         if (word_at(store, spare, index) != word) return false;
     }
-    store->stored = load(store, spare, &written);
-    store->stored_generation = written.generation;
-    return store->stored;
+    return true;
 }
 
-bool cl_settings_request(cl_settings_store *store) {
-    store->requested = store->stored && set(store, 1u - store->at, REQUESTED);
-    return store->requested;
+uint8_t cl_settings_put(cl_settings_store *store, const uint8_t record[CL_SETTINGS_BYTES]) {
+    cl_settings wanted;
+    uint16_t next = (uint16_t)(store->now.generation + 1);
+    if (!cl_settings_decode(record, &wanted) || wanted.generation != next || store->trial) return CL_OUTCOME_BEYOND;
+    store->stored = false;
+    store->stored = write(store, record);
+    return store->stored ? CL_OUTCOME_DONE : CL_OUTCOME_FAILED;
 }
 
-bool cl_settings_keep(cl_settings_store *store) {
-    if (store->trial) store->trial = !set(store, store->at, KEPT);
-    return !store->trial;
+uint8_t cl_settings_request(cl_settings_store *store) {
+    if (!store->stored) return CL_OUTCOME_BEYOND;
+    if (!set(store, 1u - store->at, REQUESTED)) return CL_OUTCOME_FAILED;
+    store->stored = false;
+    return CL_OUTCOME_DONE;
+}
+
+uint8_t cl_settings_keep(cl_settings_store *store) {
+    if (!store->trial) return CL_OUTCOME_BEYOND;
+    store->trial = !set(store, store->at, KEPT);
+    return store->trial ? CL_OUTCOME_FAILED : CL_OUTCOME_DONE;
 }
 
 void cl_settings_forget(cl_settings_store *store) { store->stored = false; }

@@ -26,9 +26,9 @@ typedef struct {
     cl_flash flash;
     uint32_t sector[2];
     cl_settings now;
-    uint16_t stored_generation; /* valid if `stored` */
-    uint8_t at;                 /* sector of `now` */
-    bool trial, stored, requested;
+    uint8_t at; /* sector of `now` */
+    bool trial;
+    bool stored; /* the next generation is in the other sector, written since the boot and not requested */
 } cl_settings_store;
 
 /* Find out what this boot runs under; false if there is nothing. `restarted`: the program has restarted itself. */
@@ -36,14 +36,16 @@ bool cl_settings_open(
     cl_settings_store *store, const cl_flash *flash, uint32_t first_sector, uint32_t second_sector, bool restarted
 );
 
-/* Write a record, which has been decoded, beside the present one; not on trial. */
-bool cl_settings_put(cl_settings_store *store, const uint8_t record[CL_SETTINGS_BYTES]);
+/* The next three return CL_OUTCOME_...: DONE, BEYOND if it makes no sense, FAILED if the flash did not take it. */
+
+/* Write a record beside the present one; it must be a good one, of the next generation. */
+uint8_t cl_settings_put(cl_settings_store *store, const uint8_t record[CL_SETTINGS_BYTES]);
 
 /* The next boot is to try what was written in this one. */
-bool cl_settings_request(cl_settings_store *store);
+uint8_t cl_settings_request(cl_settings_store *store);
 
 /* What is on trial has proved itself. */
-bool cl_settings_keep(cl_settings_store *store);
+uint8_t cl_settings_keep(cl_settings_store *store);
 
 /* Forget what was written. */
 void cl_settings_forget(cl_settings_store *store);

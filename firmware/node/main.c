@@ -100,7 +100,7 @@ static uint8_t lamp_code(int64_t now_ms) {
     if (!link_there()) {
         return LAMP_NO_RADIO;
     }
-    if (settings_on_trial() && !node.memory.estop) {
+    if (node.on_trial && !node.memory.estop) {
         return LAMP_TRIAL;
     }
     switch (cl_node_state(&node)) {
@@ -151,7 +151,7 @@ _Noreturn void program_main(void) {
         take_note(now_ms);
         supply_serve(now_ms);
         guard_motors();
-        settings_serve(now_ms, persist_serve(&node, now_ms));
+        settings_serve(&node, now_ms, persist_serve(&node, now_ms));
         lamp_show(lamp_code(now_ms), now_ms);
         sleep_if_idle();
     }

@@ -5,13 +5,10 @@
 #include "program.h"
 #include "reset.h"
 #include "settings_store.h"
-#include "tick.h"
 
-#define TRIAL_MS 30000
 #define ANSWER_MS 300 /* for the host to hear that its order is being carried out */
 
 static cl_settings_store store;
-static bool leaving;
 static int64_t leave_ms;
 
 /* Another sector may be erased in the same turn of the main loop, and the watchdog allows for one. */
@@ -28,65 +25,45 @@ const cl_settings *settings_begin(void) {
     return cl_settings_open(&store, &flash, FLASH_SETTINGS_A, FLASH_SETTINGS_B, restarted) ? &store.now : 0;
 }
 
-bool settings_on_trial(void) { return store.trial; }
-
-static bool put(void *self, const uint8_t *record) {
+/* While the flash works encoder edges are lost: that can wait until motors no longer tremble. */
+static uint8_t put(void *self, const uint8_t *record) {
     (void)self;
-    return motors_still() && !leaving && cl_settings_put(&store, record);
+    return motors_still() ? cl_settings_put(&store, record) : CL_OUTCOME_FAILED;
 }
 
-static void leave(int64_t now_ms) {
-    leaving = true;
-    leave_ms = now_ms + ANSWER_MS;
-}
-
-static bool attempt(void *self, int64_t now_ms) {
+static uint8_t request(void *self) {
     (void)self;
-    if (!motors_still() || !cl_settings_request(&store)) {
-        return false;
-    }
-    leave(now_ms);
-    return true;
+    return motors_still() ? cl_settings_request(&store) : CL_OUTCOME_FAILED;
 }
 
-static bool keep(void *self) {
+static uint8_t keep(void *self) {
     (void)self;
-    return motors_still() && !leaving && cl_settings_keep(&store);
+    return motors_still() ? cl_settings_keep(&store) : CL_OUTCOME_FAILED;
 }
 
-static bool drop(void *self, int64_t now_ms) {
+static void drop(void *self) {
     (void)self;
     cl_settings_forget(&store);
-    if (store.trial) {
-        leave(now_ms);
-    }
-    return true;
 }
 
-static void look(void *self, int64_t now_ms, cl_settings_look *seen) {
+static void standing(void *self, cl_standing *now) {
     (void)self;
-    int64_t left_ms = TRIAL_MS - now_ms;
-    *seen = (cl_settings_look){
-        .on_trial = store.trial,
-        .generation = store.now.generation,
-        .left_s = store.trial && left_ms > 0 ? (uint8_t)((left_ms + 999) / 1000) : 0,
-        .stored = store.stored && !leaving ? store.stored_generation : 0,
-    };
+    uint16_t generation = store.now.generation;
+    *now = (cl_standing){store.trial, generation, (uint16_t)(generation + (store.stored ? 1u : 0u))};
 }
 
 void settings_join(cl_plant *plant) {
     plant->store = put;
-    plant->attempt = attempt;
+    plant->request = request;
     plant->keep = keep;
     plant->drop = drop;
-    plant->settings = look;
+    plant->standing = standing;
 }
 
-void settings_serve(int64_t now_ms, bool saved) {
-    if (store.trial && now_ms >= TRIAL_MS && !leaving) {
-        leaving = true;
-    }
-    if (leaving && saved && now_ms >= leave_ms) {
+void settings_serve(const cl_node *node, int64_t now_ms, bool saved) {
+    if (!node->leaves) {
+        leave_ms = now_ms + ANSWER_MS;
+    } else if (saved && now_ms >= leave_ms) {
         reset_restart();
     }
 }

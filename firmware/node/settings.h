@@ -10,14 +10,10 @@
 /* What this boot runs under; NULL if nobody has told this node who it is. Once interrupts are allowed. */
 const cl_settings *settings_begin(void);
 
-/* Whether that is on trial. */
-bool settings_on_trial(void);
-
 /* The plant as the node's state machine sees it, settings and all. */
 void settings_join(cl_plant *plant);
 
-/* Restarts the node when a trial has lasted long enough, or a host wants to. `saved`: the axes rest, and what is known of
- * their position is written down. */
-void settings_serve(int64_t now_ms, bool saved);
+/* Restarts the node when it is about to leave, and `saved`: the axes rest, and what is known of their position is written down. */
+void settings_serve(const cl_node *node, int64_t now_ms, bool saved);
 
 #endif

@@ -33,9 +33,9 @@ uint32_t flash_last(const flash *f, int32_t at[3], bool *known, uint8_t *flags);
 uint32_t flash_newest(const flash *f);
 size_t flash_size(void);
 bool flash_settings(flash *f, bool restarted);
-bool flash_put(flash *f, const uint8_t *record);
-bool flash_request(flash *f);
-bool flash_keep(flash *f);
+uint8_t flash_put(flash *f, const uint8_t *record);
+uint8_t flash_request(flash *f);
+uint8_t flash_keep(flash *f);
 void flash_forget(flash *f);
 uint32_t flash_under(const flash *f, uint8_t key[CL_KEY_BYTES]);
 void flash_fill(flash *f, uint32_t at, const uint8_t *bytes, uint32_t length);
@@ -160,11 +160,11 @@ bool flash_settings(flash *f, bool restarted) {
     return cl_settings_open(&f->settings, &hooks, FIRST, SECOND, restarted);
 }
 
-bool flash_put(flash *f, const uint8_t *record) { return cl_settings_put(&f->settings, record); }
+uint8_t flash_put(flash *f, const uint8_t *record) { return cl_settings_put(&f->settings, record); }
 
-bool flash_request(flash *f) { return cl_settings_request(&f->settings); }
+uint8_t flash_request(flash *f) { return cl_settings_request(&f->settings); }
 
-bool flash_keep(flash *f) { return cl_settings_keep(&f->settings); }
+uint8_t flash_keep(flash *f) { return cl_settings_keep(&f->settings); }
 
 void flash_forget(flash *f) { cl_settings_forget(&f->settings); }
 

@@ -61,6 +61,11 @@ static void give_up(void *self, int64_t now_ms) {
     (void)now_ms;
 }
 
+static void standing(void *self, cl_standing *now) {
+    (void)self;
+    *now = (cl_standing){.on_trial = false};
+}
+
 bench *bench_new(const uint8_t master[CL_KEY_BYTES], uint32_t chip, uint32_t boot, uint32_t noise) {
     static const cl_axis_limits axes[CL_AXES] = {
         {-200000, 200000, 4426, 22132}, {-5215, 5215, 3128, 13906}, {-48691, 48691, 2213, 11066},
@@ -71,7 +76,7 @@ bench *bench_new(const uint8_t master[CL_KEY_BYTES], uint32_t chip, uint32_t boo
     cl_memory memory = {.nonce = {.boot = boot, .noise = noise}, .cause = CL_CAUSE_POWER_ON};
     memcpy(identity.master.bytes, master, CL_KEY_BYTES);
     cl_plant plant = {.self = b, .follow = follow, .positions = positions, .settles = settles, .fault = fault,
-                      .seek = seek, .sought = sought, .give_up = give_up};
+                      .seek = seek, .sought = sought, .give_up = give_up, .standing = standing};
     cl_node_init(&b->node, &identity, axes, plant, &memory);
     return b;
 }

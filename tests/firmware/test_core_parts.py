@@ -13,7 +13,7 @@ from random import Random
 import pytest
 
 from curveline.radio.node import state
-from curveline.radio.protocol import codes, keys, motion, page_frames, service_frames
+from curveline.radio.protocol import codes, keys, motion, page_frames, service_frames, settings_frames
 from curveline.radio.protocol.motion import AxisLimits, NodeMove
 
 from . import build
@@ -81,7 +81,7 @@ def defined(header: str) -> dict[str, int]:
         *(("CL_KIND_", codes.FrameKind), ("CL_STATE_", codes.NodeState)),
         *(("CL_FAULT_", codes.Fault), ("CL_CAUSE_", codes.BootCause)),
         *(("CL_OPERATION_", codes.ServiceOperation), ("CL_PAGE_", codes.ReadingPage)),
-        ("CL_OUTCOME_", codes.ErrandOutcome),
+        *(("CL_SETTINGS_", codes.SettingsOperation), ("CL_OUTCOME_", codes.ErrandOutcome)),
     ],
 )
 def test_codes_are_those_of_python(prefix: str, enum: type[IntEnum]) -> None:
@@ -91,8 +91,17 @@ def test_codes_are_those_of_python(prefix: str, enum: type[IntEnum]) -> None:
 
 def test_flags_and_limits_are_those_of_python() -> None:
     numbers = defined("frames.h") | defined("keys.h") | defined("motion.h") | defined("node.h")
-    enums = ("CL_KIND_", "CL_STATE_", "CL_FAULT_", "CL_CAUSE_", "CL_OPERATION_", "CL_PAGE_", "CL_OUTCOME_")
-    places = (codes, keys, motion, state, page_frames, service_frames)
+    enums = (
+        "CL_KIND_",
+        "CL_STATE_",
+        "CL_FAULT_",
+        "CL_CAUSE_",
+        "CL_OPERATION_",
+        "CL_SETTINGS_",
+        "CL_PAGE_",
+        "CL_OUTCOME_",
+    )
+    places = (codes, keys, motion, state, page_frames, service_frames, settings_frames)
     compared = set()
     for name, number in numbers.items():
         if name.startswith(enums) or name == "CL_AXES":

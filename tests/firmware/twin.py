@@ -16,12 +16,15 @@ from typing import Any
 
 from curveline.radio.node.machine import NodeMachine
 from curveline.radio.node.plant import PlantFault, PlantLook, Sought
+from curveline.radio.node.settings_flash import SettingsStanding
 from curveline.radio.node.state import Identity, Memory, NodeSession
 from curveline.radio.node.workbench import Turn
 from curveline.radio.protocol.codes import READING_SAMPLES, BootCause, Counts, ErrandOutcome, Fault
 from curveline.radio.protocol.frames import HelloFrame
 from curveline.radio.protocol.keys import Site
 from curveline.radio.protocol.motion import Axes, AxisLimits, NodeMove
+from curveline.radio.protocol.node_settings import SETTINGS_BYTES
+from curveline.radio.protocol.settings_frames import PIECES, pieces_of
 
 from . import build
 
@@ -31,16 +34,19 @@ CORE_SOURCES = tuple(
     build.CORE / name for name in ("blake2s.c", "keys.c", "frames.c", "motion.c", "node.c", "receive.c", "errand.c")
 )
 
-START = struct.Struct("<qqqqQ qQQ16sIHHHBBBBBB qQQ16sIHHHBBBBBB 3i3i3iiiiIII 6H 3B3B 13B 5x")
+START = struct.Struct("<qqqqQ qQQ16sIHHHBBBBBB qQQ16sIHHHBBBBBB 3i3i3iiiiiIII 6H 3B3B 16B 6x")
 EVENT = struct.Struct("<q32s4iBBBB4x")
 SHORT = struct.Struct("<32s3iBBH")
-FULL = struct.Struct("<7qQ 3i3i3i3i 4i 4i 10I 9H 3B17B 2x")
+FULL = struct.Struct("<8qQ 3i3i3i3i 4i 4i 10I 9H 3B17B 7B84s 7x")
 MOST_EVENTS = 12
 BATCH = 500
 
 RECEIVE, ADVANCE, NOTICE, START_HOMING, STOP_HOMING, SHIFT, SETTLE, FAULT, SEARCH = range(9)
 WHATS = ("receive", "advance", "notice", "start homing", "stop homing", "shift", "settle", "fault", "search")
-FRAMES = ("DRIVE", "HOME", "SERVICE", "ESTOP", "STOP", "HELLO", "repeated HELLO", "query", "PAGE", "no node's frame")
+FRAMES = (
+    *("DRIVE", "HOME", "SERVICE", "SETTINGS", "ESTOP", "STOP", "HELLO", "repeated HELLO", "query", "PAGE"),
+    "no node's frame",
+)
 SPOILS = (
     *("unspoiled", "flipped bit", "forged tag", "replayed", "other node", "other session", "odd field", "cut short"),
     *("old clock", "future clock", "wrapped clock"),
@@ -67,10 +73,45 @@ IDENTITIES = (
 NO_MOVE = NodeMove((0, 0, 0), (0, 0, 0), 0, 0, 0)
 
 
+class ToldKeeper:
+    """Takes all settings, and says of each order what the start says; twin/replay.c has the same."""
+
+    def __init__(self, outcome: ErrandOutcome, *, on_trial: bool) -> None:
+        self.outcome = outcome
+        self.on_trial = on_trial
+        self.stores = self.requests = self.keeps = self.drops = 0
+        self.record = bytes(SETTINGS_BYTES)
+
+    def standing(self) -> SettingsStanding:
+        """See SettingsKeeper."""
+        return SettingsStanding(self.on_trial, 0xFE00 + self.keeps, 0xFE00 + self.stores)
+
+    def store(self, record: bytes) -> ErrandOutcome:
+        """See SettingsKeeper."""
+        self.record = record
+        self.stores += 1
+        return self.outcome
+
+    def request(self) -> ErrandOutcome:
+        """See SettingsKeeper."""
+        self.requests += 1
+        return self.outcome
+
+    def keep(self) -> ErrandOutcome:
+        """See SettingsKeeper."""
+        self.keeps += 1
+        return self.outcome
+
+    def drop(self) -> None:
+        """See SettingsKeeper."""
+        self.drops += 1
+
+
 class ToldPlant:
     """Axes that follow a move exactly, and do besides what the events say; twin/replay.c has the same."""
 
-    def __init__(self, place: Counts, lag_ms: int, seek_ms: int, found: Counts) -> None:
+    def __init__(self, place: Counts, lag_ms: int, seek_ms: int, found: Counts, settings: ToldKeeper) -> None:
+        self.settings = settings
         self.lag_ms = lag_ms
         self.seek_ms = seek_ms
         self.found = found
@@ -179,15 +220,20 @@ def _session(facts: tuple[Any, ...]) -> NodeSession | None:
 def begin(start: tuple[Any, ...]) -> WatchedNode:
     """The node that a start describes, with a ToldPlant."""
     now_ms, window_ms, deaf_until_ms, fault_ms, run_tag = start[:5]
-    target, next_target, place, (move_ms, lag_ms, seek_ms) = start[33:36], start[36:39], start[39:42], start[42:45]
-    noise, boot, offers, finished, started, staged, next_ms, bad_tags, old_frames = start[45:54]
-    unhomed, found, (homing, estop, fault, fault_axis, cause) = start[54:57], start[57:60], start[60:65]
-    silent, stopped, lift_above, in_window, who, axes, turning, _ = start[65:]
+    target, next_target, place, (move_ms, lag_ms, seek_ms, trial_ms) = (
+        start[33:36],
+        start[36:39],
+        start[39:42],
+        start[42:46],
+    )
+    noise, boot, offers, finished, started, staged, next_ms, bad_tags, old_frames = start[46:55]
+    unhomed, found, (homing, estop, fault, fault_axis, cause) = start[55:58], start[58:61], start[61:66]
+    silent, stopped, lift_above, in_window, who, axes, turning, on_trial, pieces, keeps, _ = start[66:]
     memory = Memory(
         *(boot, BootCause(cause), noise, offers, unhomed, homing, bool(estop), Fault(fault), fault_axis, fault_ms),
         *(run_tag, finished, started, staged, target, move_ms, next_target, next_ms),
     )
-    plant = ToldPlant(place, lag_ms, seek_ms, found)
+    plant = ToldPlant(place, lag_ms, seek_ms, found, ToldKeeper(ErrandOutcome(keeps), on_trial=bool(on_trial)))
     if homing:
         plant.seek(now_ms, homing)
     node = WatchedNode(IDENTITIES[who], AXES[axes], plant, memory)
@@ -195,6 +241,10 @@ def begin(start: tuple[Any, ...]) -> WatchedNode:
         plant.turn(now_ms, Turn(1, 0, 0, 0))
         node.turning, node.outcome = True, ErrandOutcome.BUSY
     node._session, node._pending = _session(start[5:19]), _session(start[19:33])
+    if node._session is not None:
+        held = pieces_of(bytes(3 * at + who & 0xFF for at in range(SETTINGS_BYTES)))
+        node._session.pieces = {index: held[index] for index in range(PIECES) if pieces >> index & 1}
+    node.trial_ends_ms = now_ms + trial_ms if trial_ms else 0
     node._silent, node._stopped, node._lift_above = bool(silent), bool(stopped), lift_above
     tally = node.tally
     tally.bad_tags, tally.old_frames, tally._in_window = bad_tags, old_frames, in_window
@@ -239,14 +289,17 @@ def look_closely(node: NodeMachine) -> bytes:
     memory, tally, session, plant = node.memory, node.tally, node._session, node.plant
     assert isinstance(plant, ToldPlant)
     move, turn = plant.move or NO_MOVE, plant.turn_wanted
-    heard_ms = counter = number = release = hold_gen = closed = owns_run = order = 0
+    told = plant.settings
+    heard_ms = counter = number = release = hold_gen = closed = owns_run = order = pieces = 0
     if session is not None:
         heard_ms, counter, number = session.heard_ms, session.counter, session.number
         release, hold_gen, closed = session.release, session.hold_gen, session.closed
         owns_run, order = session.owns_run, session.order
+        pieces = sum(1 << index for index in session.pieces)
     return FULL.pack(
         *(-1 if node._next_ms is None else node._next_ms, node.move_start_ms, heard_ms),
-        *(tally._window_ms, tally._deaf_until_ms, memory.fault_ms, node.blink_until_ms, memory.run_tag),
+        *(tally._window_ms, tally._deaf_until_ms, memory.fault_ms, node.blink_until_ms),
+        *(node.trial_ends_ms, memory.run_tag),
         *(*memory.target, *memory.next_target, *move.start, *move.target),
         *(memory.move_ms, move.duration_ms, move.ramp_ms, -1 if move.brake_ms is None else move.brake_ms),
         *(turn.axis | turn.at_once << 8, turn.duty, turn.counts, turn.span_ms),
@@ -258,7 +311,8 @@ def look_closely(node: NodeMachine) -> bytes:
         *memory.unhomed,
         *(plant.axes, memory.homing, memory.estop, memory.fault, memory.fault_axis, node.move is not None),
         *(node._silent, node._stopped, node._lift_above, hold_gen, closed, tally._in_window, owns_run, order),
-        *(node.jogging, node.turning, node.outcome),
+        *(node.jogging, node.turning, node.outcome, node.on_trial, node.leaves, pieces),
+        *(told.stores, told.requests, told.keeps, told.drops, told.record),
     )
 
 

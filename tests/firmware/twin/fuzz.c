@@ -101,7 +101,7 @@ static void endorse(fuzzer *fuzz, const cl_node *node, int64_t now_ms, uint8_t *
     const cl_keyed *key = &node->node_key;
     uint8_t kind = payload[0] & 0xF;
     uint64_t clock = 0;
-    bool timed = kind == CL_KIND_DRIVE || kind == CL_KIND_HOME || kind == CL_KIND_SERVICE;
+    bool timed = kind == CL_KIND_DRIVE || kind == CL_KIND_HOME || kind == CL_KIND_SERVICE || kind == CL_KIND_SETTINGS;
     if (below(fuzz, 8) > 0) payload[0] = (uint8_t)(CL_VERSION << 4 | kind);
     if (timed || kind == CL_KIND_ESTOP) {
         key = &session->key;
@@ -145,6 +145,21 @@ static void look(void *self, int64_t now_ms, uint8_t axis, uint8_t first, cl_loo
     for (unsigned byte = 0; byte < sizeof *seen; byte++) ((uint8_t *)seen)[byte] = (uint8_t)(draw(plant->fuzz) + first);
 }
 
+static uint8_t store(void *self, const uint8_t *record) {
+    uint8_t any = 0;
+    for (unsigned at = 0; at < CL_SETTINGS_BYTES; at++) any |= record[at];
+    return (uint8_t)(CL_OUTCOME_DONE + below(((wild_plant *)self)->fuzz, 3) + (any & 1));
+}
+
+static uint8_t outcome(void *self) { return (uint8_t)(CL_OUTCOME_DONE + 2 * below(((wild_plant *)self)->fuzz, 2)); }
+
+static void drop(void *self) { (void)self; }
+
+static void standing(void *self, cl_standing *now) {
+    fuzzer *fuzz = ((wild_plant *)self)->fuzz;
+    *now = (cl_standing){below(fuzz, 2), (uint16_t)draw(fuzz), (uint16_t)draw(fuzz)};
+}
+
 /* One payload, in memory of just its length, so that a step beyond its end is seen. */
 static void execute(fuzzer *fuzz, cl_node *node, int64_t now_ms) {
     uint8_t frame[LONGEST] = {0};
@@ -173,9 +188,9 @@ static void live(fuzzer *fuzz, uint64_t executions) {
     start.estop = 0;
     twin_begin(&it, &start);
     it.node.plant = (cl_plant){&plant, follow, positions, settles, fault, seek, sought, give_up,
-                                turn, turned, place, look};
+                                turn, turned, place, look, store, outcome, outcome, drop, standing};
     int64_t now_ms = start.now_ms;
-    while (executions-- > 0) {
+    while (executions-- > 0 && !it.node.leaves) {
         now_ms += below(fuzz, 3) ? 0 : below(fuzz, 120);
         uint32_t kind = below(fuzz, 64);
         if (kind == 0) cl_node_notice(&it.node, now_ms);

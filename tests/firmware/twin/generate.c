@@ -75,9 +75,22 @@ static void fill_service(maker *make, const cl_session *session, uint8_t *payloa
     payload[8] = operations[below(make, 8)];
     payload[9] = (uint8_t)(session->order + (chance(make, 85) ? 1 : 2 * below(make, 2)));
     payload[10] = payload[8] >= CL_OPERATION_JOG || chance(make, 70) ? axis : 0;
-    payload[11] = (uint8_t)(below(make, 4) | (chance(make, 60) ? 16 : 0) | (chance(make, 20) ? 32 : 0));
+    payload[11] = (uint8_t)(below(make, 5) | (chance(make, 60) ? 16 : 0) | (chance(make, 20) ? 32 : 0));
     if (payload[8] >= CL_OPERATION_JOG) fill_errand(make, &make->it.node.axes[axis - 1], payload);
     if (payload[8] == CL_OPERATION_LOOK) cl_put16(payload + 16, (uint16_t)below(make, 300));
+}
+
+/* A piece, hidden as a host hides it, mostly one that the node lacks; or an order. */
+static void fill_settings(maker *make, const cl_session *session, uint8_t *payload) {
+    const cl_node *node = &make->it.node;
+    static const uint8_t operations[10] = {0, 0, 0, 0, 1, 1, 1, 2, 3, 4};
+    payload[8] = node->on_trial && chance(make, 60) ? (uint8_t)(3 + below(make, 2)) : operations[below(make, 10)];
+    payload[9] = (uint8_t)(session->order + (chance(make, 85) ? 1 : 2 * below(make, 2)));
+    if (payload[8] != CL_SETTINGS_PIECE) return;
+    payload[9] = (uint8_t)below(make, CL_PIECES);
+    uint8_t stream[CL_KEY_BYTES];
+    cl_settings_stream(stream, &make->secret, cl_get32(payload + 4));
+    for (unsigned i = 0; i < CL_PIECE_BYTES; i++) payload[10 + i] = stream[i] ^ (uint8_t)draw(make);
 }
 
 /* The time of the node that a host has heard last [ticks]: a moment ago, or as long ago as `spoil` says. */
@@ -112,11 +125,12 @@ static const cl_keyed *host_key(maker *make, const cl_session *session) {
         cl_node_nonce nonce = {start->boot, newest - since, start->noise};
         cl_session_key(&key, &node->key, &(cl_handshake){session->handshake, nonce, session->run_tag});
     }
+    make->secret = key;
     cl_tag_key(&make->session_key, &key);
     return &make->session_key;
 }
 
-/* A DRIVE, a HOME, a SERVICE or an ESTOP of the live session, or of the offered one; of none if there is none. */
+/* A DRIVE, a HOME, a SERVICE, a SETTINGS or an ESTOP of the live session, or of the offered one; of none if there is none. */
 static const cl_keyed *fill_claim(maker *make, twin_event *event, uint8_t kind) {
     uint8_t *payload = event->payload;
     const cl_node *node = &make->it.node;
@@ -133,7 +147,9 @@ static const cl_keyed *fill_claim(maker *make, twin_event *event, uint8_t kind) 
     if (kind == CL_KIND_DRIVE) fill_drive(make, session, payload);
     if (kind == CL_KIND_HOME) fill_home(make, session, payload);
     if (kind == CL_KIND_SERVICE) fill_service(make, session, payload);
-    return host_key(make, session);
+    const cl_keyed *key = host_key(make, session);
+    if (kind == CL_KIND_SETTINGS) fill_settings(make, session, payload);
+    return key;
 }
 
 static const cl_keyed *fill_hello(maker *make, uint8_t *payload, uint8_t frame) {
@@ -169,18 +185,19 @@ static const cl_keyed *fill_open(maker *make, uint8_t *payload, uint8_t frame) {
 
 /* A frame that no host sends to a node, under a key that the node knows. */
 static const cl_keyed *fill_strange(maker *make, uint8_t *payload) {
-    static const uint8_t heads[7] = {0x22, 0x24, 0x20, 0x28, 0x11, 0x2B, 0x2C};
+    static const uint8_t heads[7] = {0x22, 0x24, 0x20, 0x28, 0x11, 0x2B, 0x2D};
     for (unsigned i = 0; i < CL_BODY_BYTES; i++) payload[i] = (uint8_t)draw(make);
     payload[0] = heads[below(make, 7)];
     return chance(make, 50) ? &make->it.node.node_key : &make->it.node.session.key;
 }
 
 static uint8_t frame_kind(maker *make) {
-    static const uint8_t parts[TWIN_FRAMES] = {47, 9, 13, 2, 4, 7, 6, 4, 4, 4};
+    static const uint8_t parts[TWIN_FRAMES] = {44, 9, 13, 3, 2, 4, 7, 6, 4, 4, 4};
     const cl_session *session = &make->it.node.session;
     uint32_t part = below(make, 100);
     bool tries = session->exists && !session->owns_run && session->deadman_ms <= CL_SERVICE_DEADMAN_MS;
     if (tries && chance(make, 40)) return TWIN_SERVICE;
+    if (session->exists && !session->owns_run && chance(make, make->it.node.on_trial ? 40 : 15)) return TWIN_SETTINGS;
     for (uint8_t frame = 0; frame < TWIN_FRAMES; frame++) {
         if (part < parts[frame]) return frame;
         part -= parts[frame];
@@ -194,6 +211,7 @@ static const cl_keyed *fill_frame(maker *make, twin_event *event) {
     if (frame == TWIN_DRIVE) return fill_claim(make, event, CL_KIND_DRIVE);
     if (frame == TWIN_HOME) return fill_claim(make, event, CL_KIND_HOME);
     if (frame == TWIN_SERVICE) return fill_claim(make, event, CL_KIND_SERVICE);
+    if (frame == TWIN_SETTINGS) return fill_claim(make, event, CL_KIND_SETTINGS);
     if (frame == TWIN_ESTOP) return fill_claim(make, event, CL_KIND_ESTOP);
     if (frame == TWIN_PAGE || frame == TWIN_STOP) return fill_open(make, payload, frame);
     if (frame == TWIN_NO_NODES_FRAME) return fill_strange(make, payload);
@@ -211,10 +229,16 @@ static void make_service_odd(maker *make, uint8_t *payload) {
     uint32_t kind = below(make, 6);
     if (kind == 0) payload[8] = (uint8_t)(5 + below(make, 251));
     if (kind == 1) payload[10] = (uint8_t)(payload[8] >= CL_OPERATION_JOG ? 0 : 4 + below(make, 200));
-    if (kind == 2) payload[11] |= (uint8_t)(4 << below(make, 2));
+    if (kind == 2) payload[11] |= (uint8_t)(5 + 3 * below(make, 2));
     if (kind == 3) payload[11] |= (uint8_t)(64 << below(make, 2));
     if (kind == 4) payload[20 + below(make, 4)] = 1;
     if (kind == 5) cl_put32(payload + 12, (uint32_t)(chance(make, 50) ? CL_TARGET_LIMIT + 1 : -CL_TARGET_LIMIT - 1));
+}
+
+static void make_settings_odd(maker *make, uint8_t *payload) {
+    if (chance(make, 40)) payload[8] = (uint8_t)(5 + below(make, 251));
+    else if (payload[8] == CL_SETTINGS_PIECE) payload[9] = (uint8_t)(CL_PIECES + below(make, 250));
+    else payload[10 + below(make, CL_PIECE_BYTES)] = 1;
 }
 
 /* Fields that no encoder would write, before the frame is signed. */
@@ -223,6 +247,7 @@ static void make_odd(maker *make, twin_event *event) {
     if (event->frame == TWIN_DRIVE) put24(payload + 12 + 3 * below(make, 3), -CL_TARGET_LIMIT - 1);
     if (event->frame == TWIN_HOME) make_home_odd(make, payload);
     if (event->frame == TWIN_SERVICE) make_service_odd(make, payload);
+    if (event->frame == TWIN_SETTINGS) make_settings_odd(make, payload);
     if (event->frame == TWIN_ESTOP) payload[8 + below(make, 16)] = 1;
     if (event->frame == TWIN_STOP) payload[chance(make, 30) ? 1 : 3 + below(make, 21)] ^= 0x10;
     if (event->frame == TWIN_PAGE) payload[chance(make, 30) ? 3 : 12 + below(make, 12)] = 0x80;

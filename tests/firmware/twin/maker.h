@@ -13,6 +13,7 @@ typedef struct {
     uint8_t sent[REMEMBERED][CL_FRAME_BYTES];
     unsigned sent_count;
     uint64_t handshake;
+    cl_key secret;        /* of the session that the last frame belongs to */
     cl_keyed session_key; /* of the session that the last frame belongs to */
     int64_t now_ms;       /* of the event that is being made */
     uint64_t clock;       /* that the last frame was made with, 0 for none */

@@ -73,6 +73,16 @@ enum {
     TURN_ENDED_BY_SILENCE,
     TURN_ENDED_BY_HOLD,
     RUN_FORGOTTEN_BY_AN_ERRAND,
+    PIECE_TAKEN,
+    PIECE_IGNORED_ON_TRIAL,
+    PIECES_FORGOTTEN,
+    STORED,
+    REQUESTED,
+    KEPT,
+    DROPPED,
+    DROPPED_ON_TRIAL,
+    TRIAL_ENDED,
+    NOT_HEARD_ANY_MORE,
     OUTCOMES,
 };
 
@@ -91,6 +101,8 @@ static const char *const names[OUTCOMES] = {
     "homing abandoned by close", "homing abandoned by estop", "homing abandoned by a person",
     "blinked", "jogged", "jogged unhomed", "turned", "placed", "placed last axis after a fault",
     "jog braked by silence", "turn ended by silence", "turn ended by hold", "run forgotten by an errand",
+    "piece taken", "piece ignored on trial", "pieces forgotten", "stored", "requested", "kept", "dropped",
+    "dropped on trial", "trial ended", "not heard any more",
 };
 
 static unsigned outcomes[OUTCOMES], states[16], faults[8], errands[CL_OUTCOME_DEADMAN + 1], events[TWIN_EVENTS], frames[TWIN_FRAMES][TWIN_SPOILS];
@@ -199,6 +211,24 @@ static void note_errands(const twin *before, const twin *after, const twin_event
     if (event->what == TWIN_RECEIVE && event->frame == TWIN_SERVICE) errands[is->outcome]++;
 }
 
+static void note_settings(const twin *before, const twin *after, const twin_event *event) {
+    const cl_node *was = &before->node, *is = &after->node;
+    bool took = is->session.counter != was->session.counter && event->frame == TWIN_SETTINGS;
+    bool dropped = after->plant.drops > before->plant.drops;
+    bool is_piece = event->payload[8] == CL_SETTINGS_PIECE;
+    note(PIECE_TAKEN, is->pieces > was->pieces);
+    note(PIECE_IGNORED_ON_TRIAL, took && is_piece && was->on_trial && event->what == TWIN_RECEIVE);
+    note(PIECES_FORGOTTEN, was->pieces != 0 && is->pieces == 0 && is->session.number != was->session.number);
+    note(STORED, after->plant.stores > before->plant.stores);
+    note(REQUESTED, after->plant.requests > before->plant.requests && is->leaves);
+    note(KEPT, was->on_trial && !is->on_trial);
+    note(DROPPED, dropped && !was->on_trial);
+    note(DROPPED_ON_TRIAL, dropped && is->leaves);
+    note(TRIAL_ENDED, is->leaves && !was->leaves && !dropped && is->on_trial);
+    note(NOT_HEARD_ANY_MORE, was->leaves && event->what == TWIN_RECEIVE && event->spoil == TWIN_UNSPOILED);
+    if (event->what == TWIN_RECEIVE && event->frame == TWIN_SETTINGS) errands[is->outcome]++;
+}
+
 static void note_homing(const twin *before, const twin *after, const twin_event *event) {
     const cl_memory *was = &before->node.memory, *is = &after->node.memory;
     bool abandoned = after->plant.give_ups > before->plant.give_ups && was->homing;
@@ -223,7 +253,8 @@ static void note_answer(const cl_node *is, const twin_event *event) {
 
 static void note_frame(const cl_node *was, const cl_node *is, const twin_event *event) {
     bool good = event->spoil == TWIN_UNSPOILED, answered = is->ack_serial > was->ack_serial;
-    bool clocked = event->frame == TWIN_DRIVE || event->frame == TWIN_HOME || event->frame == TWIN_SERVICE;
+    bool clocked = event->frame == TWIN_DRIVE || event->frame == TWIN_HOME || event->frame == TWIN_SERVICE ||
+                   event->frame == TWIN_SETTINGS;
     bool claims = clocked || event->frame == TWIN_ESTOP;
     bool for_offered = was->pending.exists && cl_session_of(event->payload) == was->pending.number;
     frames[event->frame][event->spoil]++;
@@ -257,4 +288,5 @@ void twin_note(const twin *before, const twin *after, const twin_event *event) {
     if (event->what == TWIN_RECEIVE) note_frame(was, is, event);
     note_homing(before, after, event);
     note_errands(before, after, event);
+    note_settings(before, after, event);
 }

@@ -110,12 +110,40 @@ static void look(void *self, int64_t now_ms, uint8_t axis, uint8_t first, cl_loo
     }
 }
 
+static uint8_t store(void *self, const uint8_t *record) {
+    twin_plant *plant = self;
+    memcpy(plant->record, record, sizeof plant->record);
+    plant->stores++;
+    return plant->told;
+}
+
+static uint8_t request(void *self) {
+    twin_plant *plant = self;
+    plant->requests++;
+    return plant->told;
+}
+
+static uint8_t keep(void *self) {
+    twin_plant *plant = self;
+    plant->keeps++;
+    return plant->told;
+}
+
+static void drop(void *self) { ((twin_plant *)self)->drops++; }
+
+static void standing(void *self, cl_standing *now) {
+    const twin_plant *plant = self;
+    *now = (cl_standing){plant->on_trial, (uint16_t)(0xFE00 + plant->keeps), (uint16_t)(0xFE00 + plant->stores)};
+}
+
 static cl_plant plant_of(twin_plant *plant) {
-    return (cl_plant){plant, follow, positions, settles, fault, seek, sought, give_up, turn, turned, place, look};
+    return (cl_plant){
+        plant, follow, positions, settles, fault, seek, sought, give_up, turn, turned, place, look,
+        store, request, keep, drop, standing,
+    };
 }
 
 static void begin_session(cl_session *session, const twin_session *from) {
-    cl_key key;
     *session = (cl_session){
         .heard_ms = from->heard_ms,
         .handshake = from->handshake,
@@ -131,8 +159,8 @@ static void begin_session(cl_session *session, const twin_session *from) {
         .owns_run = from->owns_run,
         .order = from->order,
     };
-    memcpy(key.bytes, from->key, sizeof key.bytes);
-    cl_tag_key(&session->key, &key);
+    memcpy(session->secret.bytes, from->key, sizeof session->secret.bytes);
+    cl_tag_key(&session->key, &session->secret);
 }
 
 void twin_begin(twin *it, const twin_start *start) {
@@ -160,6 +188,8 @@ void twin_begin(twin *it, const twin_start *start) {
     it->plant.seek_ms = start->seek_ms;
     memcpy(it->plant.found.of, start->found, sizeof start->found);
     if (start->homing) seek(&it->plant, start->now_ms, start->homing);
+    it->plant.told = start->keeps;
+    it->plant.on_trial = start->on_trial;
     cl_plant plant = plant_of(&it->plant);
     cl_node_init(&it->node, &twin_identities[start->who], twin_axes[start->axes], plant, &memory);
     begin_session(&it->node.session, &start->live);
@@ -169,6 +199,9 @@ void twin_begin(twin *it, const twin_start *start) {
         it->node.turning = true;
         it->node.outcome = CL_OUTCOME_BUSY;
     }
+    it->node.pieces = start->pieces;
+    for (unsigned at = 0; at < sizeof it->node.record; at++) it->node.record[at] = (uint8_t)(3 * at + start->who);
+    if (start->trial_ms != 0) it->node.trial_ends_ms = start->now_ms + start->trial_ms;
     it->node.silent = start->silent;
     it->node.stopped = start->stopped;
     it->node.lift_above = start->lift_above;
@@ -249,6 +282,11 @@ static void look_at_plant(const twin_plant *plant, twin_full *seen) {
     seen->sought = plant->sought;
     seen->turns = plant->turns;
     seen->places = plant->places;
+    seen->stores = plant->stores;
+    seen->requests = plant->requests;
+    seen->keeps = plant->keeps;
+    seen->drops = plant->drops;
+    memcpy(seen->record, plant->record, sizeof seen->record);
     seen->turn[0] = plant->turn.axis | plant->turn.at_once << 8;
     seen->turn[1] = plant->turn.duty;
     seen->turn[2] = plant->turn.counts;
@@ -273,6 +311,10 @@ void twin_look_closely(const twin *it, twin_full *seen) {
     seen->turning = node->turning;
     seen->outcome = node->outcome;
     seen->blink_until_ms = node->blink_until_ms;
+    seen->trial_ends_ms = node->trial_ends_ms;
+    seen->on_trial = node->on_trial;
+    seen->leaves = node->leaves;
+    seen->pieces = node->pieces;
     seen->silent = node->silent;
     seen->stopped = node->stopped;
     seen->lift_above = node->lift_above;

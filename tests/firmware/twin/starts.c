@@ -121,6 +121,20 @@ static void random_homing(maker *make, twin_start *start) {
     }
 }
 
+/* A node on trial, or one that has got pieces of other settings. */
+static void random_settings(maker *make, twin_start *start) {
+    static const uint8_t outcomes[8] = {
+        CL_OUTCOME_DONE, CL_OUTCOME_DONE, CL_OUTCOME_DONE, CL_OUTCOME_DONE, CL_OUTCOME_DONE, CL_OUTCOME_DONE,
+        CL_OUTCOME_BEYOND, CL_OUTCOME_FAILED,
+    };
+    start->keeps = outcomes[below(make, 8)];
+    start->on_trial = chance(make, 8);
+    if (start->on_trial || chance(make, 5)) start->trial_ms = chance(make, 70) ? between(make, 1, 900) : 0;
+    if (start->live.exists && !start->on_trial) {
+        start->pieces = (uint8_t)(chance(make, 30) ? CL_ALL_PIECES : below(make, CL_ALL_PIECES + 1));
+    }
+}
+
 void random_start(maker *make, twin_start *start) {
     static const int32_t middle[CL_AXES] = {0};
     static const int64_t epochs[4] = {0, 0, (int64_t)1 << 31, (int64_t)1 << 40};
@@ -147,6 +161,7 @@ void random_start(maker *make, twin_start *start) {
     start->lag_ms = chance(make, 80) ? between(make, 0, 30) : -1;
     random_claims(make, start);
     errand_claim(make, start);
+    random_settings(make, start);
     start->bad_tags = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX - below(make, 2));
     start->old_frames = (uint16_t)(chance(make, 90) ? below(make, 9) : UINT16_MAX - below(make, 2));
     start->window_ms = start->now_ms - below(make, 1100);

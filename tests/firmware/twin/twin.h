@@ -4,6 +4,7 @@
 #define TWIN_H
 
 #include "node.h"
+#include "settings_record.h"
 
 /* What an event is. */
 enum {
@@ -24,6 +25,7 @@ enum {
     TWIN_DRIVE,
     TWIN_HOME,
     TWIN_SERVICE,
+    TWIN_SETTINGS,
     TWIN_ESTOP,
     TWIN_STOP,
     TWIN_HELLO,
@@ -44,7 +46,7 @@ enum {
     TWIN_OTHER_SESSION,
     TWIN_ODD_FIELD, /* rightly signed, but a field says what none may say */
     TWIN_CUT_SHORT,
-    TWIN_OLD_CLOCK, /* of a DRIVE, a HOME or a SERVICE: rightly signed, but a dead-man time or more ago */
+    TWIN_OLD_CLOCK, /* of a DRIVE, a HOME, a SERVICE or a SETTINGS: rightly signed, but a dead-man time or more ago */
     TWIN_FUTURE_CLOCK,
     TWIN_WRAPPED_CLOCK, /* so old that its low bits come again */
     TWIN_SPOILS,
@@ -67,11 +69,13 @@ typedef struct {
     int32_t move_ms;
     int32_t lag_ms; /* how long the plant settles after a move, -1 if it never knows */
     int32_t seek_ms; /* how long the plant searches or turns, -1 if it does not know */
+    int32_t trial_ms; /* how long a trial goes on, 0: as long as one does that begins */
     uint32_t noise, boot, offers;
     uint16_t finished, started, staged, next_ms, bad_tags, old_frames;
     uint8_t unhomed[3], found[3]; /* found: what a search comes to, if no event says otherwise */
-    uint8_t homing, estop, fault, fault_axis, cause, silent, stopped, lift_above, in_window, who, axes, turning, events;
-    uint8_t zeros[5];
+    uint8_t homing, estop, fault, fault_axis, cause, silent, stopped, lift_above, in_window, who, axes, turning;
+    uint8_t on_trial, pieces, keeps; /* keeps: what becomes of orders about settings */
+    uint8_t events, zeros[6];
 } twin_start;
 
 typedef struct {
@@ -91,7 +95,7 @@ typedef struct {
 
 /* After the last event of a sequence. */
 typedef struct {
-    int64_t next_ms, move_start_ms, heard_ms, window_ms, deaf_until_ms, fault_ms, blink_until_ms;
+    int64_t next_ms, move_start_ms, heard_ms, window_ms, deaf_until_ms, fault_ms, blink_until_ms, trial_ends_ms;
     uint64_t run_tag;
     int32_t target[3], next_target[3], plant_start[3], plant_target[3];
     int32_t move_ms, duration_ms, ramp_ms, brake_ms;
@@ -100,11 +104,13 @@ typedef struct {
     uint16_t finished, started, staged, next_step_ms, bad_tags, old_frames, number, release, offered;
     uint8_t unhomed[3], sought, homing, estop, fault, fault_axis, moving, silent, stopped, lift_above, hold_gen, closed;
     uint8_t in_window, owns_run, order, jogging, turning, outcome;
-    uint8_t zeros[2];
+    uint8_t on_trial, leaves, pieces, stores, requests, keeps, drops;
+    uint8_t record[CL_SETTINGS_BYTES]; /* that was stored last */
+    uint8_t zeros[7];
 } twin_full;
 
-_Static_assert(sizeof(twin_session) == 56 && sizeof(twin_start) == 248 && sizeof(twin_event) == 64, "no padding");
-_Static_assert(sizeof(twin_short) == 48 && sizeof(twin_full) == 224, "no padding");
+_Static_assert(sizeof(twin_session) == 56 && sizeof(twin_start) == 256 && sizeof(twin_event) == 64, "no padding");
+_Static_assert(sizeof(twin_short) == 48 && sizeof(twin_full) == 328, "no padding");
 
 /* Axes that follow a move exactly and do besides what the events say; twin.py has the same. */
 typedef struct {
@@ -118,6 +124,10 @@ typedef struct {
     int64_t turned_ms;
     int32_t lag_ms, seek_ms;
     uint32_t follows, seeks, give_ups, turns, places;
+    uint8_t stores, requests, keeps, drops;
+    uint8_t told;     /* what becomes of orders about settings */
+    uint8_t record[CL_SETTINGS_BYTES]; /* that was stored last */
+    bool on_trial;
     uint8_t sought; /* the axes of the last search */
     bool following, settle_known, fault_known, search_known, turned_known;
 } twin_plant;
