@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from random import Random
 
 from .power import PMC_LVDSC1, PMC_LVDSC2, PMC_REGSC, Power
 
@@ -39,6 +40,7 @@ SPI0_S, SPI0_BR, SPI0_C2, SPI0_C1, SPI0_DL = 0x76000, 0x76001, 0x76002, 0x76003,
 FTFA_FSTAT, FTFA_FCCOB = 0x20000, 0x20004
 ADC0_SC1A, ADC0_CFG1, ADC0_RA, ADC0_SC3 = 0x3B000, 0x3B008, 0x3B010, 0x3B024
 ADC_DONE, ADC_BANDGAP, BANDGAP_MV = 0x80, 27, 1000
+SCB_AIRCR, AIRCR_RESET = 0xED0C, 0x05FA0004
 SYST_CSR, SYST_RVR, SYST_CVR = 0xE010, 0xE014, 0xE018
 NVIC_ISER, NVIC_IPR, SCB_SHPR3 = 0xE100, 0xE400, 0xED20
 MCM_PLACR, PLACR_CLEAR_CACHE = 0xC, 0x400
@@ -56,6 +58,10 @@ ERASE_CYCLES = 14_000 * CYCLES_PER_US
 
 class Strayed(AssertionError):
     """The program did something that the chip would not let it get away with."""
+
+
+class PowerCut(Exception):
+    """The power went away in the middle of a flash command, as a test wanted it; a power cycle must follow."""
 
 
 class SpiDevice:
@@ -105,6 +111,11 @@ class Kl26:
         self.stall = 0
         self.erases = 0
         self.words_programmed = 0
+        self.flash_commands = 0
+        self.cut_at = 0
+        """In which command, from 1, the power is cut, 0 for none; `chance` says what is left of its work."""
+        self.chance = Random(0)
+        self._half: set[int] = set()
         self.power = Power()
         self._readers = {
             MCG_S: self._clock_status,
@@ -269,6 +280,8 @@ class Kl26:
         """A store to 0xE0000000 + offset."""
         if offset == NVIC_ISER:
             self.nvic_enabled |= value
+        elif offset == SCB_AIRCR and value == AIRCR_RESET:
+            self.on_reset(RESET_SOFTWARE)
         elif offset == SYST_CSR:
             self.systick_next = self.now + self.systick_period if value & 1 else None
         elif offset not in (SYST_RVR, SYST_CVR, SCB_SHPR3, *range(NVIC_IPR, NVIC_IPR + 32, 4)):
@@ -378,20 +391,45 @@ class Kl26:
 
     def _flash_command(self, bytes_: list[int]) -> None:
         command, address = bytes_[0], bytes_[1] << 16 | bytes_[2] << 8 | bytes_[3]
+        self.flash_commands += 1
+        is_cut = self.flash_commands == self.cut_at
         if command == 0x09 and address % SECTOR_BYTES == 0 and address < FLASH_BYTES:
+            self._half -= {*range(address, address + SECTOR_BYTES, 4)}
+            if is_cut:
+                self._erase_half(address)
             self.flash[address : address + SECTOR_BYTES] = b"\xff" * SECTOR_BYTES
             self._change_flash(address, SECTOR_BYTES)
             self.erases += 1
             self.stall += ERASE_CYCLES
         elif command == 0x06 and address % 4 == 0 and address < FLASH_BYTES:
-            if self.flash[address : address + 4] != b"\xff" * 4:
+            word = bytes(reversed(bytes_[4:8]))
+            if self.flash[address : address + 4] != b"\xff" * 4 and address not in self._half:
                 raise Strayed(f"the flash word at 0x{address:x} is programmed twice without an erase")
-            self.flash[address : address + 4] = bytes(reversed(bytes_[4:8]))
+            if is_cut:
+                self._program_half(address, word)
+            self._half.discard(address)
+            self.flash[address : address + 4] = word
             self._change_flash(address, 4)
             self.words_programmed += 1
             self.stall += PROGRAM_CYCLES
         else:
             raise Strayed(f"flash command 0x{command:02x} at 0x{address:x}")
+
+    def _erase_half(self, address: int) -> None:
+        """The power fails in the middle: some words are blank already, in some a few bits are."""
+        for at in range(address, address + SECTOR_BYTES, 4):
+            old = int.from_bytes(self.flash[at : at + 4], "little")
+            blank = self.chance.choice((0, 0xFFFFFFFF, self.chance.getrandbits(32)))
+            self.flash[at : at + 4] = (old | blank).to_bytes(4, "little")
+        raise PowerCut
+
+    def _program_half(self, address: int, word: bytes) -> None:
+        """The power fails in the middle: some of the bits are there, and what is missing may be programmed later."""
+        left = self.chance.choice((0, 0xFFFFFFFF, self.chance.getrandbits(32)))
+        now = int.from_bytes(self.flash[address : address + 4], "little") & (int.from_bytes(word, "little") | left)
+        self.flash[address : address + 4] = now.to_bytes(4, "little")
+        self._half.add(address)
+        raise PowerCut
 
     def _change_flash(self, address: int, length: int) -> None:
         """Readers see what is cached until the program clears the cache."""
