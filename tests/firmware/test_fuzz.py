@@ -27,12 +27,13 @@ from curveline.radio.protocol.frames import (
     StopFrame,
 )
 from curveline.radio.protocol.service_frames import ServiceFrame, encode_service
+from curveline.radio.protocol.settings_frames import PIECE_BYTES, PIECES, SettingsFrame, encode_settings
 
 from . import build, twin
 
 EXECUTIONS = 500_000
 CAMPAIGN = 50_000_000
-SEEDS = (20261122, 20261123)
+SEEDS = (20261121, 20261123)
 SOURCES = (twin.FOLDER / "fuzz.c", *twin.SOURCES)
 KEY = bytes(range(16))
 
@@ -64,6 +65,12 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
         encode_service(ServiceFrame(0, 1, 1, operation, 1, 1, page, *flags, 200, 500, 400), KEY)
         for operation, page in product(codes.ServiceOperation, codes.ReadingPage)
         for flags in ((False, False), (True, True))
+    ]
+    orders = (operation for operation in codes.SettingsOperation if operation is not codes.SettingsOperation.PIECE)
+    found += [encode_settings(SettingsFrame(0, 1, 1, operation, 1), KEY) for operation in orders]
+    found += [
+        encode_settings(SettingsFrame(0, 1, 1, codes.SettingsOperation.PIECE, index, KEY[:PIECE_BYTES]), KEY)
+        for index in range(PIECES)
     ]
     found += [frames.encode_hello(HelloFrame(1, nonce << 8, 0x1111, 0, 1000, nonce), KEY) for nonce in range(16)]
     found += [frames.encode_stop(StopFrame(purpose), KEY) for purpose in (0, 1)]
