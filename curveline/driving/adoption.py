@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from curveline.drive_settings import DriveSettings
+from curveline.driving.stray import stray_channel
 from curveline.errors import InvalidInput, LinkError
+from curveline.listening import SILENT, Listener
 from curveline.notebook import html_of
 from curveline.radio.host.scan import ScannedNode, problems, scan
 from curveline.radio.interface import open_radio
@@ -54,14 +56,48 @@ def check_adoptable(spec: str) -> None:
         )
 
 
-def find_devices(spec: str, drive: DriveSettings, runs: Path, site: SiteFile) -> Adoption:
-    """Ask every address; LinkError unless exactly one fitting device answers on each."""
-    check_adoptable(spec)
-    with key_file.lenient(), closing(open_radio(spec, drive, runs)) as radio:
-        found = scan(radio, drive)
-    wrong = [text for each in found for text in problems(each, UNKNOWN_CHIP, drive, checks_limits=False)]
+@dataclass(frozen=True)
+class AdoptionPlace:
+    """Where devices are looked for."""
+
+    spec: str  # of the radio
+    drive: DriveSettings  # the display as nodes see it
+    runs: Path  # folder of the records of runs
+    listener: Listener = SILENT  # told of what takes time
+
+
+def find_devices(place: AdoptionPlace, site: SiteFile, numbers: Sequence[int] = ()) -> Adoption:
+    """Ask the addresses of the nodes with some `numbers` (from 1), of all without any.
+
+    LinkError unless exactly one fitting device answers on each; InvalidInput for a node that the display has not.
+    """
+    check_adoptable(place.spec)
+    count = place.drive.node_count
+    for number in numbers:
+        if not 1 <= number <= count:
+            raise InvalidInput(f"there is no node {number}: the display {place.drive.display!r} has {count}")
+    with key_file.lenient(), closing(open_radio(place.spec, place.drive, place.runs)) as radio:
+        found = scan(radio, place.drive, numbers=sorted(set(numbers)))
+    silent = [each for each in found if not each.link.answered]
+    wrong = [text for each in found for text in (_silent(place, each) if [each] == silent else _wrong(place, each))]
     if wrong:
         raise LinkError("; ".join(wrong), "nothing was recorded; put that right, then adopt again")
     if len({each.chip for each in found}) < len(found):
         raise LinkError("one device answers on two addresses", "see which node was flashed with a wrong address")
     return Adoption(found, site)
+
+
+def _wrong(place: AdoptionPlace, found: ScannedNode) -> list[str]:
+    """What is wrong with what one address answered."""
+    return problems(found, UNKNOWN_CHIP, place.drive, checks_limits=False)
+
+
+def _silent(place: AdoptionPlace, found: ScannedNode) -> list[str]:
+    """Where the only node listens that does not answer, if anywhere."""
+    own, number = place.drive.channel, found.node
+    place.listener.note(f"node {number} does not answer on channel {own}; looking on the others")
+    channel = stray_channel(place.spec, place.drive, place.runs, number)
+    if channel is None:
+        return [f"node {number}: no answer from {found.address} on any channel; check its power, radio and settings"]
+    where = f"node {number} does not answer on channel {own}, which the display file names, but on {channel}"
+    return [f"{where}: write the display's settings to it, or correct the channel in the display file"]

@@ -6,7 +6,7 @@ import os
 import tomllib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from math import isfinite, sqrt
+from math import copysign, isfinite, sqrt
 from typing import Any
 
 from curveline.drive_settings import AXES, UNITS
@@ -79,7 +79,7 @@ def calibrate(
             )
         ways.append(gone.way)
         measured.append(said)
-        jog(place, name, -gone.way, unhomed=not is_homed)
+        jog(place, name, -copysign(min(abs(gone.way), abs(wanted)), gone.way), unhomed=not is_homed)
     return _calibration(place, number, tuple(ways), tuple(measured))
 
 

@@ -35,8 +35,10 @@ MISSED_LEAST = 3
 """Missed edges that are noise: this share of the counts, but at least so many."""
 PAUSES = 3
 """Samples of 4 ms without a count, amid others with some, that a turning motor does not have."""
-WEAK_MV = 3000
+LEAST_MV = 3000
 """Below this encoders and radio are not sure to work."""
+METER_SHARE = 0.03
+"""By what share the chip's measurement of its supply may be off."""
 SPARE_COUNTS = 32
 """How far from where it is told to stand a node may say that it stands."""
 LOOK_S = 0.3
@@ -44,6 +46,7 @@ PROOF = {"mm": 1.0, "deg": 3.0}
 """How far an axis goes closed loop, by unit."""
 
 DRIVER_PINS = {"extrude": "16 and 17", "bias": "3 and 4", "translate": "22 and 23"}
+SWITCH_PIN = "pin 18"
 ENCODER_PINS = {"extrude": "2 and 14", "bias": "7 and 8", "translate": "6 and 20"}
 
 
@@ -148,11 +151,13 @@ def _of_node(report: ReportFrame, axes: Sequence[AxisCheck]) -> Iterator[Finding
             "the supply had sagged when the node started last",
             "check its supply: cable, connector, current with all motors turning",
         )
-    weak = [each.supply_mv for each in axes if each.supply_mv is not None and each.supply_mv < WEAK_MV]
-    if weak:
+    seen = min((each.supply_mv for each in axes if each.supply_mv is not None), default=None)
+    if seen is not None and seen * (1.0 - METER_SHARE) < LEAST_MV:
+        error = f"give or take {seen * METER_SHARE / 1000:.2f} V"
+        maybe = "" if seen * (1.0 + METER_SHARE) < LEAST_MV else ": that may be too low, measure it with a meter"
         yield Finding(
             "supply",
-            f"the supply goes down to {min(weak) / 1000:.2f} V while a motor turns",
+            f"the supply goes down to {seen / 1000:.2f} V while a motor turns, {error}{maybe}",
             "the logic needs 3.0 V at all times: a stronger supply, shorter cables, 10 uF at the radio; feed the "
             "motors apart from the logic",
         )
@@ -291,6 +296,6 @@ def _stuck(name: str) -> Finding:
     return Finding(
         "switch",
         f"{name}'s switch is closed, and stays so 4 mm further up",
-        "it is stuck, shorted to ground, or an opener where a closer belongs; pressed it must connect pin 18 to "
-        "ground, released it must not",
+        f"it is stuck, shorted to ground, or an opener where a closer belongs; pressed it must connect {SWITCH_PIN} "
+        "to ground, released it must not",
     )

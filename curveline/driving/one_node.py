@@ -23,6 +23,7 @@ from curveline.driving.node_calibration import (
 )
 from curveline.driving.node_check import NodeCheck, check
 from curveline.driving.node_errands import Jogged, NodeInfo, NodePlace, Watched, blink, info, jog, watch, zero
+from curveline.driving.node_switch import SwitchCheck, check_switch
 from curveline.driving.node_tuning import tune
 from curveline.driving.status import node_document
 from curveline.errors import InvalidInput
@@ -117,6 +118,11 @@ class OneNode:
         """Turn the motors of some axes a little, one after the other, and say what is wired wrongly."""
         with self._named():
             return check(self._place, axes, told)
+
+    def check_switch(self, seconds: float = 30.0) -> SwitchCheck:
+        """Wait until the lower end's switch was pressed and let go, `seconds` at most, and say whether it works."""
+        with self._named():
+            return check_switch(self._place, seconds)
 
     def calibrate(self, axis: str, ruler: Ruler, *, way: float | None = None, repeats: int = REPEATS) -> Calibration:
         """Move an axis several times, and ask `ruler` how far it went; what a turn of its gear makes by that."""

@@ -35,6 +35,7 @@ from curveline.radio.host.node_status import NodeStatus
 from curveline.radio.host.preflight import check_targets
 from curveline.radio.host.stop_causes import display_option, named_display
 from curveline.radio.interface import InUse, Radio, check_radio, open_radio
+from curveline.radio.site.key_file import UNKNOWN_CHIP, lenient, unadopted
 from curveline.system.arguments import expect
 
 if TYPE_CHECKING:
@@ -115,6 +116,12 @@ class Session:
     @property
     def radio(self) -> Radio:
         """The radio, opened."""
+        if self._radio is not None and UNKNOWN_CHIP in self._radio.site.chips:
+            # It was opened for one node, before all were adopted: opened anew it says which are missing.
+            self.close()
+        return self._opened()
+
+    def _opened(self) -> Radio:
         if self._radio is None:
             self._since = time.time() if is_fresh(self.spec) else 0.0
             self._radio = open_radio(self.spec, self.drive, self.folder)
@@ -143,17 +150,18 @@ class Session:
         self.close()
         return scan_display(self.spec, self.drive, self.folder, tests_chips=tests_chips)
 
-    def find_devices(self) -> Adoption:
-        """Which devices are the nodes; `record` of what comes back writes them into the site's key file.
+    def find_devices(self, *numbers: int) -> Adoption:
+        """Which devices are the nodes, or those with some `numbers`; `record` of it writes them into the key file.
 
         From then on only these are obeyed and believed: do it with nobody else's display switched on. Raises
         InvalidInput without a key file, LinkError unless exactly one fitting device answers on each address.
         """
-        from curveline.driving.adoption import find_devices
+        from curveline.driving.adoption import AdoptionPlace, find_devices
         from curveline.driving.site_keys import read_keys
 
         self.close()
-        return find_devices(self.spec, self.drive, self.folder, read_keys(listener=self.listener))
+        place = AdoptionPlace(self.spec, self.drive, self.folder, self.listener)
+        return find_devices(place, read_keys(listener=self.listener), numbers)
 
     def plan(self, *shapes: object, home: bool = False, touched: bool = False) -> Plan:
         """A plan from where the display stands and what it shows, through shapes (paths or scenes), and then home.
@@ -237,7 +245,16 @@ class Session:
         """One node, by its number in the row from 1: what it says of itself, and what brings it back to work."""
         expect(number, int, "the number of a node")
         refuse_while_sending(self.drive, self.named, self.spec, self.folder)
-        return OneNode(number, self.named, self.spec, self.drive, self.radio)
+        return OneNode(number, self.named, self.spec, self.drive, self._radio_to(number))
+
+    def _radio_to(self, number: int) -> Radio:
+        """The radio, opened for one node; whether the others were adopted is no matter."""
+        with lenient():
+            radio = self._opened()
+        if 0 < number <= self.drive.node_count and radio.site.chips[number - 1] == UNKNOWN_CHIP:
+            self.close()
+            raise unadopted(self.drive, [self.drive.addresses[number - 1]])
+        return radio
 
     def new_settings(self, nodes: Sequence[int] = (), was: Formerly | None = None) -> SettingsChange:
         """What nodes (all if none are named) are to get over the air, to be what the display file and key file say.

@@ -65,9 +65,13 @@ class ScannedNode:
         return next(iter(self.pages)) if len(self.pages) == 1 else UNKNOWN_CHIP
 
 
-def scan(radio: Radio, drive: DriveSettings, probes: int = PROBES) -> list[ScannedNode]:
-    """Ask every address of a display `probes` times who is there; it disturbs no run and needs no keys."""
-    found = [ScannedNode(number, address) for number, address in enumerate(drive.addresses, start=1)]
+def scan(radio: Radio, drive: DriveSettings, probes: int = PROBES, numbers: Sequence[int] = ()) -> list[ScannedNode]:
+    """Ask addresses of a display `probes` times who is there; it disturbs no run and needs no keys.
+
+    They are those of the nodes with some `numbers` (from 1), all without any.
+    """
+    wanted = numbers or range(1, drive.node_count + 1)
+    found = [ScannedNode(number, drive.addresses[number - 1]) for number in wanted]
     for group in _groups(found):
         _ask(radio, group, probes)
     return found

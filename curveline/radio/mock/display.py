@@ -79,7 +79,8 @@ def _open(spec: MockSpec, drive: DriveSettings, runs: Path, chip: MockChip | Non
     store = Store(runs, drive)
     store.open()
     try:
-        state = state_at_home(count) if spec.fresh else store.load(_ring(spec, drive))
+        is_new = spec.fresh or not store.path.exists()
+        state = state_at_home(count, unhomed=spec.bare) if is_new else store.load(_ring(spec, drive))
         radio = MockRadio(spec, drive, state, store, chip)
         radio.save()
     except BaseException:
@@ -268,6 +269,17 @@ class MockRadio:
         """What a ruler says [mm or degrees] where an axis (from 1) of a node has gone `way` by its counts."""
         is_other = self._stations[number - 1].plant.wiring.geared >> axis - 1 & 1
         return way * OTHER_GEAR if is_other else way
+
+    def finger(self, number: int, axis: int, *, presses: bool) -> None:
+        """Press the switch of an axis (from 1) of a node, or let it go."""
+        station, switch = self._stations[number - 1], 1 << axis - 1
+        wiring = station.plant.wiring
+        if presses:
+            station.pressed |= switch & ~(wiring.stuck_switches | station.dead_switches)
+            wiring.stuck_switches |= station.pressed
+        else:
+            wiring.stuck_switches &= ~(station.pressed & switch)
+            station.pressed &= ~switch
 
     def save(self) -> None:
         """Remember how the display stands now."""

@@ -248,6 +248,15 @@ def _wired(name: str) -> Prepare:
     return prepare
 
 
+def _away(stage: MishapStage, mishap: Mishap) -> None:
+    for station in stage.stations[mishap.node - 1 :]:
+        station.deaf_until_ms = FOR_EVER
+
+
+def _open(stage: MishapStage, mishap: Mishap) -> None:
+    stage.station(mishap).dead_switches |= 1 << mishap.axis - 1
+
+
 def _supply(stage: MishapStage, mishap: Mishap) -> None:
     stage.station(mishap).plant.wiring.is_sagging = True
 
@@ -337,6 +346,8 @@ MISHAPS: Mapping[str, MishapRow] = {
     "loose": MishapRow(Form.AXIS_NODE, "an encoder gives counts now and then", prepare=_wired("loose")),
     "gear": MishapRow(Form.AXIS_NODE, "a motor has another gear", prepare=_wired("geared")),
     "switch": MishapRow(Form.AXIS_NODE, "a switch is always closed", prepare=_wired("stuck_switches")),
+    "open": MishapRow(Form.AXIS_NODE, "a switch never closes", prepare=_open),
+    "away": MishapRow(Form.NODE, "a node and all to the right of it are switched off", prepare=_away),
     "supply": MishapRow(Form.NODE, "the supply sags while a motor turns", prepare=_supply),
     "key": MishapRow(Form.NODE, "a node has the key of another site", prepare=_key),
     "cut": MishapRow(Form.NODE_WORD, "the power fails in the midst of a word of settings", prepare=_cut),

@@ -52,6 +52,10 @@ class Station:
         self.twin: NodeMachine | None = None
         self.is_clone = False
         self.deaf_until_ms = 0
+        self.dead_switches = 0
+        """Axes whose switch a finger cannot close, bit 0 for the first."""
+        self.pressed = 0
+        """Axes whose switch a finger holds closed."""
         self.driven = False
         """Whether a host has taken the node over since it was switched on here."""
         self.changed: Callable[[], None] = _nothing

@@ -27,7 +27,7 @@ class MockSpec:
     are `scatter` times as far off as those of a good display are in a trial; a hand snaps
     the rod of segment `hand` over, from 1, once the nodes have come to rest. With `keys`
     the nodes hold the master key of the site's key file instead of the mock's open one; with `repower` all of them are
-    switched off and on before anything else.
+    switched off and on before anything else; with `bare` a new display is one that nobody has homed yet.
     """
 
     weather: Weather = field(default_factory=Weather)
@@ -38,6 +38,7 @@ class MockSpec:
     fresh: bool = False
     keys: bool = False
     repower: bool = False
+    bare: bool = False
     clamp: float | None = None
     play: float | None = None
     set: float = 0.0
@@ -176,7 +177,7 @@ def _whole(text: str) -> int:
     return int(text)
 
 
-_FLAGS = ("realtime", "fresh", "keys", "repower")
+_FLAGS = ("realtime", "fresh", "keys", "repower", "bare")
 _WEATHER = {"loss": "loss", "dup": "duplicate", "stale": "stale", "corrupt": "corrupt"}
 _A_CHANCE = "<number from 0 to below 1>"
 _READERS: Mapping[str, tuple[Callable[[str], object], str]] = {

@@ -16,7 +16,7 @@ from curveline.drive_settings import DriveSettings
 from curveline.errors import LinkError
 from curveline.radio.interface import InUse
 from curveline.radio.mock.board import Board, KeyRing, board_of
-from curveline.radio.node.state import Memory, Reasons
+from curveline.radio.node.state import HOMED, NOWHERE, Memory, Reasons
 from curveline.radio.protocol.codes import AXIS_COUNT, REASONS, TARGET_LIMIT, BootCause, Counts, Fault
 from curveline.system import portable
 
@@ -62,9 +62,9 @@ def file_label(display: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]", "_", display) or "_"
 
 
-def state_at_home(count: int) -> MockState:
-    """A display at home."""
-    return MockState([Standing() for _ in range(count)])
+def state_at_home(count: int, *, unhomed: bool = False) -> MockState:
+    """A display at home, which its nodes know unless they are `unhomed`."""
+    return MockState([Standing(memory=Memory(unhomed=NOWHERE if unhomed else HOMED)) for _ in range(count)])
 
 
 class Store:

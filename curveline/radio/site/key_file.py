@@ -10,7 +10,7 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
@@ -89,10 +89,7 @@ class SiteFile:
         """Keys and chips of a display; InvalidInput if one of its nodes was never adopted."""
         missing = [address for address in drive.addresses if address.upper() not in self.chips]
         if missing and _LENIENT.get() is Lenient.NOTHING:
-            raise InvalidInput(
-                f"{self.path} does not say which device listens on {', '.join(missing)} of display {drive.display!r}",
-                hint=f"`curveline keys adopt --radio ... --display {drive.display}` asks the nodes and records them",
-            )
+            raise unadopted(drive, missing, self.path)
         return Site(self.master, tuple(self.chips.get(address.upper(), UNKNOWN_CHIP) for address in drive.addresses))
 
 
@@ -107,6 +104,15 @@ def default_path() -> Path:
         return Path(chosen)
     config = os.environ.get("XDG_CONFIG_HOME")
     return (Path(config) if config else Path.home() / ".config") / "curveline" / "site.json"
+
+
+def unadopted(drive: DriveSettings, addresses: Sequence[str], path: Path | None = None) -> InvalidInput:
+    """What to raise for addresses of a display whose devices a key file, the usual one if None, does not know."""
+    return InvalidInput(
+        f"{path or default_path()} does not say which device listens on {', '.join(addresses)} of display "
+        f"{drive.display!r}",
+        hint="`curveline keys adopt --radio ... --display ...` asks the nodes, or some of them, and records them",
+    )
 
 
 def hardware_site(drive: DriveSettings) -> Site:

@@ -48,9 +48,9 @@ def calibrate(
 ) -> None:
     """Move an axis there and back, ask each time how far it went by a ruler, and say what a turn of its gear makes.
 
-    Several times tell how exact that is. An axis that is not homed goes 20 mm or degrees at most: `curveline node zero`
-    lets the extruder go further. After the display file has changed, its nodes need their settings anew: `curveline
-    node settings`.
+    Several times tell how exact that is; what is no matter of tolerances of parts is said, and not written. An axis
+    that is not homed goes 20 mm or degrees at most: `curveline node zero` lets the extruder go further. After the
+    display file has changed, its nodes need their settings anew: `curveline node settings`.
     """
     from curveline.cli.printing.reports.node_trials import describe_calibration
     from curveline.driving.node_calibration import write_calibration
@@ -62,16 +62,18 @@ def calibrate(
     with session_of(radio, display, runs) as session:
         node = session.node(number)
         found = node.calibrate(axis.value, _ruler(node, measured), way=way, repeats=times)
-        if path is not None:
+        is_written = path is not None and not found.findings
+        if path is not None and is_written:
             write_calibration(found, path)
         if json:
             screen.emit(node.told("calibration", found.document()))
         else:
             screen.result("\n".join(describe_calibration(node, found)))
-    if output:
+    if is_written:
         screen.note(f"wrote {found.key} into {output}; now its nodes need that: `curveline node settings -d {output}`")
     else:
-        screen.note(f"{found.key} = {found.new:g} is for [drive] of the file; then `curveline node settings`")
+        why = "nothing was written: " if path is not None else ""
+        screen.note(f"{why}{found.key} = {found.new:g} is for [drive] of the file; then `curveline node settings`")
     raise typer.Exit(EXIT_NO if found.findings else EXIT_DONE)
 
 

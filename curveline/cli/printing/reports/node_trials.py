@@ -10,6 +10,7 @@ from curveline.drive_settings import AXES, UNITS
 from curveline.driving.node_calibration import Calibration
 from curveline.driving.node_check import AxisCheck, Finding, NodeCheck
 from curveline.driving.node_errands import Jogged, NodeInfo, Watched
+from curveline.driving.node_switch import SwitchCheck
 from curveline.driving.one_node import OneNode
 from curveline.phrases import wrapped
 from curveline.radio.host.stop_causes import display_option
@@ -58,6 +59,14 @@ def describe_check(node: OneNode, found: NodeCheck) -> Iterator[str]:
     yield from _findings(found.findings)
     for each in found.axes:
         yield from _axis(each)
+
+
+def describe_switch(node: OneNode, found: SwitchCheck) -> Iterator[str]:
+    """What a switch did."""
+    verdict = f"{found.axis}'s switch works" if found.is_well else "one thing is wrong"
+    yield f"node {node.number} of display {node.drive.display} over {node.spec}: {verdict}"
+    yield f"  {', then '.join('closed' if each else 'open' for each in found.closed)}"
+    yield from _findings(found.findings)
 
 
 def _verdict(found: NodeCheck) -> str:
