@@ -12,6 +12,9 @@ on the line before a block changes that:
     <!-- slow -->         takes a minute
     <!-- not run -->      needs what is not there, such as a real display
     <!-- goes on -->      a program that goes on with the one before it, as the cells of a notebook do
+
+On a line of its own, `<!-- radio SPEC -->` says what stands for the radio of whoever reads, from there on: commands
+without one use it.
 """
 
 from __future__ import annotations
@@ -32,6 +35,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 BLOCK = re.compile(
     r"(?:^<!-- (?P<note>[^\n]+) -->\n)?^```(?P<kind>\w+)[^\n]*\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE
 )
+RADIO = re.compile(r"^<!-- radio (?P<spec>\S+) -->\n", re.MULTILINE)
 INSTALLING = "pip install"
 GOES_ON = "goes on"
 LONGEST = 300
@@ -49,10 +53,10 @@ CACHE = "CURVELINE_CACHE"
 DRAWN = re.compile(r"[⠀-⣿]")
 VARIES = re.compile(
     r"[\d.]+ (?:ms\b|us\b|s on \d+ process(?:es)?|[a-z]+ per second)|^[\d.]+ s$"
-    r"|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d|\d{6}-\d{8}-\d{6}|process \d+",
+    r"|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d|\d{6}-\d{8}-\d{6}|process \d+|^\d\d:\d\d:\d\d$|master key [0-9a-f]{8}",
     re.MULTILINE,
 )
-"""What depends on the machine and the day: the time of a computation, dates, names of runs, processes."""
+"""What depends on the machine and the day: the time of a computation, dates, names of runs, processes, keys."""
 PASSING = re.compile(r"^compiling .*\n", re.MULTILINE)
 """What is said on some machines and not on others, of kernels that are new there."""
 CLOSE = 0.05
@@ -60,12 +64,13 @@ CLOSE = 0.05
 
 
 class Block(NamedTuple):
-    """A block of a page: what kind, what stands in it, and where it lies in the page."""
+    """A block of a page: what kind, what stands in it, where it lies in the page, and what stands for a radio."""
 
     kind: str
     text: str
     note: str
     span: tuple[int, int]
+    radio: str = ""
 
     @property
     def exit_code(self) -> int:
@@ -90,8 +95,16 @@ class Printed(NamedTuple):
 
 def blocks(page: Path) -> list[Block]:
     """All blocks of a page that have a kind."""
-    found = BLOCK.finditer(page.read_text(encoding="utf-8"))
-    return [Block(each["kind"], each["text"], each["note"] or "", each.span("text")) for each in found]
+    text = page.read_text(encoding="utf-8")
+    radios = [(each.end(), each["spec"]) for each in RADIO.finditer(text)]
+
+    def radio(at: int) -> str:
+        return next((spec for end, spec in reversed(radios) if end <= at), "")
+
+    found = BLOCK.finditer(text)
+    return [
+        Block(*each.group("kind", "text"), each["note"] or "", each.span("text"), radio(each.start())) for each in found
+    ]
 
 
 def clone(folder: Path) -> Path:
@@ -110,16 +123,16 @@ def run(block: Block, folder: Path) -> Printed:
     if block.kind == "console":
         return _console(block, folder)
     if block.kind == "python":
-        return _process([*PYTHON, "-c", block.text], folder)
+        return _process([*PYTHON, "-c", block.text], folder, block.radio)
     lines = "".join(line for line in block.text.splitlines(keepends=True) if not line.startswith(INSTALLING))
-    return _process(["bash", "-e", "-c", lines], folder)
+    return _process(["bash", "-e", "-c", lines], folder, block.radio)
 
 
 def _console(block: Block, folder: Path) -> Printed:
     """Every command of a console, up to the first that fails; its code and error output, or those of the last one."""
     text, out, done = "", "", Printed(0, "", "", "")
     for command in re.findall(r"^\$ (.*\n(?:> .*\n)*)", block.text, re.MULTILINE):
-        done = _process(["bash", "-e", "-c", command.replace("\n> ", "\n")], folder)
+        done = _process(["bash", "-e", "-c", command.replace("\n> ", "\n")], folder, block.radio)
         shown = done.out + (PASSING.sub("", done.err) if block.exit_code else "")
         text, out = f"{text}$ {command}{shown.replace(f'{folder}/', '').rstrip()}".rstrip() + "\n", out + done.out
         if done.code:
@@ -127,13 +140,14 @@ def _console(block: Block, folder: Path) -> Printed:
     return Printed(done.code, out, done.err, text)
 
 
-def _process(command: list[str], folder: Path) -> Printed:
+def _process(command: list[str], folder: Path, radio: str) -> Printed:
     apart = {name: value for name, value in os.environ.items() if not name.startswith("CURVELINE_") or name == CACHE}
     environment = {
         **apart,
         "CURVELINE_RUNS": "runs",
         "CURVELINE_KEYS": "site.json",
         "COLUMNS": "80",
+        **({"CURVELINE_RADIO": radio} if radio else {}),
         "PATH": f"{COMMANDS}{os.pathsep}{os.environ['PATH']}",
     }
     done = subprocess.run(

@@ -71,6 +71,36 @@ def test_what_is_known_is_shown_and_the_key_is_not(run: Run, keys: Path) -> None
     assert f"chmod 600 {keys}" in err
 
 
+def test_one_board_is_adopted_and_tried_out_while_the_others_are_off(run: Run, keys: Path) -> None:
+    radio = ("--radio", "mock:keys,away=2")
+    code, out, err = run("node", "info", 2, *radio)
+    assert (code, out) == (2, "")
+    assert "does not say which device listens on C1C1C1C102 of display 'single'" in err
+    assert run("keys", "adopt", 1, *radio, "--yes").code == 0
+    assert set(read_site(keys).chips) == {"C1C1C1C101"}
+    assert run("node", "info", 1, *radio).code == 0
+    assert run("node", "check", 1, "bias", *radio, "--yes").code == 0
+    assert run("status", *radio).code == 2, "it is asked of all nodes, one of which nobody knows"
+    assert run("keys", "adopt", 2, "--radio", "mock:keys", "--yes").code == 0
+    assert run("status", "--radio", "mock:keys").code == 0
+
+
+def test_a_node_that_is_to_be_adopted_and_does_not_answer_is_looked_for(run: Run, keys: Path) -> None:
+    code, out, err = run("keys", "adopt", 2, "--radio", "mock:keys,channel=2", "--yes")
+    assert (code, out) == (3, "")
+    assert "node 2 does not answer on channel 76, which the display file names, but on 23" in err
+    code, _, err = run("keys", "adopt", 2, "--radio", "mock:keys,away=2", "--yes")
+    assert code == 3
+    assert "node 2: no answer from C1C1C1C102 on any channel" in err
+    code, _, err = run("keys", "adopt", "--radio", "mock:keys,away=1", "--yes")
+    assert code == 3
+    assert "looking on the others" not in err, "where nobody answers it is not one node's channel"
+    code, _, err = run("keys", "adopt", 3, "--radio", "mock:keys", "--yes")
+    assert code == 2
+    assert "there is no node 3: the display 'single' has 2" in err
+    assert not read_site(keys).chips
+
+
 def test_a_key_file_of_an_older_release_is_used_and_adoption_writes_it_anew(
     run: Run, keys: Path, tmp_path: Path
 ) -> None:

@@ -69,7 +69,7 @@ def test_a_board_that_is_well(run: Run) -> None:
     done = run("node", "check", "1", "bias", *MOCK, "--yes")
     assert done.code == 0
     assert done.out.splitlines()[0] == "node 1 of display single over mock:fresh: all is well"
-    assert "seen from outside" in done.err
+    assert "seen from the front, extrude should first feed to the right" in done.err
 
 
 @pytest.mark.parametrize("command", [("info", "1"), ("check", "1", "--yes")])
@@ -104,10 +104,36 @@ def test_what_a_ruler_said_is_written(run: Run, tmp_path: Path) -> None:
     assert "# pinion of 12 teeth" in file.read_text()
 
 
-def test_another_gear(run: Run) -> None:
-    done = run("node", "calibrate", "1", "bias", "--radio", "mock:fresh,gear=bias@1", "--yes", "--times", "1")
+def test_another_gear_is_named_and_not_written(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "lab.toml"
+    file.write_text(curveline.builtin_text("single"))
+    wish = ("--display", str(file), "-o", str(file), "--yes", "--times", "1")
+    done = run("node", "calibrate", "1", "bias", "--radio", "mock:fresh,gear=bias@1", *wish)
     assert done.code == 1
     assert "100:1 in place of 298:1" in " ".join(done.out.split())
+    assert "nothing was written: bias_deg_per_turn = 357.6 is for [drive]" in done.err
+    assert file.read_text() == curveline.builtin_text("single")
+    assert run("node", "calibrate", "1", "bias", *MOCK, *wish).code == 0
+    assert curveline.read_display(file).drive.bias.counts_per_unit == pytest.approx(
+        curveline.read_display("single").drive.bias.counts_per_unit
+    )
+
+
+@pytest.mark.parametrize("axis", ["extrude", "bias", "translate"])
+def test_an_axis_that_is_not_homed_is_calibrated_as_far_as_it_may_go(run: Run, axis: str) -> None:
+    done = run("node", "calibrate", "1", axis, "--radio", "mock:fresh,bare", "--yes", "--times", "2")
+    assert done.code == 0, done.err
+    assert "by its counts 20.0" in done.out
+
+
+def test_a_switch_that_is_pressed(run: Run) -> None:
+    done = run("node", "watch", "1", "--press", *MOCK)
+    assert (done.code, done.out.splitlines()[1]) == (0, "  open, then closed, then open")
+    stuck = run("node", "watch", "1", "--press", "--radio", "mock:fresh,open=translate@1", "--seconds", "2", "--json")
+    assert stuck.code == 1
+    (finding,) = json.loads(stuck.out)["switch"]["findings"]
+    assert finding["code"] == "switch"
+    assert run("node", "watch", "1", "--press", "--seconds", "0.5", *MOCK).code == 2
 
 
 def test_how_a_motor_answers(run: Run, tmp_path: Path) -> None:

@@ -100,6 +100,74 @@ def test_a_weak_supply(session_of: Callable[..., Session]) -> None:
     assert "2.72 V" in found.findings[0].text
 
 
+@pytest.mark.parametrize(
+    ("millivolts", "words"),
+    [
+        (3300, None),
+        (3100, None),
+        (3080, "3.08 V while a motor turns, give or take 0.09 V: that may be too low, measure it with a meter"),
+        (2920, "2.92 V while a motor turns, give or take 0.09 V: that may be too low"),
+        (2900, "2.90 V while a motor turns, give or take 0.09 V"),
+    ],
+)
+def test_a_supply_is_judged_with_the_error_of_its_measurement(
+    session_of: Callable[..., Session], monkeypatch: pytest.MonkeyPatch, millivolts: int, words: str | None
+) -> None:
+    monkeypatch.setattr("curveline.radio.node.motor_model.SUPPLY_MV", millivolts)
+    with session_of("") as session:
+        found = session.node(1).check(["bias"]).findings
+    assert [words in each.text for each in found] == ([] if words is None else [True])
+    assert all(("meter" in each.text) == ("meter" in str(words) or millivolts == 2920) for each in found)
+
+
+class Fingers:
+    """Switches of translate and extrude that go through some states, a tenth of a second each."""
+
+    def __init__(self, mock: MockRadio, own: Sequence[bool], spare: Sequence[bool] = ()) -> None:
+        self._mock, self._own, self._spare = mock, own, spare
+        self._begin_us = mock.now_us()
+
+    def __call__(self, number: int, axis: int, *, presses: bool) -> None:
+        at = (self._mock.now_us() - self._begin_us) // 100_000
+        bits = 0
+        for states, bit in ((self._own, 0b100), (self._spare, 0b001)):
+            if states:
+                bits |= bit * states[min(at, len(states) - 1)]
+        self._mock._stations[number - 1].plant.wiring.stuck_switches = bits
+
+
+SHUT, OPEN = True, False
+
+
+@pytest.mark.parametrize(
+    ("own", "spare", "words"),
+    [
+        ([OPEN] * 7 + [SHUT, OPEN], [], None),
+        ([OPEN] * 7 + [SHUT, SHUT, OPEN, OPEN, SHUT, OPEN], [], None),
+        ([OPEN], [], "translate's switch stays open, pressed or not"),
+        ([OPEN], [OPEN] * 7 + [SHUT, OPEN], "and the one of the rod's end changes instead"),
+        ([SHUT] * 7, [], "translate's switch stays closed, pressed or not"),
+        ([SHUT] * 7 + [OPEN, SHUT], [], "is closed, and opens when it is pressed"),
+        ([OPEN] * 7 + [SHUT], [], "translate's switch was open and then closed"),
+    ],
+)
+def test_what_a_switch_does_when_it_is_pressed(
+    session_of: Callable[..., Session],
+    monkeypatch: pytest.MonkeyPatch,
+    own: Sequence[bool],
+    spare: Sequence[bool],
+    words: str | None,
+) -> None:
+    with session_of("") as session:
+        node = session.node(1)
+        fingers = Fingers(mock(session), own, spare)
+        fingers(1, 3, presses=False)
+        monkeypatch.setattr(mock(session), "finger", fingers, raising=False)
+        found = node.check_switch(3.0)
+    assert [words in each.text for each in found.findings] == ([] if words is None else [True])
+    assert found.is_well == (words is None)
+
+
 def test_two_devices_on_one_address_are_not_turned(session_of: Callable[..., Session]) -> None:
     with session_of("twin=1") as session:
         found = session.node(1).check()

@@ -119,6 +119,7 @@ ALIKE = [
     Row("loose=extrude@2", Cause.LOST, 2, r"node 2 has lost its position in step 1 \(extrude: encoder\)", "cable"),
     Row("key=2", Cause.UNTRUSTED, 2, "node 2 answers, but not to the key of this site", "keys node", moves=False),
     Row("channel=1", Cause.SILENT, 1, "node 1 does not answer", "the channel", moves=False),
+    Row("away=2", Cause.SILENT, 2, "node 2 does not answer", "check its power", moves=False),
     Row("absent=bias@2", Cause.LOST, 2, r"node 2 has lost its position in step 2 \(bias: encoder\)", "cable of that"),
 ]
 """Rows whose cause another row has, too."""
@@ -126,6 +127,7 @@ BORNE = [
     "firmware=1",
     "gear=bias@1",
     "switch=translate@2",
+    "open=translate@2",
     "supply=1",
     "twin=1",
     "reset@step2",

@@ -18,8 +18,8 @@ from curveline.cli.printing import screen
 from curveline.errors import EXIT_DONE, EXIT_NO
 
 SEEN = (
-    "seen from outside, extrude should feed rod out first, translate rise, and bias turn to larger angles; swap the "
-    "two wires of a motor that went the other way first, and its encoder's A and B as well"
+    "seen from the front, extrude should first feed to the right, bias turn counter-clockwise, and translate rise; "
+    "swap the two wires of a motor that went the other way first, and its encoder's A and B as well"
 )
 
 
