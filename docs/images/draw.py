@@ -12,6 +12,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import draw_board
+
 import curveline
 from curveline.scene import Node, Scene, Segment
 from curveline.units import deg, mm, to_deg
@@ -274,6 +276,7 @@ def pictures() -> dict[str, str]:
     """Every picture by the name of its file."""
     cards = {
         "display.svg": ("A display of two nodes and one of five", (1140, 450), display()),
+        "board.svg": ("One board of a display, its supplies and its motors", draw_board.SIZE, draw_board.board()),
         "funnel.svg": ("What the rod may look like after each step of a plan", (1100, 254), funnel()),
     }
     drawn = {name: picture(title, size, on_card(size, parts)) for name, (title, size, parts) in cards.items()}
