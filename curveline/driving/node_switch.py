@@ -43,14 +43,18 @@ class SwitchCheck:
         return {"well": self.is_well, **asdict(self)}
 
 
-def check_switch(place: NodePlace, seconds: float) -> SwitchCheck:
-    """Wait until the lower end's switch was pressed and let go, so long at most; the motors are let alone."""
+def check_switch(place: NodePlace, seconds: float, told: Callable[[str], None]) -> SwitchCheck:
+    """Wait until the lower end's switch was pressed and let go, so long at most; the motors are let alone.
+
+    `told` hears a word for each state that it is seen in.
+    """
     if not 1.0 <= seconds <= LONGEST_S:
         raise InvalidInput(f"nobody presses a switch within {seconds:g} s", f"say 1 to {LONGEST_S:g} seconds")
     own, spare = _States(), _States()
     with place.tried() as errand:
         for switches in _looks(place, errand, seconds):
-            own.see(closed=switches[AXES.index(AXIS)])
+            if own.see(closed=switches[AXES.index(AXIS)]):
+                told("closed" if own.settled[-1] else "open")
             spare.see(closed=switches[AXES.index(SPARE)])
             if own.has_worked:
                 break
@@ -65,11 +69,14 @@ class _States:
         self._newest = False
         self._times = 0
 
-    def see(self, *, closed: bool) -> None:
+    def see(self, *, closed: bool) -> bool:
+        """Take a look; whether it has come to another state."""
         self._times = self._times + 1 if closed == self._newest else 1
         self._newest = closed
-        if self._times >= SETTLED and self.settled[-1:] != [closed]:
-            self.settled.append(closed)
+        if self._times < SETTLED or self.settled[-1:] == [closed]:
+            return False
+        self.settled.append(closed)
+        return True
 
     @property
     def has_worked(self) -> bool:

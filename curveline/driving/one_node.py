@@ -119,10 +119,13 @@ class OneNode:
         with self._named():
             return check(self._place, axes, told)
 
-    def check_switch(self, seconds: float = 30.0) -> SwitchCheck:
-        """Wait until the lower end's switch was pressed and let go, `seconds` at most, and say whether it works."""
+    def check_switch(self, seconds: float = 30.0, told: Callable[[str], None] = lambda word: None) -> SwitchCheck:
+        """Wait until the lower end's switch was pressed and let go, `seconds` at most, and say whether it works.
+
+        `told` hears a word for each state that it is seen in.
+        """
         with self._named():
-            return check_switch(self._place, seconds)
+            return check_switch(self._place, seconds, told)
 
     def calibrate(self, axis: str, ruler: Ruler, *, way: float | None = None, repeats: int = REPEATS) -> Calibration:
         """Move an axis several times, and ask `ruler` how far it went; what a turn of its gear makes by that."""

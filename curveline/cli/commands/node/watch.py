@@ -53,7 +53,7 @@ def _press(node: OneNode, seconds: float, *, as_json: bool) -> int:
     from curveline.cli.printing.reports.node_trials import describe_switch
 
     screen.note(f"press the switch of translate's lower end now, and let it go; this waits {seconds:g} s")
-    found = node.check_switch(seconds)
+    found = node.check_switch(seconds, screen.note)
     if as_json:
         screen.emit(node.told("switch", found.document()))
     else:
