@@ -150,6 +150,14 @@ TUNING = ResultKind(
 )
 """Of how a motor answers to its duty."""
 
+CHANNELS = ResultKind(
+    _with_pictures(
+        {".json": "curveline.radio.measuring.channels:to_json", ".csv": "curveline.driving.channels:to_csv"},
+        "curveline.figures.channels:draw",
+    )
+)
+"""Of how busy the channels of the radio are."""
+
 TRADE = ResultKind(_with_pictures({".json": "curveline.bench.report:to_json"}, "curveline.bench.trade_figure:draw"))
 """Of what a benchmark measured."""
 

@@ -18,7 +18,7 @@ MODULES = sorted(ROOT.rglob("*.py"))
 LEFT_TO_RIGHT = """
 _version errors units phrases listening notebook system sections material scene drive_settings plan_file shapes drawings
 kernels rod rod/geometry rod/planar rod/states rod/spatial/terms rod/spatial rod/models rod/branches
-radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports
+radio/protocol radio radio/site radio/node radio/host radio/mock radio/ports radio/measuring
 simulation loading planning atlases fitting surfaces
 cameras cameras/synthetic trial tracing comparing calibrating
 replay displays figures outputs driving driving/lines driving/looking

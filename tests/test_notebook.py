@@ -35,6 +35,7 @@ DRAWN = {
 }
 TABLES = {
     "Adoption",
+    "ChannelScan",
     "BenchComparison",
     "DisplayCheck",
     "DisplayStatus",
@@ -106,6 +107,7 @@ def made(runs: Path) -> Iterator[Any]:
         yield adoption.record()
         yield session.status()
         yield session.scan()
+        yield session.channels(1.0)
         yield session.dry_run(plan)
         yield session.send(plan)
         yield session.rod()

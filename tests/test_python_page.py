@@ -36,6 +36,7 @@ from curveline.fitting.fit import Fit
 from curveline.loading.snap_through import Loading
 from curveline.material.drum_fit import SetFit
 from curveline.plan_file import Plan
+from curveline.radio.measuring.channels import ChannelScan
 from curveline.radio.site.key_file import SiteFile
 from curveline.replay.trials import Trials
 from curveline.rod.states.equilibrium import Equilibrium
@@ -71,6 +72,7 @@ STANDS_FOR: dict[str, Any] = {
     "log": RunLog,
     "node": OneNode,
     "plan": Plan,
+    "quiet": ChannelScan,
     "report": ShapeReport,
     "result": RunResult,
     "run": Run,

@@ -48,6 +48,7 @@ from curveline.cli.commands.node import check as node_check
 from curveline.cli.commands.node import settings as node_settings
 from curveline.cli.commands.node import status as node_status
 from curveline.cli.commands.node import watch as node_watch
+from curveline.cli.commands.radio import scan as radio_scan
 from curveline.cli.commands.runs import listing
 from curveline.cli.commands.runs import show as show_run
 from curveline.cli.misuse import misuse_of
@@ -73,7 +74,8 @@ OF_ONE_NODE = (
     *(node_status.status, info.info, clear.clear, home.home, blink.blink, jog.jog, zero.zero, node_watch.watch),
     *(node_check.check, node_calibrate.calibrate, tune.tune, node_settings.settings),
 )
-LINKED = (send.send, watch.watch, status.status, stop.stop, adopt.adopt, *OF_ONE_NODE)
+OF_THE_AIR = (radio_scan.scan,)
+LINKED = (send.send, watch.watch, status.status, stop.stop, adopt.adopt, *OF_ONE_NODE, *OF_THE_AIR)
 """Commands that have a radio in use."""
 
 COMPUTING = "Compute"
@@ -142,6 +144,12 @@ _group(
     "One node: how it is, what brings it back to work, and how it is tried out.",
     DRIVING,
     OF_ONE_NODE,
+)
+_group(
+    "radio",
+    "The air between a host and its nodes: quiet channels, how well a node is heard, what is said.",
+    SETTING_UP,
+    OF_THE_AIR,
 )
 runs = _group(
     "runs",

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from curveline.driving.run_result import RunResult
     from curveline.driving.runs import Run
     from curveline.driving.wishes import Wish
+    from curveline.radio.measuring.channels import ChannelScan
     from curveline.scene import Display
     from curveline.system.files import AnyPath
 
@@ -149,6 +150,13 @@ class Session:
         """Who is on the air, without keys; `tests_chips` asks what can be told of the radio chips instead."""
         self.close()
         return scan_display(self.spec, self.drive, self.folder, tests_chips=tests_chips)
+
+    def channels(self, seconds: float = 120.0) -> ChannelScan:
+        """For what part of the time others send on each channel, which is listened to for so long; nothing is sent."""
+        from curveline.driving.air import scan_channels
+
+        self.close()
+        return scan_channels(self.spec, (self.drive, self.named), self.folder, seconds)
 
     def find_devices(self, *numbers: int) -> Adoption:
         """Which devices are the nodes, or those with some `numbers`; `record` of it writes them into the key file.

@@ -68,6 +68,14 @@ class Radio(Protocol):
         """Give the radio back; a second call does nothing."""
         ...
 
+    def carriers(self) -> Sequence[int]:
+        """The channels, of 126, on which somebody sends just now, in rising order; nothing is sent meanwhile."""
+        ...
+
+    def set_power(self, power: str) -> None:
+        """Send with one of `POWERS_DBM` from now on; LinkError if this radio has only one."""
+        ...
+
     def now_us(self) -> int:
         """Time that only grows [us]."""
         ...

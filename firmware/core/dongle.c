@@ -58,7 +58,7 @@ static void refuse(cl_dongle *dongle, uint8_t id, uint8_t request, uint8_t why) 
 
 static void identify(cl_dongle *dongle, uint8_t id) {
     uint8_t body[CL_DONGLE_ANSWER + CRC_BYTES] = {CL_DONGLE_IDENT, id, CL_DONGLE_VERSION, dongle->configured};
-    cl_put16(body + 4, CL_DONGLE_CAN_SCAN);
+    cl_put16(body + 4, CL_DONGLE_CAN_SCAN | CL_DONGLE_CAN_SET_POWER);
     cl_put32(body + 6, CL_DONGLE_FIRMWARE);
     body[10] = CL_DONGLE_FRAMES;
     cl_put16(body + 11, dongle->bad_packets);
@@ -70,7 +70,7 @@ static void identify(cl_dongle *dongle, uint8_t id) {
 
 static void on_configure(cl_dongle *dongle, const uint8_t *body, size_t length) {
     cl_dongle_settings settings;
-    if (length != 8) {
+    if (length != 8 && length != 9) {
         refuse(dongle, body[1], body[0], CL_DONGLE_MALFORMED);
         return;
     }
@@ -79,9 +79,10 @@ static void on_configure(cl_dongle *dongle, const uint8_t *body, size_t length) 
     settings.width = body[4];
     settings.retries = body[5];
     settings.delay_us = cl_get16(body + 6);
+    settings.power = length == 9 ? body[8] : CL_DONGLE_FULL_POWER; /* hosts before 1.1 say none */
     bool fits = settings.channel < CL_DONGLE_CHANNELS && settings.rate <= 2 && settings.width >= 3 &&
                 settings.width <= CL_DONGLE_ADDRESS && settings.retries <= 15 && settings.delay_us >= 250 &&
-                settings.delay_us <= 4000;
+                settings.delay_us <= 4000 && settings.power <= CL_DONGLE_FULL_POWER;
     if (!fits) {
         refuse(dongle, body[1], body[0], CL_DONGLE_MALFORMED);
         return;

@@ -11,12 +11,13 @@
 #include <stdint.h>
 
 #define CL_DONGLE_VERSION 1u
-#define CL_DONGLE_FIRMWARE 0x00010000u /* major, minor, patch */
+#define CL_DONGLE_FIRMWARE 0x00010100u /* major, minor, patch */
 #define CL_DONGLE_FRAMES 16u
 #define CL_DONGLE_ADDRESS 5u
 #define CL_DONGLE_PAYLOAD 32u
 #define CL_DONGLE_UNIQUE 16u
 #define CL_DONGLE_CHANNELS 126u
+#define CL_DONGLE_FULL_POWER 3u
 #define CL_DONGLE_FRAME (CL_DONGLE_ADDRESS + CL_DONGLE_PAYLOAD)
 #define CL_DONGLE_BODY (3u + CL_DONGLE_FRAMES * CL_DONGLE_FRAME) /* the longest request, without its checksum */
 #define CL_DONGLE_ANSWER 38u                                     /* the longest answer, without its checksum */
@@ -39,15 +40,16 @@ enum {
 enum { CL_DONGLE_UNKNOWN = 1, CL_DONGLE_MALFORMED = 2, CL_DONGLE_UNCONFIGURED = 3, CL_DONGLE_CHIP = 4 };
 
 /* What IDENT says the dongle can do beyond schedules. */
-enum { CL_DONGLE_CAN_SCAN = 1 };
+enum { CL_DONGLE_CAN_SCAN = 1, CL_DONGLE_CAN_SET_POWER = 2 };
 
-/* Settings of the radio: rate 0 is 250 kbps, 1 is 1 Mbps, 2 is 2 Mbps. */
+/* Settings of the radio: rate 0 is 250 kbps, 1 is 1 Mbps, 2 is 2 Mbps; power 0 to 3 is -18, -12, -6, 0 dBm. */
 typedef struct {
     uint8_t channel;
     uint8_t rate;
     uint8_t width;
     uint8_t retries;
     uint16_t delay_us;
+    uint8_t power;
 } cl_dongle_settings;
 
 /* What one transmission came to. */

@@ -28,7 +28,7 @@ typedef struct {
 } setting;
 
 static void wanted(const cl_dongle_settings *settings, setting list[SETTINGS_COUNT]) {
-    static const uint8_t rates[3] = {0x26, 0x06, 0x0E}; /* full power */
+    static const uint8_t rates[3] = {0x20, 0x00, 0x08};
     const setting all[SETTINGS_COUNT] = {
         {REG_CONFIG, CONFIG_SEND},
         {REG_EN_AA, 0x01},
@@ -36,7 +36,7 @@ static void wanted(const cl_dongle_settings *settings, setting list[SETTINGS_COU
         {REG_SETUP_AW, (uint8_t)(settings->width - 2)},
         {REG_SETUP_RETR, (uint8_t)((settings->delay_us / 250 - 1) << 4 | settings->retries)},
         {REG_RF_CH, settings->channel},
-        {REG_RF_SETUP, rates[settings->rate]},
+        {REG_RF_SETUP, (uint8_t)(rates[settings->rate] | settings->power << 1)},
         {REG_FEATURE, FEATURES},
         {REG_DYNPD, 0x01},
     };
@@ -195,6 +195,7 @@ cl_dongle_outcome cl_sender_transmit(cl_sender *sender, const uint8_t *address, 
 bool cl_sender_carrier(cl_sender *sender, uint8_t channel) {
     const cl_sender_pins *pins = &sender->pins;
     pins->enable(pins->self, false);
+    write_register(pins, REG_EN_AA, 0); /* or it would acknowledge what another host sends to the node it last sent to */
     write_register(pins, REG_CONFIG, CONFIG_LISTEN);
     write_register(pins, REG_RF_CH, channel);
     pins->enable(pins->self, true);

@@ -52,6 +52,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "node calibrate": ("node", "calibrate", "1", "bias", *RADIO, "--yes"),
     "node settings": ("node", "settings", "1", *RADIO, "--yes"),
     "node tune": ("node", "tune", "1", "bias", *RADIO, "--yes"),
+    "radio scan": ("radio", "scan", *RADIO, "--seconds", "1"),
     "display check": ("display", "check", "single"),
     "runs": ("runs", "--display", "single"),
     "runs show": ("runs", "show", "last"),
@@ -65,7 +66,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "bench": ("bench", "--quick", PEAK),
 }
 """Every command that can answer in JSON, as it is typed to do something."""
-LINKED = {"send", "watch", "status", "stop", *(name for name in COMMANDS if name.startswith("node "))}
+LINKED = {"send", "watch", "status", "stop", *(name for name in COMMANDS if name.startswith(("node ", "radio ")))}
 each_command = pytest.mark.parametrize("name", COMMANDS)
 
 

@@ -15,7 +15,8 @@ from .build import CORE, FIRMWARE, shared_library
 UNIQUE = bytes(range(1, 17))
 ADDRESS, PAYLOAD = 5, 32
 SETTINGS = (76, 1, 5, 3, 500)
-"""Channel, rate, address width, repeats, time between them."""
+"""Channel, rate, address width, repeats, time between them; a power may follow."""
+FULL_POWER = 3
 
 
 class Settings(ctypes.Structure):
@@ -25,6 +26,7 @@ class Settings(ctypes.Structure):
         ("width", ctypes.c_uint8),
         ("retries", ctypes.c_uint8),
         ("delay_us", ctypes.c_uint16),
+        ("power", ctypes.c_uint8),
     )
 
     def values(self) -> tuple[int, int, int, int, int]:
@@ -92,7 +94,9 @@ class Core:
         self.said = bytearray()
         self.sent: list[tuple[str, bytes]] = []
         self.configured: list[tuple[int, int, int, int, int]] = []
+        self.powers: list[int] = []
         self.carriers: set[int] = set()
+        self.hears: Callable[[int], bool] = lambda channel: channel in self.carriers
         self.has_chip = True
         self.line_takes = True
         self.lied_length: int | None = None
@@ -137,6 +141,7 @@ class Core:
 
     def _configure(self, _: int, settings: Any) -> bool:
         self.configured.append(settings.contents.values())
+        self.powers.append(settings.contents.power)
         return self.has_chip and self.configure(*self.configured[-1])
 
     def _transmit(self, _: int, address: Any, payload: Any, reply: Any) -> int:
@@ -152,7 +157,7 @@ class Core:
         return outcome
 
     def _carrier(self, _: int, channel: int) -> bool:
-        return channel in self.carriers
+        return self.hears(channel)
 
     def _emit(self, _: int, data: Any, length: int) -> bool:
         if self.line_takes:
@@ -203,7 +208,8 @@ class Sender:
         self._library.cl_sender_init(self._memory, ctypes.byref(self._pins))
 
     def configure(self, *values: int) -> bool:
-        return bool(self._library.cl_sender_configure(self._memory, ctypes.byref(Settings(*(values or SETTINGS)))))
+        settings = Settings(*(values or SETTINGS)[:5], *(values[5:] or (FULL_POWER,)))
+        return bool(self._library.cl_sender_configure(self._memory, ctypes.byref(settings)))
 
     def transmit(self, address: str, payload: bytes) -> tuple[SendOutcome, bytes, int]:
         reply = Reply()

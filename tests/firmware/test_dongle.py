@@ -17,7 +17,7 @@ SCHEDULE = encode_packet(bytes([PacketKind.SCHEDULE, 1]) + schedule_bytes(FRAMES
 
 
 def ident(*, configured: bool = False, bad: int = 0, number: int = 9) -> bytes:
-    head = bytes([PacketKind.IDENT, number, 1, configured, 1, 0, 0, 0, 1, 0, 16])
+    head = bytes([PacketKind.IDENT, number, 1, configured, 3, 0, 0, 1, 1, 0, 16])
     return head + bad.to_bytes(2, "little") + UNIQUE
 
 
@@ -91,6 +91,15 @@ def test_settings_reach_the_radio(core: Core) -> None:
     assert core.configured == [values]
 
 
+@pytest.mark.parametrize("power", range(4))
+def test_a_host_may_name_a_power_and_one_that_does_not_gets_all(core: Core, power: int) -> None:
+    assert core.ask(PacketKind.CONFIGURE, settings_bytes() + bytes([power])) == [bytes([PacketKind.CONFIGURED, 7])]
+    core.ask(PacketKind.SCAN)
+    core.ask(PacketKind.SCHEDULE, schedule_bytes(FRAMES[:1]))
+    core.ask(PacketKind.CONFIGURE, settings_bytes())
+    assert core.powers == [power, power, 3], "as it was after a scan, and in full if nothing is said"
+
+
 @pytest.mark.parametrize(
     "values",
     [
@@ -112,7 +121,8 @@ def test_settings_out_of_range_do_not(core: Core, values: tuple[int, ...]) -> No
     ("kind", "rest"),
     [
         (PacketKind.CONFIGURE, settings_bytes()[:-1]),
-        (PacketKind.CONFIGURE, settings_bytes() + b"\0"),
+        (PacketKind.CONFIGURE, settings_bytes() + b"\4"),
+        (PacketKind.CONFIGURE, settings_bytes() + b"\3\0"),
         (PacketKind.SCHEDULE, b""),
         (PacketKind.SCHEDULE, b"\0"),
         (PacketKind.SCHEDULE, schedule_bytes(FRAMES[:2])[:-1]),

@@ -12,8 +12,8 @@ import pytest
 
 from curveline.radio.ports.dongle import PacketKind, SendOutcome
 from radio.chip import Chip
-from radio.chip_setup import Host, Listener
-from radio.chipbank import CONFIG, DYNPD, EN_AA, EN_RXADDR, FEATURE, RF_CH, RF_SETUP, SETUP_AW, SETUP_RETR
+from radio.chip_setup import Host, Listener, write
+from radio.chipbank import CONFIG, DYNPD, EN_AA, EN_RXADDR, FEATURE, RF_CH, RF_SETUP, SETUP_AW, SETUP_RETR, TX_ADDR
 from radio.ether import Ether
 
 from .build import CORE, FIRMWARE, HERE, CompilerError, compiler, executable, gcc, run_compiler, zig
@@ -193,6 +193,24 @@ def test_every_register_takes_its_value(bench: Bench) -> None:
         assert (bank[FEATURE], bank[DYNPD]) == (6, 1)
 
 
+@pytest.mark.parametrize(("power", "bits"), [*enumerate((0x00, 0x02, 0x04, 0x06))])
+def test_a_power_reaches_the_chip_and_stays_after_a_dip(bench: Bench, power: int, bits: int) -> None:
+    assert bench.sender.configure(40, 1, 5, 3, 500, power)
+    assert bench.chip.bank[RF_SETUP] == bits
+    bench.chip.reset()
+    assert bench.sender.transmit(A, PAYLOAD)[0] is SendOutcome.NOTHING
+    assert bench.chip.bank[RF_SETUP] == bits
+
+
+def test_wlan_shows_on_its_channels_for_the_time_it_takes(bench: Bench) -> None:
+    assert bench.sender.configure()
+    bench.ether.noise = lambda channel, now_us: 62 <= channel <= 82 and now_us // 10_000 % 4 == 0
+    found = [[bench.sender.carrier(channel) for channel in (61, 62, 76, 82, 83)] for _ in range(100)]
+    assert [round(sum(each) / 100, 1) for each in zip(*found, strict=True)] == pytest.approx(
+        [0, 0.25, 0.25, 0.25, 0], abs=0.1
+    )
+
+
 @pytest.mark.parametrize(("rate", "name", "delay_us"), [(0, "250kbps", 1500), (1, "1Mbps", 500), (2, "2Mbps", 500)])
 def test_a_frame_arrives_and_the_loaded_answer_comes_back(bench: Bench, rate: int, name: str, delay_us: int) -> None:
     node = Listener(bench.ether, address_of(A), name)
@@ -317,6 +335,23 @@ def test_the_scan_finds_who_is_sending_and_nobody_else(bench: Bench) -> None:
     Listener(bench.ether, address_of(A))
     assert bench.sender.configure()
     assert bench.sender.transmit(A, PAYLOAD)[0] is SendOutcome.ACKED
+
+
+def test_a_scan_acknowledges_nothing_that_it_overhears(bench: Bench) -> None:
+    """Another host sends to the node that this one sent to last, while this one listens on that channel."""
+    node = Listener(bench.ether, address_of(A))
+    assert bench.sender.configure()
+    assert bench.sender.transmit(A, PAYLOAD)[0] is SendOutcome.ACKED
+    node.chip.ce = 0
+    other = Host(bench.ether)
+    write(other.chip, TX_ADDR, *address_of(A))
+    other.chip.command(bytes([0xA0]) + PAYLOAD)
+    other.chip.ce = 1
+    bench.ether.advance(bench.ether.now_us + 500)
+    sent = bench.ether.sent
+    assert bench.sender.carrier(76)
+    assert bench.ether.sent - sent == 1, "its repeat, and nothing that answers it"
+    assert bench.chip.bank.rx == []
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.3, 0.6])

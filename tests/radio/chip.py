@@ -39,6 +39,8 @@ from .chipbank import (
 
 START_US = 1500
 TURN_US = 130
+GAIN_US = 40
+"""Between the receiver's being on and its knowing how strong what it hears is."""
 PULSE_US = 10
 ARD_US = 250
 
@@ -88,6 +90,10 @@ class Medium(Protocol):
         """Put a packet into the air now; the sender is told when it is out."""
         ...
 
+    def has_carrier(self, listener: Chip, channel: int) -> bool:
+        """Whether anybody but `listener` sends on a channel now."""
+        ...
+
 
 class Mode(Enum):
     """What the radio part of the chip is doing."""
@@ -124,6 +130,7 @@ class Chip:
     def _power_on(self) -> None:
         self.bank = Bank()
         self._last: dict[int, tuple[int, int]] = {}
+        self._is_latched = False
         self._rise_us = 0
         self._listening_from: int | None = None
         self.mode = Mode.DOWN
@@ -145,6 +152,7 @@ class Chip:
     def ce(self, level: int) -> None:
         if level == self._ce:
             return
+        self._sense()
         self._ce = level
         now_us = self._ether.now_us
         if level:
@@ -160,6 +168,7 @@ class Chip:
 
     def select(self) -> None:
         """CSN goes low: a command begins."""
+        self._sense()
         self._bus = Transaction(self.bank)
 
     def transfer(self, byte: int) -> int:
@@ -194,6 +203,13 @@ class Chip:
             if self.on_irq is not None:
                 self._ether.at(self._ether.now_us, partial(self.on_irq, level))  # once the chip is done here
 
+    def _sense(self) -> None:
+        """RPD follows what is in the air while the chip listens; a packet, or the end of that, keeps it as it is."""
+        since_us = self._listening_from
+        knows = self.mode is Mode.RX and since_us is not None and self._ether.now_us >= since_us + GAIN_US
+        if knows and not self._is_latched:
+            self.bank.rpd = int(self._ether.has_carrier(self, self.bank[RF_CH]))
+
     # What the radio part does
 
     def _enter(self, mode: Mode) -> None:
@@ -226,7 +242,7 @@ class Chip:
             if self.mode is not Mode.RX:
                 self._enter(Mode.RX)
                 self._listening_from = self._ether.now_us + TURN_US
-                self.bank.rpd = 0
+                self.bank.rpd, self._is_latched = 0, False
         elif self._ce and self.bank.tx and self.bank.tx[0].pipe is None and not self.bank.flags & MAX_RT:
             self._enter(Mode.TX_SETTLING)
             self.bank.arc = 0
@@ -286,7 +302,7 @@ class Chip:
 
     def take(self, packet: Packet) -> None:
         """A packet that was heard unspoilt; it counts if its format and address are those of a pipe."""
-        self.bank.rpd = 1
+        self.bank.rpd, self._is_latched = 1, True
         if (packet.kbps, packet.crc_bytes) != (self.bank.kbps, self.bank.crc_bytes):
             return
         for pipe in range(6):

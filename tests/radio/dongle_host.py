@@ -24,6 +24,7 @@ from curveline.radio.node.machine import NodeMachine
 from curveline.radio.node.plant import MotorPlant
 from curveline.radio.node.state import HOMED, NOWHERE, Identity, Memory
 from curveline.radio.ports.dongle import SendOutcome
+from curveline.radio.protocol.band import POWERS_DBM
 from curveline.radio.protocol.keys import Site
 from curveline.radio.protocol.motion import axes_of
 from curveline.radio.site.key_file import adopt, new_site
@@ -45,6 +46,7 @@ class Room:
         self.site = site or mock_site(drive)
         self.axes = axes_of(drive)
         self.air = Air(weather or Weather(), drive.data_rate, Random(7))
+        self.air.channel = drive.channel
         self.plants = [MotorPlant((0, 0, 0)) for _ in drive.addresses]
         self.nodes = [self._new_node(index, Memory()) for index in range(drive.node_count)]
         self.antennas = {
@@ -103,6 +105,8 @@ class DongleHost:
         self.path = path
         self.room = room
         self.core = Core(self._transmit)
+        if room.air.weather.noise:
+            self.core.hears = lambda channel: channel in room.air.carriers()
         self.mute = False
         self.pull: Pull | None = None
         self.gone_at = 0.0
@@ -152,6 +156,7 @@ class DongleHost:
 
     def _transmit(self, address: str, payload: bytes) -> tuple[SendOutcome, bytes, int]:
         self._frames += 1
+        self.room.air.power = list(POWERS_DBM)[self.core.powers[-1]]
         return self.room.transmit(address, payload)
 
     def _carry(self) -> None:

@@ -30,7 +30,8 @@ class Ether:
     """Connects chips; `loss` is the chance that a packet does not arrive at a receiver, acknowledgements included,
     `corrupt` that one bit of its payload is wrong and the CRC has not noticed.
 
-    `jams` can lose packets on purpose: it is asked with sender, receiver and packet. `sent` counts all packets.
+    `jams` can lose packets on purpose: it is asked with sender, receiver and packet. `noise` says whether somebody
+    else sends on a channel at a time [us]; what is sent meanwhile is lost. `sent` counts all packets.
     """
 
     def __init__(self, loss: float = 0.0, corrupt: float = 0.0, seed: int = 0) -> None:
@@ -38,6 +39,7 @@ class Ether:
         self.loss = loss
         self.corrupt = corrupt
         self.jams: Callable[[Chip, Chip, Packet], bool] | None = None
+        self.noise: Callable[[int, int], bool] = lambda channel, now_us: False
         self.sent = 0
         self._random = Random(seed)
         self._order = count()
@@ -79,8 +81,15 @@ class Ether:
         self.sent += 1
         self.at(self.now_us + packet.air_us, partial(self._land, flight))
 
+    def has_carrier(self, listener: Chip, channel: int) -> bool:
+        """See Medium."""
+        chips = any(each.packet.channel == channel and each.sender is not listener for each in self._flights)
+        return chips or self.noise(channel, self.now_us)
+
     def _land(self, flight: Flight) -> None:
         self._flights.remove(flight)
+        ends_us = (flight.start_us, self.now_us)
+        flight.spoilt = flight.spoilt or any(self.noise(flight.packet.channel, each) for each in ends_us)
         listening = [
             chip for chip in self._chips if chip is not flight.sender and chip.hears(flight.packet, flight.start_us)
         ]

@@ -15,17 +15,20 @@ from curveline.radio.mock.air import Weather
 from curveline.radio.node.machine import NodeMachine
 from curveline.radio.node.plant import MotorPlant
 from curveline.radio.node.state import Identity, Memory
+from curveline.radio.protocol.band import POWERS_DBM
 from curveline.radio.protocol.keys import Site
 from curveline.radio.protocol.motion import axes_of
 from firmware.build import shared_library
 
-from .chip import Chip
+from .chip import Chip, Packet
 from .chip_node import ChipNode
 from .chip_setup import Listener
+from .chipbank import RF_SETUP
 from .ether import Ether
 
 CE, CSN = 22, 0
 SPEC = f"nrf24:{CE},{CSN}"
+NOISE_US = 1700
 TRANSFER_US = 20
 """What one SPI transfer costs on a Raspberry Pi, about."""
 
@@ -57,6 +60,8 @@ class SpiRig:
 
     def __init__(self, folder: Path, drive: DriveSettings, site: Site, weather: Weather, seed: int = 0) -> None:
         self.ether = Ether(weather.loss, weather.corrupt, seed)
+        if weather.noise or weather.margin is not None:
+            self.ether.noise, self.ether.jams = self._is_noisy, self._fades
         self.site = site
         self.ce_connected = True
         self._weather = weather
@@ -90,6 +95,16 @@ class SpiRig:
     def fail_transfers(self, count: int) -> None:
         """Let the next transfers on the bus fail."""
         self._library.shim_fail(ctypes.c_int(count))
+
+    def _is_noisy(self, channel: int, now_us: int) -> bool:
+        """WLAN sends for so long, or not, at a stretch."""
+        return Random(now_us // NOISE_US).random() < self._weather.noise_on(channel)
+
+    def _fades(self, sender: Chip, receiver: Chip, packet: Packet) -> bool:
+        """What the sender's power and distance do to a packet."""
+        power_dbm = list(POWERS_DBM.values())[sender.bank[RF_SETUP] >> 1 & 3]
+        chance = Weather(margin=self._weather.margin).lost(packet.channel, power_dbm)
+        return self._random.random() < chance
 
     def _new_node(self, number: int, drive: DriveSettings, site: Site) -> ChipNode:
         node = NodeMachine(Identity(number, site), axes_of(drive), MotorPlant((0, 0, 0)), Memory())

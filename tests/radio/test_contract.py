@@ -108,6 +108,50 @@ def test_it_has_the_methods_of_a_radio(world: World) -> None:
     assert len(world.radio.site.chips) == 2
 
 
+# The air
+
+
+def test_it_hears_who_else_sends_and_for_what_part_of_the_time(display: Display) -> None:
+    world = display(Weather(noise=((6, 0.5),)))
+    looks = [set(world.radio.carriers()) for _ in range(40)]
+    for channel in (0, 26, 48, 76, 125):
+        assert not any(channel in look for look in looks), channel
+    for channel in (27, 37, 47):
+        assert 8 <= sum(channel in look for look in looks) <= 32, channel
+    assert answered_soon(world, 1), "it is back on its own channel"
+    assert all(node.tally.bad_tags == 0 for node in world.nodes())
+
+
+def test_noise_on_its_channel_costs_packets_and_elsewhere_none(display: Display) -> None:
+    world = display(Weather(noise=((6, 0.9),)))
+    assert [retries_of(world) for _ in range(2)] == [0, 0]
+
+
+def test_noise_on_its_channel_costs_packets(display: Display) -> None:
+    assert retries_of(display(Weather(noise=((13, 0.5),)))) > 20
+
+
+def test_less_power_reaches_less_far_and_full_power_is_what_it_begins_with(display: Display) -> None:
+    world = display(Weather(margin=16.0))
+    full = retries_of(world)
+    world.radio.set_power("min")
+    least = retries_of(world)
+    world.radio.set_power("max")
+    assert retries_of(world) < 30 > full
+    assert least > 55
+
+
+def retries_of(world: World) -> int:
+    """How often 40 packets were sent again."""
+    return sum(answer.retries for index in range(40) for answer in world.radio.exchange([query(world, 1, index)]))
+
+
+def answered_soon(world: World, number: int) -> bool:
+    """Whether a node answers one of a few questions."""
+    answers = [answer for attempt in range(9) for answer in world.radio.exchange([query(world, number, attempt)])]
+    return any(answered(world, number, answer) for answer in answers)
+
+
 def test_its_time_only_grows_and_sleeping_reaches_the_moment(world: World) -> None:
     radio = world.radio
     times = [radio.now_us()]

@@ -117,7 +117,7 @@ def dongle(line: WireLine) -> Dongle:
 def test_the_handshake_tells_who_is_there_and_sets_the_radio_up(line: WireLine) -> None:
     dongle = Dongle(line, "here")
     ident = dongle.introduce()
-    assert (ident.version, ident.firmware, ident.capabilities, ident.bad_packets) == (1, 0x10000, 1, 0)
+    assert (ident.version, ident.firmware, ident.capabilities, ident.bad_packets) == (1, 0x10100, 3, 0)
     assert ident.unique == UNIQUE
     for number, rate in enumerate(RATES_KBPS):
         dongle.configure(90 + number, rate)

@@ -53,6 +53,10 @@ def mock_world(spec: str, setting: Setting) -> Iterator[World]:
     """The mock display."""
     weather = setting.weather
     chances = f"loss={weather.loss},dup={weather.duplicate},stale={weather.stale},corrupt={weather.corrupt}"
+    if weather.noise:
+        chances += f",noise={'+'.join(f'{number}@{share}' for number, share in weather.noise)}"
+    if weather.margin is not None:
+        chances += f",weak={weather.margin}"
     spec = f"mock:{spec}{chances},seed={SEED}"
     radio = open_radio(spec, setting.drive, setting.folder)
     assert isinstance(radio, MockRadio)

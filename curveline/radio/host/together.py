@@ -24,6 +24,14 @@ class RadioShare:
         """See Radio."""
         return self._radio.exchange(frames)
 
+    def carriers(self) -> Sequence[int]:
+        """See Radio."""
+        return self._radio.carriers()
+
+    def set_power(self, power: str) -> None:
+        """See Radio."""
+        self._radio.set_power(power)
+
     def close(self) -> None:
         """See Radio; the radio stays with the others."""
 

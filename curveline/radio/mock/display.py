@@ -25,6 +25,7 @@ from curveline.radio.node.machine import NodeMachine
 from curveline.radio.node.plant import PER_MILLE, MotorPlant
 from curveline.radio.node.state import Memory
 from curveline.radio.protocol.air_time import RATES_KBPS
+from curveline.radio.protocol.band import CHANNELS
 from curveline.radio.protocol.codes import Counts
 from curveline.radio.protocol.keys import ZERO_MASTER, Site
 from curveline.radio.protocol.node_settings import node_settings
@@ -33,6 +34,8 @@ from curveline.radio.site.key_file import hardware_site, keys_at_hand
 SAMPLE_MS = 20
 OTHER_GEAR = 2.98
 """How much further an axis goes per count with a gear of 100:1 in place of 298:1."""
+LOOK_US = 1000
+"""How long a channel is listened to for others, as by a dongle."""
 REST_STEP_MS = 100
 REOPEN_US = 50_000
 """How long it takes to find out that a radio is still away."""
@@ -171,6 +174,7 @@ class MockRadio:
         self.sleep_until(1000 * self._troubles.asleep_until_ms)
         self._reach()
         begin_us = self.now_us()
+        self._chip.air.channel = self._channel
         heard = self._chip.air.unheard()
         stations = [self._stations[number - 1] for number in self._listening(address)]
         if stations:
@@ -237,6 +241,16 @@ class MockRadio:
     def sleep_until(self, moment_us: int) -> None:
         """See Radio."""
         self._chip.sleep_until(moment_us)
+
+    def carriers(self) -> Sequence[int]:
+        """See Radio."""
+        self._reach()
+        self.sleep_until(self.now_us() + CHANNELS * LOOK_US)
+        return self._chip.air.carriers()
+
+    def set_power(self, power: str) -> None:
+        """See Radio."""
+        self._chip.air.power = power
 
     @property
     def is_virtual(self) -> bool:

@@ -13,8 +13,12 @@ from curveline.drive_settings import AXES
 from curveline.errors import InvalidInput
 from curveline.radio.mock.air import Weather
 from curveline.radio.mock.fault_injection import MISHAPS, Form, Mishap
+from curveline.radio.protocol.band import WLAN_CHANNELS
 
 NAMES = "a name alone, such as mock:stall, is answered with how it is written; there are"
+
+BUSY_SHARE = 0.3
+"""For what part of the time somebody sends on a WLAN channel that is only named."""
 
 
 @dataclass(frozen=True)
@@ -171,6 +175,24 @@ def _excess(text: str) -> float:
     return 0.01 * value
 
 
+def _noise(text: str) -> tuple[tuple[int, float], ...]:
+    """WLAN channels and how busy they are, such as 6 or 1@0.2+13."""
+    pairs = []
+    for part in text.split("+"):
+        number, at, share = part.partition("@")
+        if _whole(number) not in WLAN_CHANNELS:
+            raise ValueError
+        pairs.append((int(number), _chance(share) if at else BUSY_SHARE))
+    return tuple(pairs)
+
+
+def _margin(text: str) -> float:
+    value = float(text)
+    if not -20.0 <= value <= 60.0:
+        raise ValueError
+    return value
+
+
 def _whole(text: str) -> int:
     if not re.fullmatch(r"[0-9]{1,9}", text):
         raise ValueError
@@ -178,13 +200,22 @@ def _whole(text: str) -> int:
 
 
 _FLAGS = ("realtime", "fresh", "keys", "repower", "bare")
-_WEATHER = {"loss": "loss", "dup": "duplicate", "stale": "stale", "corrupt": "corrupt"}
+_WEATHER = {
+    "loss": "loss",
+    "dup": "duplicate",
+    "stale": "stale",
+    "corrupt": "corrupt",
+    "noise": "noise",
+    "weak": "margin",
+}
 _A_CHANCE = "<number from 0 to below 1>"
 _READERS: Mapping[str, tuple[Callable[[str], object], str]] = {
     "loss": (_chance, _A_CHANCE),
     "dup": (_chance, _A_CHANCE),
     "stale": (_chance, _A_CHANCE),
     "corrupt": (_chance, _A_CHANCE),
+    "noise": (_noise, "<WLAN channel from 1 to 13>, several with +, @<part of the time> after each that is not @0.3"),
+    "weak": (_margin, "<dB from -20 to 60>"),
     "seed": (_whole, "<whole number>"),
     "nodes": (_whole, "<whole number>"),
     "spread": (_slowness, "<number from 0 to 0.9>"),

@@ -14,11 +14,13 @@ from zlib import crc32
 from curveline.errors import LinkError
 from curveline.radio.interface import Answer
 from curveline.radio.protocol.air_time import PACKET_BITS, RATES_KBPS, RETRIES, TURN_US
+from curveline.radio.protocol.band import CHANNELS, FULL_POWER, POWERS_DBM
 
 VERSION = 1
 CRC_BYTES = 4
 ADDRESS_BYTES = 5
-CHANNELS = 126
+CAN_SET_POWER = 2
+"""The bit of a dongle's capabilities that says so."""
 PACKET_LIMIT = 700
 """Bytes between two zeros after which nothing that a dongle says can be meant."""
 
@@ -195,11 +197,12 @@ class Dongle:
                 )
         raise LineSilent("it does not answer as a dongle would")
 
-    def configure(self, channel: int, data_rate: str) -> None:
-        """Set up its radio; LinkError if its chip does not answer."""
+    def configure(self, channel: int, data_rate: str, power: str = FULL_POWER) -> None:
+        """Set up its radio; LinkError if its chip does not answer. A dongle that knows only full power is told none."""
         rate = list(RATES_KBPS).index(data_rate)
         delay = DELAY_US[data_rate].to_bytes(2, "little")
-        self._ask(PacketKind.CONFIGURE, bytes([channel, rate, ADDRESS_BYTES, RETRIES]) + delay)
+        last = b"" if power == FULL_POWER else bytes([list(POWERS_DBM).index(power)])
+        self._ask(PacketKind.CONFIGURE, bytes([channel, rate, ADDRESS_BYTES, RETRIES]) + delay + last)
         self._quiet_s = ANSWER_S + frame_s(data_rate)
         self._answer(PacketKind.CONFIGURED, self._quiet_s)
 

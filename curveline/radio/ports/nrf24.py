@@ -20,6 +20,7 @@ from curveline.radio.clock import steady_us
 from curveline.radio.interface import Answer, InUse, RadioGone, check_frames
 from curveline.radio.ports.gpio_chip import header_chip, library_chip
 from curveline.radio.protocol.air_time import RATES_KBPS, RETRIES
+from curveline.radio.protocol.band import CHANNELS, FULL_POWER
 from curveline.radio.protocol.codes import FRAME_BYTES
 from curveline.radio.protocol.keys import Site
 from curveline.radio.site.key_file import hardware_site
@@ -42,6 +43,8 @@ DELAYS_US = {"250kbps": 1500, "1Mbps": 500, "2Mbps": 500}
 """Between two attempts of the chip: an answer of 32 bytes has to fit in."""
 QUEUE = 3
 """Answers that the chip's queue holds at most."""
+LOOK_US = 300
+"""How long a channel is listened to for others: 170 us until the chip can tell, and as much again."""
 CHECK_US = 1_000_000
 """How often the settings are read back while all is well."""
 STUCK_US = 50_000
@@ -109,6 +112,7 @@ class Nrf24Radio:
         self._lock: int | None = lock
         self._chip: RF24 | None = RF24(*wiring)
         self._target = ""
+        self._power = FULL_POWER
         self._gone_since_us: int | None = None
         self._checked_us = 0
         self._set_up(self._chip)
@@ -118,11 +122,7 @@ class Nrf24Radio:
     def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
         """See Radio; RadioGone if the chip does not answer, and again at every call until it does."""
         check_frames(frames)
-        chip = self._chip
-        if chip is None:
-            raise LinkError("the nrf24 radio is closed")
-        if self._gone_since_us is not None:
-            self._set_up(chip)
+        chip = self._opened()
         try:
             if self._dipped(chip) or self.now_us() - self._checked_us >= CHECK_US:
                 self._check(chip)
@@ -130,6 +130,34 @@ class Nrf24Radio:
             return [self._exchange(chip, address, payload) for address, payload in frames]
         except RuntimeError as error:
             raise self._gone(_reason(str(error))) from error
+
+    def carriers(self) -> Sequence[int]:
+        """See Radio; RadioGone as for exchange. The chip acknowledges nothing that it overhears."""
+        chip = self._opened()
+        found = []
+        try:
+            chip.set_auto_ack(False)
+            chip.start_listening()
+            for channel in range(CHANNELS):
+                chip.ce_pin(False)
+                chip.channel = channel
+                chip.ce_pin(True)
+                self.sleep_until(self.now_us() + LOOK_US)
+                if chip.rpd:
+                    found.append(channel)
+            chip.ce_pin(False)
+            dipped = self._dipped(chip)
+        except RuntimeError as error:
+            raise self._gone(_reason(str(error))) from error
+        self._set_up(chip)
+        if dipped:
+            raise self._gone("it lost its settings while it listened")
+        return found
+
+    def set_power(self, power: str) -> None:
+        """See Radio; RadioGone as for exchange."""
+        self._power = power
+        self._set_up(self._opened())
 
     def close(self) -> None:
         """See Radio; the chip is switched off."""
@@ -151,6 +179,15 @@ class Nrf24Radio:
     def sleep_until(self, moment_us: int) -> None:
         """See Radio."""
         time.sleep(max(0, moment_us - self.now_us()) / 1e6)
+
+    def _opened(self) -> RF24:
+        """The chip, which is there as far as is known."""
+        chip = self._chip
+        if chip is None:
+            raise LinkError("the nrf24 radio is closed")
+        if self._gone_since_us is not None:
+            self._set_up(chip)
+        return chip
 
     # One packet
 
@@ -230,7 +267,7 @@ class Nrf24Radio:
         self._gone_since_us = None
 
     def _configure(self, chip: RF24) -> None:
-        from pyrf24 import RF24_CRC_16, RF24_PA_MAX
+        from pyrf24 import RF24_CRC_16, rf24_pa_dbm_e
 
         delay_us = DELAYS_US[self._drive.data_rate]
         chip.address_width = ADDRESS_BYTES
@@ -240,7 +277,7 @@ class Nrf24Radio:
         chip.dynamic_payloads = True
         chip.ack_payloads = True
         chip.set_retries(delay_us // DELAY_STEP_US - 1, RETRIES)
-        chip.set_pa_level(RF24_PA_MAX)
+        chip.set_pa_level(getattr(rf24_pa_dbm_e, f"RF24_PA_{self._power.upper()}"))
         chip.tx_delay = 0  # it waits for the end of outgoing answers, and this end sends none
         chip.flush_tx()
         chip.flush_rx()

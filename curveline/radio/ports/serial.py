@@ -10,13 +10,15 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError
 from curveline.radio.clock import steady_us
 from curveline.radio.interface import Answer, InUse, RadioGone, check_frames
-from curveline.radio.ports.dongle import HELLOS, Dongle, DongleIdent, Line, LineLost
+from curveline.radio.ports.dongle import CAN_SET_POWER, FLASH_HINT, HELLOS, Dongle, DongleIdent, Line, LineLost
 from curveline.radio.protocol.air_time import RATES_KBPS
+from curveline.radio.protocol.band import FULL_POWER
 from curveline.radio.protocol.keys import Site
 from curveline.radio.site.key_file import hardware_site
 
@@ -33,6 +35,7 @@ PJRC = 0x16C0
 GONE_HINT = "plug it in again; a run that this has ended goes on with `curveline send --resume RUN`"
 NONE_HINT = "see that it is the dongle's port, and that the dongle runs the program in firmware/dongle"
 LOCKED = frozenset({errno.EAGAIN, errno.EACCES, errno.EBUSY})
+Said = TypeVar("Said")
 BAUD = 115200
 """Means nothing on USB, but a port must be opened with some rate."""
 
@@ -60,8 +63,9 @@ class SerialRadio:
         self._open = opener or SerialLine
         self._why, self._hint = "", GONE_HINT
         self._closed = False
+        self._power = FULL_POWER
         self._dongle, ident = self._connect(path, HELLOS)
-        self._unique = ident.unique
+        self._unique, self._capabilities = ident.unique, ident.capabilities
         self._usb_serial = _usb_serial(path)
 
     # Radio
@@ -97,10 +101,22 @@ class SerialRadio:
         """See Radio."""
         time.sleep(max(0, moment_us - self.now_us()) / 1e6)
 
-    def carriers(self) -> list[int]:
-        """The channels on which somebody sends just now; the display's own are silent meanwhile."""
+    def carriers(self) -> Sequence[int]:
+        """See Radio."""
+        return self._asked(lambda dongle: dongle.scan())
+
+    def set_power(self, power: str) -> None:
+        """See Radio; a dongle that comes back is given it again."""
+        if power != FULL_POWER and not self._capabilities & CAN_SET_POWER:
+            hint = f"{FLASH_HINT}; or measure with `--level {FULL_POWER}` alone"
+            raise LinkError(f"the program of the dongle at {self.path} is too old to send with less power", hint)
+        self._power = power
+        self._asked(lambda dongle: dongle.configure(self._drive.channel, self._drive.data_rate, power))
+
+    def _asked(self, question: Callable[[Dongle], Said]) -> Said:
+        """What the dongle says to a question; LinkError if it is gone."""
         try:
-            return self._dongle.scan()
+            return question(self._dongle)
         except LineLost as lost:
             raise LinkError(f"the dongle at {self.path} is out of action: {lost}", lost.hint or GONE_HINT) from lost
 
@@ -112,7 +128,8 @@ class SerialRadio:
         try:
             dongle = Dongle(line, path)
             ident = dongle.introduce(tries)
-            dongle.configure(self._drive.channel, self._drive.data_rate)
+            power = self._power if ident.capabilities & CAN_SET_POWER else FULL_POWER
+            dongle.configure(self._drive.channel, self._drive.data_rate, power)
         except LineLost as lost:
             line.close()
             raise LinkError(f"no dongle can be used at {path}: {lost}", lost.hint or NONE_HINT) from lost

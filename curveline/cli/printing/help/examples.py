@@ -175,6 +175,11 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ),
     ),
     "curveline node home": (("curveline node home 2 --radio mock --yes", "find the zeros of the second node"),),
+    "curveline radio": (("curveline radio scan --radio mock:noise=13 --seconds 20", "which channel is quiet"),),
+    "curveline radio scan": (
+        ("curveline radio scan --radio mock:noise=13 --seconds 20", "which channel is quiet, beside a busy WLAN"),
+        ("curveline radio scan --radio mock --seconds 20 -o band.svg", "a bar for each channel"),
+    ),
     "curveline display": (("curveline display check single", "what a built-in display can do"),),
     "curveline display check": (
         ("curveline display check single", "what a built-in display can do"),

@@ -1,0 +1,1 @@
+"""`curveline radio`: the air between a host and its nodes."""

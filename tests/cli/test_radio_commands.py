@@ -1,0 +1,86 @@
+"""`curveline radio`: what it prints, writes and refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from .conftest import Run
+
+NOISY = ("--radio", "mock:fresh,noise=13,seed=5", "--seconds", "20")
+
+
+def test_a_noisy_channel_and_what_to_do(run: Run, tmp_path: Path) -> None:
+    figure = tmp_path / "band.svg"
+    done = run("radio", "scan", *NOISY, "-o", str(figure))
+    assert done.code == 1
+    lines = done.out.splitlines()
+    assert lines[0] == "display single over mock:fresh,noise=13,seed=5"
+    assert lines[1] == "159 looks at each of 126 channels in 20 s, and nothing sent"
+    assert max(map(len, lines)) <= 80
+    assert "take channel 23" in done.out
+    assert "nothing is sent; Ctrl-C ends it" in done.err
+    words = figure.read_text()
+    assert all(word in words for word in ("the display: 76", "channel to take: 23", "WLAN 13"))
+    assert run("radio", "scan", *NOISY, "-o", str(figure)).code == 2, "it exists"
+
+
+def test_a_quiet_one(run: Run) -> None:
+    done = run("radio", "scan", "--radio", "mock:fresh", "--seconds", "5", "--json")
+    assert done.code == 0
+    document = json.loads(done.out)
+    assert (document["display"], document["advised"], document["present"]["channel"]) == ("single", 76, 76)
+    assert len(document["channels"]) == 126
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--radio", "mock", "--seconds", "0"), "cannot be measured for 0 s"),
+        (("--radio", "mock", "--seconds", "nan"), "cannot be measured for nan s"),
+        (("--radio", "mock", "--seconds", "1e9"), "to 86400 s"),
+        (
+            (
+                "--radio",
+                "mock:noise=14",
+            ),
+            "noise=14 cannot be read",
+        ),
+        (
+            (
+                "--radio",
+                "mock:noise=6@1",
+            ),
+            "cannot be read",
+        ),
+        (
+            (
+                "--radio",
+                "mock:noise=6@0.2@3",
+            ),
+            "cannot be read",
+        ),
+        (
+            (
+                "--radio",
+                "mock:noise",
+            ),
+            "noise takes a value",
+        ),
+        (
+            (
+                "--radio",
+                "mock:weak=100",
+            ),
+            "weak=100 cannot be read",
+        ),
+        (("--radio", "mock", "-o", "band.txt"), "cannot tell the format"),
+        ((), "no radio was named"),
+    ],
+)
+def test_what_makes_no_sense(run: Run, arguments: tuple[str, ...], words: str) -> None:
+    done = run("radio", "scan", *arguments)
+    assert done.code == 2, done.out
+    assert words in " ".join(done.err.split())
