@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -24,7 +24,7 @@ SWEEPS = 5
 class ScanResult:
     """What answered on every address, what is wrong with it by the number of its node, and who else sends.
 
-    `busy` are channels on which somebody sends while the display is not asked anything, None if that is not known.
+    `busy` are channels on which somebody sends while the display is not asked anything, None if that was not asked.
     """
 
     spec: str  # of the radio
@@ -86,12 +86,9 @@ def scan_display(spec: str, drive: DriveSettings, runs: Path, *, tests_chips: bo
     return ScanResult(spec, drive, found, wrong, busy)
 
 
-def _busy(radio: Radio) -> list[int] | None:
-    """Channels on which somebody sends while the display is not asked anything; None if this radio cannot listen."""
-    carriers: Callable[[], Sequence[int]] | None = getattr(radio, "carriers", None)
-    if carriers is None:
-        return None
-    return sorted({channel for _ in range(SWEEPS) for channel in carriers()})
+def _busy(radio: Radio) -> list[int]:
+    """Channels on which somebody sends while the display is not asked anything."""
+    return sorted({channel for _ in range(SWEEPS) for channel in radio.carriers()})
 
 
 def _doubts(found: ScannedNode) -> list[str]:

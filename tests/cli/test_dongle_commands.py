@@ -35,7 +35,9 @@ def test_a_scan_tells_which_channels_others_use(run: Run, host: DongleHost) -> N
     assert "others send on no channel" in out
     code, out, _ = run("status", "--radio", f"serial:{host.path}", "--scan", "--json")
     assert json.loads(out)["busy_channels"] == []
-    code, out, _ = run("status", "--radio", "mock", "--scan", "--json")
+    code, out, _ = run("status", "--radio", "mock:noise=1@0.9", "--scan", "--json")
+    assert json.loads(out)["busy_channels"] == list(range(2, 23))
+    code, out, _ = run("status", "--radio", "mock", "--radio-test", "--json")
     assert json.loads(out)["busy_channels"] is None
 
 

@@ -131,7 +131,9 @@ def test_a_scan_names_every_device(run: Run) -> None:
     code, out, err = run("status", "--radio", "mock", "--scan")
     assert (code, err) == (0, "")
     assert all(len(line) <= 80 for line in out.splitlines())
-    chips = [line.split()[2] for line in out.splitlines()[2:]]
+    *lines, others = out.splitlines()
+    assert others == "others send on no channel; the display is on 76"
+    chips = [line.split()[2] for line in lines[2:]]
     code, out, _ = run("status", "--radio", "mock:loss=0.2,seed=4", "--scan", "--json")
     assert code == 0
     document = json.loads(out)

@@ -21,7 +21,7 @@ from curveline.radio.protocol.frames import HelloFrame, ReportFrame, decode_repo
 from curveline.radio.site.key_file import read_site
 
 from .bench import drive_table
-from .chip_setup import read
+from .chip_setup import Host, read, write
 from .chipbank import (
     CONFIG,
     DYNPD,
@@ -29,13 +29,16 @@ from .chipbank import (
     EN_RXADDR,
     FEATURE,
     FIFO_STATUS,
+    FLAGS,
     RF_CH,
     RF_DR_LOW,
     RF_SETUP,
     RX_ADDR_P0,
     SETUP_AW,
     SETUP_RETR,
+    STATUS,
     TX_ADDR,
+    W_TX_PAYLOAD,
     WRITABLE,
 )
 from .dongle_host import write_keys
@@ -300,6 +303,57 @@ def test_nothing_is_printed_whatever_happens(lab: Lab, radio: Radio, capfd: pyte
     with pytest.raises(RadioGone):
         radio.exchange([lab.query()] * 3)
     assert capfd.readouterr() == ("", "")
+
+
+# Listening for others
+
+
+def test_a_scan_sends_nothing_not_even_to_who_calls_the_node_it_sent_to(lab: Lab, radio: Radio) -> None:
+    assert lab.is_status(lab.ask(radio)) or lab.is_status(lab.ask(radio, attempt=1))
+    other = Host(lab.rig.ether, lab.drive.data_rate, lab.drive.channel)
+    write(other.chip, TX_ADDR, *bytes.fromhex(lab.drive.addresses[0]))
+    lab.rig.nodes[0].switch_off()
+    other.chip.command(bytes([W_TX_PAYLOAD]) + BLANK)
+    write(other.chip, SETUP_RETR, 0)
+    begin = lab.rig.ether.sent
+    for wait_us in range(0, 60_000, 1000):
+        lab.rig.ether.at(lab.rig.ether.now_us + wait_us, lambda: pulsed(other))
+    assert lab.drive.channel in radio.carriers()
+    heard = lab.rig.ether.sent - begin
+    assert heard == 60, "what the other one sent, and no acknowledgement"
+    assert read(lab.rig.chip, EN_AA) != 0
+
+
+def pulsed(other: Host) -> None:
+    """Send the packet that is loaded once more."""
+    other.chip.ce = 0
+    write(other.chip, STATUS, FLAGS)
+    other.chip.ce = 1
+
+
+def test_a_dip_while_it_listens_is_no_quiet_band(lab: Lab, radio: Radio) -> None:
+    lab.rig.ether.at(lab.rig.ether.now_us + 20_000, lab.rig.chip.reset)
+    with pytest.raises(RadioGone, match="lost its settings while it listened"):
+        radio.carriers()
+    assert lab.ask(radio).payload is not None
+
+
+@pytest.mark.parametrize("bus", [0x00, 0xFF])
+def test_a_chip_that_goes_while_it_listens_is_noticed(lab: Lab, radio: Radio, bus: int) -> None:
+    lab.rig.ether.at(lab.rig.ether.now_us + 20_000, lambda: setattr(lab.rig.chip, "unplugged", bus))
+    with pytest.raises(RadioGone):
+        radio.carriers()
+
+
+def test_a_power_is_kept_through_a_dip(lab: Lab, radio: Radio) -> None:
+    radio.set_power("low")
+    assert read(lab.rig.chip, RF_SETUP) & 0x06 == 0x02
+    lab.rig.chip.reset()
+    lab.ask(radio)
+    lab.ask(radio, attempt=1)
+    assert read(lab.rig.chip, RF_SETUP) & 0x06 == 0x02
+    radio.set_power("max")
+    assert read(lab.rig.chip, RF_SETUP) & 0x06 == 0x06
 
 
 # Opening
