@@ -308,10 +308,12 @@ def test_nothing_is_printed_whatever_happens(lab: Lab, radio: Radio, capfd: pyte
 # Listening for others
 
 
-def test_a_scan_sends_nothing_not_even_to_who_calls_the_node_it_sent_to(lab: Lab, radio: Radio) -> None:
+@pytest.mark.parametrize("address", [drive_table().addresses[0], "C2C2C2C2C2"])
+def test_a_scan_answers_nobody(lab: Lab, radio: Radio, address: str) -> None:
+    """Not who calls the node that this host sent to last, nor who uses the address that chips have from the factory."""
     assert lab.is_status(lab.ask(radio)) or lab.is_status(lab.ask(radio, attempt=1))
     other = Host(lab.rig.ether, lab.drive.data_rate, lab.drive.channel)
-    write(other.chip, TX_ADDR, *bytes.fromhex(lab.drive.addresses[0]))
+    write(other.chip, TX_ADDR, *bytes.fromhex(address))
     lab.rig.nodes[0].switch_off()
     other.chip.command(bytes([W_TX_PAYLOAD]) + BLANK)
     write(other.chip, SETUP_RETR, 0)
