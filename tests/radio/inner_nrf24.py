@@ -21,7 +21,7 @@ from curveline.radio.protocol.frames import HelloFrame, ReportFrame, decode_repo
 from curveline.radio.site.key_file import read_site
 
 from .bench import drive_table
-from .chip_setup import Host, read, write
+from .chip_setup import read
 from .chipbank import (
     CONFIG,
     DYNPD,
@@ -29,16 +29,13 @@ from .chipbank import (
     EN_RXADDR,
     FEATURE,
     FIFO_STATUS,
-    FLAGS,
     RF_CH,
     RF_DR_LOW,
     RF_SETUP,
     RX_ADDR_P0,
     SETUP_AW,
     SETUP_RETR,
-    STATUS,
     TX_ADDR,
-    W_TX_PAYLOAD,
     WRITABLE,
 )
 from .dongle_host import write_keys
@@ -308,29 +305,21 @@ def test_nothing_is_printed_whatever_happens(lab: Lab, radio: Radio, capfd: pyte
 # Listening for others
 
 
-@pytest.mark.parametrize("address", [drive_table().addresses[0], "C2C2C2C2C2"])
-def test_a_scan_answers_nobody(lab: Lab, radio: Radio, address: str) -> None:
-    """Not who calls the node that this host sent to last, nor who uses the address that chips have from the factory."""
-    assert lab.is_status(lab.ask(radio)) or lab.is_status(lab.ask(radio, attempt=1))
-    other = Host(lab.rig.ether, lab.drive.data_rate, lab.drive.channel)
-    write(other.chip, TX_ADDR, *bytes.fromhex(address))
-    lab.rig.nodes[0].switch_off()
-    other.chip.command(bytes([W_TX_PAYLOAD]) + BLANK)
-    write(other.chip, SETUP_RETR, 0)
-    begin = lab.rig.ether.sent
-    for wait_us in range(0, 60_000, 1000):
-        lab.rig.ether.at(lab.rig.ether.now_us + wait_us, lambda: pulsed(other))
-    assert lab.drive.channel in radio.carriers()
-    heard = lab.rig.ether.sent - begin
-    assert heard == 60, "what the other one sent, and no acknowledgement"
-    assert read(lab.rig.chip, EN_AA) != 0
+def test_a_scan_sends_nothing_and_would_answer_nobody(lab: Lab, radio: Radio) -> None:
+    """A chip acknowledges by itself what comes for an address that it listens to, unless that is switched off."""
+    settings = []
+    lab.ask(radio)
 
+    def noise(channel: int, now_us: int) -> bool:
+        settings.append((channel, lab.rig.chip.bank[EN_AA]))
+        return False
 
-def pulsed(other: Host) -> None:
-    """Send the packet that is loaded once more."""
-    other.chip.ce = 0
-    write(other.chip, STATUS, FLAGS)
-    other.chip.ce = 1
+    lab.rig.ether.noise = noise
+    sent = lab.rig.ether.sent
+    assert radio.carriers() == []
+    assert set(settings) == {(channel, 0) for channel in range(126)}
+    assert lab.rig.ether.sent == sent
+    assert lab.ask(radio).payload is not None
 
 
 def test_a_dip_while_it_listens_is_no_quiet_band(lab: Lab, radio: Radio) -> None:
