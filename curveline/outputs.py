@@ -158,6 +158,14 @@ CHANNELS = ResultKind(
 )
 """Of how busy the channels of the radio are."""
 
+RANGE = ResultKind(
+    _with_pictures(
+        {".json": "curveline.radio.measuring.reach:to_json", ".csv": "curveline.radio.measuring.reach:to_csv"},
+        "curveline.figures.reach:draw",
+    )
+)
+"""Of how well a node is heard."""
+
 TRADE = ResultKind(_with_pictures({".json": "curveline.bench.report:to_json"}, "curveline.bench.trade_figure:draw"))
 """Of what a benchmark measured."""
 

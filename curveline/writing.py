@@ -25,6 +25,7 @@ KEPT = {
     "loading.load_map:LoadMap": "LOADING",
     "loading.snap_through:Loading": "LOADING",
     "radio.measuring.channels:ChannelScan": "CHANNELS",
+    "radio.measuring.reach:RangeTest": "RANGE",
     "surfaces.fit_surface:FittedSurface": "SURFACE",
 }
 """Module and class of a result -> the name of its kind in `outputs`; none of them is loaded for another's sake."""
@@ -55,7 +56,7 @@ def write(
     | `SnapFall` | .gif, .svg, .png, .pdf |
     | `BenchReport` | .json, .svg, .png, .pdf |
     | `Tuning` | .json, .svg, .png, .pdf |
-    | `ChannelScan` | .json, .csv, .svg, .png, .pdf |
+    | `ChannelScan`, `RangeTest` | .json, .csv, .svg, .png, .pdf |
     | `SweepReport` | .json, .npz, .csv; .svg, .png and .pdf over one key or two |
 
     Curves of shapes and sweeps have `points` points, as many as their settings say (201) if it is None. `plot` is what

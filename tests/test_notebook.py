@@ -46,6 +46,7 @@ TABLES = {
     "LinesDryRun",
     "LinesResult",
     "PoseStates",
+    "RangeTest",
     "RodNow",
     "Run",
     "RunLog",
@@ -108,6 +109,7 @@ def made(runs: Path) -> Iterator[Any]:
         yield session.status()
         yield session.scan()
         yield session.channels(1.0)
+        yield session.range(1, 1.0)
         yield session.dry_run(plan)
         yield session.send(plan)
         yield session.rod()

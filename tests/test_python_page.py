@@ -37,6 +37,7 @@ from curveline.loading.snap_through import Loading
 from curveline.material.drum_fit import SetFit
 from curveline.plan_file import Plan
 from curveline.radio.measuring.channels import ChannelScan
+from curveline.radio.measuring.reach import RangeTest
 from curveline.radio.site.key_file import SiteFile
 from curveline.replay.trials import Trials
 from curveline.rod.states.equilibrium import Equilibrium
@@ -66,6 +67,7 @@ STANDS_FOR: dict[str, Any] = {
     "curves": StableCurves,
     "fit": SetFit,
     "found": Fit,
+    "heard": RangeTest,
     "keys": SiteFile,
     "lens": LensCalibration,
     "loading": Loading,

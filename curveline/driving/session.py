@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from curveline.driving.runs import Run
     from curveline.driving.wishes import Wish
     from curveline.radio.measuring.channels import ChannelScan
+    from curveline.radio.measuring.reach import RangeTest
     from curveline.scene import Display
     from curveline.system.files import AnyPath
 
@@ -157,6 +158,17 @@ class Session:
 
         self.close()
         return scan_channels(self.spec, (self.drive, self.named), self.folder, seconds)
+
+    def range(self, number: int, seconds: float = 60.0, levels: Sequence[str] = ()) -> RangeTest:
+        """How many polls of one node (from 1) are lost with each power of the radio, or with some; nothing moves.
+
+        Powers are "min", "low", "high" and "max", which is what runs are sent with.
+        """
+        from curveline.driving.air import range_of
+        from curveline.radio.measuring.reach import RangeWish
+
+        self.close()
+        return range_of(self.spec, (self.drive, self.named), self.folder, number, RangeWish(seconds, tuple(levels)))
 
     def find_devices(self, *numbers: int) -> Adoption:
         """Which devices are the nodes, or those with some `numbers`; `record` of it writes them into the key file.

@@ -53,6 +53,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "node settings": ("node", "settings", "1", *RADIO, "--yes"),
     "node tune": ("node", "tune", "1", "bias", *RADIO, "--yes"),
     "radio scan": ("radio", "scan", *RADIO, "--seconds", "1"),
+    "radio range": ("radio", "range", "1", *RADIO, "--seconds", "1"),
     "display check": ("display", "check", "single"),
     "runs": ("runs", "--display", "single"),
     "runs show": ("runs", "show", "last"),

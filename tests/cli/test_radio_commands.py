@@ -35,6 +35,52 @@ def test_a_quiet_one(run: Run) -> None:
     assert len(document["channels"]) == 126
 
 
+def test_how_well_a_node_is_heard(run: Run, tmp_path: Path) -> None:
+    figure, table = tmp_path / "range.svg", tmp_path / "range.csv"
+    weak = ("range", "2", "--radio", "mock:fresh,weak=12,seed=5", "--seconds", "12")
+    done = run("radio", *weak, "-o", str(figure))
+    assert done.code == 0, done.err
+    lines = done.out.splitlines()
+    assert lines[0] == "node 2 of display single over mock:fresh,weak=12,seed=5, for 12 s"
+    assert [line.split()[0] for line in lines[2:6]] == ["max", "high", "low", "min"]
+    assert max(map(len, lines)) <= 80
+    assert "with 6 dB less it still is" in done.out
+    assert all(f"{level}, " in figure.read_text() for level in ("max", "high", "low", "min"))
+    document = json.loads(run("radio", *weak, "--level", "max", "--level", "min", "--json").out)
+    assert [each["level"] for each in document["levels"]] == ["max", "min"]
+    assert run("radio", *weak, "-o", str(table)).code == 0
+    assert table.read_text().startswith("level,dbm,at_s,polls,lost,retries\nmax,0,")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "code", "words"),
+    [
+        ("weak=0", 1, "not good enough for runs at 0 dBm"),
+        ("channel=1", 3, "does not answer on channel 76, which the display file names, but on 23"),
+        ("twin=1", 1, "2 devices answer"),
+    ],
+)
+def test_a_node_that_is_not_heard_well(run: Run, wrong: str, code: int, words: str) -> None:
+    done = run("radio", "range", "1", "--radio", f"mock:fresh,{wrong}", "--seconds", "4")
+    assert done.code == code
+    assert words in " ".join((done.out + done.err).split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("1", "--seconds", "0"), "cannot be measured for 0 s"),
+        (("9",), "there is no node 9"),
+        (("1", "--level", "most"), "--level"),
+        (("1", "-o", "range.npz"), "cannot tell the format"),
+    ],
+)
+def test_ranges_that_make_no_sense(run: Run, arguments: tuple[str, ...], words: str) -> None:
+    done = run("radio", "range", *arguments, "--radio", "mock")
+    assert done.code == 2, done.out
+    assert words in " ".join(done.err.split())
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -17,6 +17,7 @@ from curveline.radio.host.journal import Journal, new_run, read_journal
 from curveline.radio.host.link import Control, OperatorRequest, Progress, RunReport, read_status, send_plan
 from curveline.radio.host.service import clear_fault, home_axes, report_of
 from curveline.radio.interface import BACK_ENDS, BATCH, Answer, Radio
+from curveline.radio.measuring.reach import RangeWish, measure_reach
 from curveline.radio.mock.air import Weather
 from curveline.radio.node.state import NOWHERE
 from curveline.radio.protocol.air_time import RETRIES
@@ -139,6 +140,16 @@ def test_less_power_reaches_less_far_and_full_power_is_what_it_begins_with(displ
     world.radio.set_power("max")
     assert retries_of(world) < 30 > full
     assert least > 55
+
+
+def test_how_well_a_node_is_heard(display: Display) -> None:
+    world = display(Weather(margin=12.0))
+    found = measure_reach(world.radio, world.spec, world.drive, 1, RangeWish(2.0))
+    full, *_, least = found.levels
+    assert full.lost <= 2
+    assert least.loss > 0.6
+    assert found.depends_on_power
+    assert retries_of(world) < 60, "full power is back"
 
 
 def retries_of(world: World) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
@@ -573,6 +573,30 @@ def test_the_scan_of_one_that_is_gone_is_an_error(host: DongleHost) -> None:
         host.unplug()
         with pytest.raises(LinkError, match="out of action: it was unplugged"):
             radio.carriers()
+
+
+def test_a_dongle_of_an_older_release_has_one_power_and_says_how_to_get_more(host: DongleHost) -> None:
+    with radio_of(host) as radio:
+        radio._capabilities = 1
+        radio.set_power("max")
+        with pytest.raises(LinkError, match="too old to send with less power") as caught:
+            radio.set_power("low")
+        assert "flash the dongle with the firmware of this release" in caught.value.hint
+        assert "`--level max`" in caught.value.hint
+        assert set(host.core.powers) == {3}
+
+
+def test_a_dongle_that_was_away_is_given_its_power_again(host: DongleHost) -> None:
+    with radio_of(host) as radio:
+        radio.set_power("low")
+        host.unplug()
+        with pytest.raises(RadioGone):
+            radio.exchange([(A, FRAME)])
+        host.plug()
+        while radio.gone_since_us is not None:
+            with suppress(RadioGone):
+                radio.exchange([])
+        assert host.core.powers[-1] == 1
 
 
 def test_asking_for_the_status_of_nodes_ends_with_the_dongle(host: DongleHost) -> None:

@@ -180,6 +180,10 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ("curveline radio scan --radio mock:noise=13 --seconds 20", "which channel is quiet, beside a busy WLAN"),
         ("curveline radio scan --radio mock --seconds 20 -o band.svg", "a bar for each channel"),
     ),
+    "curveline radio range": (
+        ("curveline radio range 1 --radio mock:weak=12 --seconds 20", "how a node is heard with each power"),
+        ("curveline radio range 1 --radio mock --level max --seconds 20 -o range.svg", "with that of runs alone"),
+    ),
     "curveline display": (("curveline display check single", "what a built-in display can do"),),
     "curveline display check": (
         ("curveline display check single", "what a built-in display can do"),

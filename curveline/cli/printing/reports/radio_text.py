@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from curveline.cli.printing import screen
 from curveline.phrases import counted, wrapped
 from curveline.radio.measuring.channels import ChannelNoise, ChannelScan
+from curveline.radio.measuring.reach import RangeTest
 from curveline.radio.protocol.band import mhz, wlan_at
 
 
@@ -27,3 +28,19 @@ def describe_channels(found: ChannelScan) -> Iterator[str]:
 def _channel(name: str, each: ChannelNoise) -> tuple[str, ...]:
     within = ", ".join(map(str, wlan_at(each.channel))) or "-"
     return name, str(each.channel), str(mhz(each.channel)), f"{each.share:.1%}", f"{each.high:.1%}", within
+
+
+def describe_range(found: RangeTest) -> Iterator[str]:
+    """A row for each power, and what it means."""
+    yield f"node {found.node} of display {found.drive.display} over {found.spec}, for {found.seconds:g} s"
+    rows: list[tuple[str, ...]] = [
+        ("power", "dBm", "polls", "lost", "95 % from", "to", "repeats", "in a row", "longest")
+    ]
+    for each in found.levels:
+        low, high = each.between
+        shares = (f"{each.loss:.1%}", f"{low:.1%}", f"{high:.1%}")
+        counts = (str(each.retries), str(each.longest), f"{each.silence:.2f} s")
+        rows.append((each.level, str(each.dbm), str(each.polls), *shares, *counts))
+    yield from screen.table(rows)
+    for sentence in found.advice():
+        yield from wrapped(sentence, 0)
