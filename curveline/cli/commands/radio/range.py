@@ -65,7 +65,7 @@ def range(
         check_output(RANGE, output, force=force)
     with (
         connect(require_radio(radio), display, runs=runs_folder(runs), listener=TERMINAL) as session,
-        looking_elsewhere(session, number),
+        looking_elsewhere(session),
     ):
         screen.note(f"polling node {number} for {seconds:g} s; nothing moves; Ctrl-C ends it")
         found = session.range(number, seconds, tuple(each.value for each in level or ()))
