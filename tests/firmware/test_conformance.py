@@ -169,7 +169,6 @@ MISTAKES = (
     ("errand.c", "lacks || operation == CL_SETTINGS_KEEP", "lacks"),
     ("errand.c", "+ 999) / 1000", ") / 1000"),
     ("node.c", "    if (node->on_trial) next_ms = node->trial_ends_ms;\n", ""),
-    ("node.c", "node->leaves ? NEVER : next_ms", "next_ms"),
     ("node.c", "able && !node->on_trial &&", "able &&"),
     ("node.c", "memory->homing || memory->estop || node->on_trial", "memory->homing || memory->estop"),
     ("node.c", "if (node->trial_ends_ms == 0) node", "node"),

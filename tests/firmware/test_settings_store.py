@@ -9,7 +9,7 @@ from zlib import crc32
 
 import pytest
 
-from curveline.radio.node.settings_flash import KEPT, REQUESTED, TRIED
+from curveline.radio.node.settings_flash import KEPT, REQUESTED, TRIED, USED_BYTES, ModelFlash, SettingsFlash
 from curveline.radio.protocol.codes import ErrandOutcome
 from curveline.radio.protocol.node_settings import NO_SETTINGS, NodeSettings, node_settings, settings_in
 
@@ -395,6 +395,45 @@ def test_many_long_lives() -> None:
     failures = sum(live(seed, 1500) for seed in range(50_000, 50_300))
     print(f"{failures} failures of the power")
     assert failures > 100_000
+
+
+def test_the_python_node_does_the_same_to_its_flash() -> None:
+    """Random orders, restarts and power-ons: the same outcomes, the same words in both sectors, the same settings."""
+    done: set[str] = set()
+    for seed in range(60):
+        random, settings, flash = Random(seed), Settings(seed), ModelFlash()
+        first = settings_of(random.choice((0, 0, 0x7FFF, 0xFFFF)), 1)
+        settings.flash(first)
+        flash.sectors[0][:] = first.sector()
+        flash.sectors[1][:4] = NO_SETTINGS
+        assert settings.open()
+        keeper = SettingsFlash(flash)
+        assert keeper.start() is not None
+        for key in range(2, 80):
+            what = random.choice((*("store", "try", "restart") * 2, "keep", "drop", "power"))
+            record = settings_of(settings.under[0] + random.choice((1, 1, 1, 1, 0, 2)) & 0xFFFF, key).record()
+            if what == "store":
+                assert settings.write(record) is keeper.store(record)
+            elif what == "try":
+                assert settings.request() is (keeper.request() is ErrandOutcome.DONE)
+            elif what == "keep":
+                assert settings.keep() is (keeper.keep() is ErrandOutcome.DONE)
+            elif what == "drop":
+                settings.forget()
+                keeper.drop()
+            elif what in ("restart", "power"):
+                assert settings.open(restarted=what == "restart")
+                assert keeper.start(restarted=what == "restart") is not None
+            generation, number, on_trial = settings.under
+            standing, under = keeper.standing(), keeper._settings
+            assert under is not None
+            assert (standing.on_trial, standing.generation) == (on_trial, generation)
+            assert int.from_bytes(under.master, "little") == number
+            for sector, cells in enumerate(flash.sectors):
+                words = settings.words(sector)[: USED_BYTES // 4]
+                assert b"".join(word.to_bytes(4, "little") for word in words) == bytes(cells), (seed, key, what)
+            done.add(f"{what} {on_trial}")
+    assert {"restart True", "keep False", "store True", "power False"} <= done
 
 
 @pytest.mark.parametrize("worn", [67, 37, 11])

@@ -84,7 +84,7 @@ class Setter(Host):
 def made(keeper: SettingsFlash | None = None, memory: Memory | None = None) -> NodeMachine:
     """A node that starts under what its flash says."""
     keeper = keeper or flashed(OLD)
-    settings = keeper.start()
+    settings = keeper.start(restarted=True)
     assert settings is not None
     plant = MotorPlant((0, 0, 0))
     plant.settings = keeper

@@ -61,7 +61,7 @@ class Station:
         self.changed: Callable[[], None] = _nothing
         """Told whenever the node has started, and may listen elsewhere."""
         self._odd: list[bytearray] | None = None
-        self.settings = self._begin()
+        self.settings = self._begin(restarted=board.trial_ms > 0)
 
     @property
     def is_restless(self) -> bool:
@@ -101,14 +101,17 @@ class Station:
         receiver: Receiver = self.node if self.twin is None else Pair(self.node, self.twin, random)
         self.antenna = Antenna(receiver)
 
-    def restart(self, now_ms: int, random: Random) -> None:
-        """Power fails and comes back: motors stop, and a node that was moving cannot trust its counts any more."""
+    def restart(self, now_ms: int, random: Random, *, by_itself: bool = False) -> None:
+        """Power fails and comes back: motors stop, and a node that was moving cannot trust its counts any more.
+
+        Or the node starts anew `by_itself`: then it tries what it was asked to.
+        """
         old, under = self.node, self.settings.place
         if old.move is not None:
             self.plant.follow(now_ms, old.move_start_ms, old.move.braked(now_ms - old.move_start_ms))
         self.plant.give_up(now_ms)
         self.memory = old.memory.restarted(rested=not old.is_turning)
-        self.settings = self._begin()
+        self.settings = self._begin(restarted=by_itself)
         if self.settings.place != under:
             self.memory.unhomed = NOWHERE
         self.power_up(random)
@@ -118,7 +121,7 @@ class Station:
         self.node.advance(now_ms)
         if self.node.leaves:
             estop = self.node.memory.estop
-            self.restart(now_ms, random)
+            self.restart(now_ms, random, by_itself=True)
             self.memory.estop, self.memory.cause = estop, BootCause.SOFTWARE
             self.deaf_until_ms = max(self.deaf_until_ms, now_ms + START_MS)
 
@@ -135,11 +138,11 @@ class Station:
         left_ms = self.node.trial_ends_ms - now_ms
         return replace(self.board, flash=flash, trial_ms=max(1, left_ms))
 
-    def _begin(self) -> NodeSettings:
+    def _begin(self, *, restarted: bool = False) -> NodeSettings:
         """What the board runs under from now on; a power cut while it starts is one more start."""
         self.keeper = SettingsFlash(self.flash)
         try:
-            settings = self.keeper.start()
+            settings = self.keeper.start(restarted=restarted)
         except PowerCut:
             return self._begin()
         assert settings is not None

@@ -57,6 +57,8 @@ class ModelFlash:
     cut_at: int = 0
     part: int = WORD // 2
     done: int = 0
+    half: set[tuple[int, int]] = field(default_factory=set, repr=False)
+    """Words whose programming was broken off: the only ones that may be programmed again before an erasure."""
 
     def word(self, sector: int, at: int) -> bytes:
         """See Flash."""
@@ -67,11 +69,14 @@ class ModelFlash:
         cells = self.sectors[sector]
         last = USED_BYTES * self.part // WORD if self._is_cut() else USED_BYTES
         cells[:last] = b"\xff" * last
+        self.half -= {(sector, at) for at in range(0, last, WORD)}
         self._count()
 
     def program(self, sector: int, at: int, word: bytes) -> None:
         """See Flash."""
         cells = self.sectors[sector]
+        assert self.word(sector, at) == BLANK or (sector, at) in self.half, "a word is programmed twice"
+        self.half = self.half | {(sector, at)} if self._is_cut() else self.half - {(sector, at)}
         wanted = word[: self.part] + BLANK[self.part :] if self._is_cut() else word
         cells[at : at + WORD] = bytes(old & new for old, new in zip(cells[at : at + WORD], wanted, strict=True))
         self._count()
@@ -152,59 +157,69 @@ class SettingsFlash:
         self.flash = flash
         self._current = self._running = 0
         self._settings: NodeSettings | None = None
+        self._is_stored = False
 
-    def start(self) -> NodeSettings | None:
-        """What the node is to run under now, None if it has no settings; it is on trial at most once with any."""
-        for sector in range(SECTORS):
-            self._mend(sector)
+    def start(self, *, restarted: bool = False) -> NodeSettings | None:
+        """What the node is to run under now, None if it has no settings; it is on trial at most once with any.
+
+        A trial begins only if the node has `restarted` itself: what a power cut has half done never begins one later.
+        """
         found = [self._record(sector) for sector in range(SECTORS)]
-        kept = [sector for sector in range(SECTORS) if found[sector] is not None and self._is_set(sector, KEPT)]
+        kept = [sector for sector in range(SECTORS) if found[sector] is not None and self._is_marked(sector, KEPT)]
+        self._is_stored = False
         if not kept:
             self._settings = None
             return None
         self._current = self._running = self._newest(kept)
-        if self._stored() is not None and self._is_set(self._spare, REQUESTED):
-            self.flash.program(self._spare, TRIED, SET)
+        if restarted and self._spare not in kept and self._is_due():
             self._running = self._spare
-        self._settings = self._record(self._running)
+        self._settings = found[self._running]
         return self._settings
 
     def standing(self) -> SettingsStanding:
         """See SettingsKeeper."""
         assert self._settings is not None
-        generation, stored = self._settings.generation, self._stored()
-        return SettingsStanding(self._on_trial, generation, generation if stored is None else stored.generation)
+        generation = self._settings.generation
+        return SettingsStanding(self._on_trial, generation, (generation + self._is_stored) % GENERATIONS)
 
     def store(self, record: bytes) -> ErrandOutcome:
-        """See SettingsKeeper."""
+        """See SettingsKeeper; without settings in force that are sure to last nothing is erased."""
         wanted = settings_in(record)
         assert self._settings is not None
         if wanted is None or wanted.generation != (self._settings.generation + 1) % GENERATIONS or self._on_trial:
             return ErrandOutcome.BEYOND
+        self._is_stored = False
+        if self._record(self._current) is None or not self._set(self._current, KEPT):
+            return ErrandOutcome.FAILED
         self.flash.erase(self._spare)
+        if any(self.flash.word(self._spare, at) != BLANK for at in range(0, USED_BYTES, WORD)):
+            return ErrandOutcome.FAILED
         for at in range(0, SETTINGS_BYTES, WORD):
             self.flash.program(self._spare, at, record[at : at + WORD])
-        return ErrandOutcome.DONE if self._stored() == wanted else ErrandOutcome.FAILED
+        self._is_stored = self._record(self._spare) == wanted
+        return ErrandOutcome.DONE if self._is_stored else ErrandOutcome.FAILED
 
     def request(self) -> ErrandOutcome:
-        """See SettingsKeeper."""
-        if self._on_trial or self._stored() is None:
+        """See SettingsKeeper; what was stored before the last start may not last, and is not tried."""
+        if not self._is_stored:
             return ErrandOutcome.BEYOND
-        self.flash.program(self._spare, REQUESTED, SET)
-        return ErrandOutcome.DONE if self._is_set(self._spare, REQUESTED) else ErrandOutcome.FAILED
+        if not self._set(self._spare, REQUESTED):
+            return ErrandOutcome.FAILED
+        self._is_stored = False
+        return ErrandOutcome.DONE
 
     def keep(self) -> ErrandOutcome:
         """See SettingsKeeper."""
-        self.flash.program(self._running, KEPT, SET)
-        if not self._is_set(self._running, KEPT):
+        if not self._on_trial:
+            return ErrandOutcome.BEYOND
+        if not self._set(self._running, KEPT):
             return ErrandOutcome.FAILED
         self._current = self._running
         return ErrandOutcome.DONE
 
     def drop(self) -> None:
         """See SettingsKeeper."""
-        if not self._on_trial and self._stored() is not None:
-            self._spoil(self._spare)
+        self._is_stored = False
 
     @property
     def _on_trial(self) -> bool:
@@ -214,18 +229,14 @@ class SettingsFlash:
     def _spare(self) -> int:
         return 1 - self._current
 
-    def _mend(self, sector: int) -> None:
-        """Make sure that no mark is half programmed, and that what was tried in vain is not found again."""
-        for mark in (REQUESTED, TRIED, KEPT):
-            if self.flash.word(sector, mark) not in (BLANK, SET):
-                self.flash.program(sector, mark, SET)
-        failed = self._is_set(sector, TRIED) and not self._is_set(sector, KEPT)
-        if failed and self._record(sector) is not None:
-            self._spoil(sector)
-
-    def _spoil(self, sector: int) -> None:
-        """A record whose magic is gone is none."""
-        self.flash.program(sector, 0, SET)
+    def _is_due(self) -> bool:
+        """Whether what is in the spare sector is to be tried now; from here on it was."""
+        spare, current = self._record(self._spare), self._record(self._current)
+        assert current is not None
+        if spare is None or not is_newer(spare.generation, current.generation):
+            return False
+        is_asked = self._is_marked(self._spare, REQUESTED) and not self._is_marked(self._spare, TRIED)
+        return is_asked and self._set(self._spare, TRIED)
 
     def _newest(self, sectors: list[int]) -> int:
         """Of records that were kept; of two of the same generation the first."""
@@ -236,18 +247,21 @@ class SettingsFlash:
         assert second is not None
         return sectors[is_newer(second.generation, first.generation)]
 
-    def _stored(self) -> NodeSettings | None:
-        """What is in the spare sector, if it is whole, newer and was never tried."""
-        stored, current = self._record(self._spare), self._record(self._current)
-        assert current is not None
-        is_fresh = not self._is_set(self._spare, TRIED) and not self._is_set(self._spare, KEPT)
-        return stored if stored is not None and is_fresh and is_newer(stored.generation, current.generation) else None
-
     def _record(self, sector: int) -> NodeSettings | None:
         return settings_in(b"".join(self.flash.word(sector, at) for at in range(0, SETTINGS_BYTES, WORD)))
 
-    def _is_set(self, sector: int, mark: int) -> bool:
-        return self.flash.word(sector, mark) != BLANK
+    def _is_marked(self, sector: int, mark: int) -> bool:
+        """Whether a mark is not blank; one that is set by half counts, and is set again."""
+        if self.flash.word(sector, mark) == BLANK:
+            return False
+        self._set(sector, mark)
+        return True
+
+    def _set(self, sector: int, mark: int) -> bool:
+        """Set a mark; whether it is."""
+        if self.flash.word(sector, mark) != SET:
+            self.flash.program(sector, mark, SET)
+        return self.flash.word(sector, mark) == SET
 
 
 def flashed(settings: NodeSettings) -> SettingsFlash:
