@@ -117,7 +117,7 @@ def test_a_stop_in_a_move_outlives_a_reset_at_once(rig: Rig, machine: Machine) -
     assert state(rig) == "estop"
 
 
-@pytest.mark.parametrize("spoiled", [range(RAM_BEGIN, RAM_END - 64), range(RAM_BEGIN + 0x1000, RAM_END)], ids=str)
+@pytest.mark.parametrize("spoiled", [range(RAM_BEGIN, RAM_END - 64), range(RAM_BEGIN + 0x1400, RAM_END)], ids=str)
 def test_one_note_is_enough(rig: Rig, machine: Machine, spoiled: range) -> None:
     stop(rig)
     machine.cpu.write(spoiled.start, bytes(len(spoiled)))

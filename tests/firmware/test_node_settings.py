@@ -127,6 +127,7 @@ def desk(image: Image, homed_flash: bytes, tmp_path: Path) -> Desk:
 def test_other_settings_are_stored_tried_and_kept(desk: Desk) -> None:
     assert desk.rig.status()[0].state == "ready"
     assert desk.under_old() == SettingsFacts(0, False, 0, 0, 0)
+    desk.machine.cpu.paint_stack()
     with desk.session(desk.old, MASTER) as host:
         host.send_pieces(desk.settings())
         assert host.pieces() == ALL_PIECES
@@ -142,6 +143,10 @@ def test_other_settings_are_stored_tried_and_kept(desk: Desk) -> None:
         host.keep()
         assert host.standing() == SettingsFacts(0, False, 1, 0, 1)
         host.give_back()
+    symbols = desk.machine.image.symbols
+    used = desk.machine.cpu.stack_used()
+    print(f"stack: {used} bytes")
+    assert used <= 0.75 * (symbols["stack_end"] - symbols["stack_begin"]), "of the restart, too"
     for restart in (desk.machine.power_cycle, lambda: desk.machine.reset(RESET_WATCHDOG)):
         restart()
         desk.fleet.run(20_000)
