@@ -19,7 +19,7 @@ SHARES = 20
 FIRST = 2026_11_22 * CAMPAIGN
 """Seed of the first sequence; the others follow."""
 
-ENOUGH_FOR_A_MISTAKE = 20_000
+ENOUGH_FOR_A_MISTAKE = 60_000
 QUICKLY = ("-O0", "-g0", "-w")
 """Mistakes are compiled without care: they make warnings, and live for a few sequences only."""
 MISTAKES = (
