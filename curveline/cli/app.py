@@ -48,6 +48,7 @@ from curveline.cli.commands.node import check as node_check
 from curveline.cli.commands.node import settings as node_settings
 from curveline.cli.commands.node import status as node_status
 from curveline.cli.commands.node import watch as node_watch
+from curveline.cli.commands.radio import log as radio_log
 from curveline.cli.commands.radio import range as radio_range
 from curveline.cli.commands.radio import scan as radio_scan
 from curveline.cli.commands.runs import listing
@@ -75,7 +76,7 @@ OF_ONE_NODE = (
     *(node_status.status, info.info, clear.clear, home.home, blink.blink, jog.jog, zero.zero, node_watch.watch),
     *(node_check.check, node_calibrate.calibrate, tune.tune, node_settings.settings),
 )
-OF_THE_AIR = (radio_scan.scan, radio_range.range)
+OF_THE_AIR = (radio_scan.scan, radio_range.range, radio_log.log)
 LINKED = (send.send, watch.watch, status.status, stop.stop, adopt.adopt, *OF_ONE_NODE, *OF_THE_AIR)
 """Commands that have a radio in use."""
 

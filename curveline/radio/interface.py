@@ -14,6 +14,7 @@ from typing import Protocol, cast
 
 from curveline.drive_settings import ADDRESS, DriveSettings
 from curveline.errors import InvalidInput, LinkError
+from curveline.radio.frame_tap import FrameTap, Tap
 from curveline.radio.protocol.codes import FRAME_BYTES
 from curveline.radio.protocol.keys import Site
 
@@ -56,9 +57,13 @@ class InUse(LinkError):
 
 
 class Radio(Protocol):
-    """A way to the nodes of one site, and the clock that its times are told by."""
+    """A way to the nodes of one site, and the clock that its times are told by.
+
+    `tap` is told of every exchange, once it is over.
+    """
 
     site: Site
+    tap: Tap
 
     def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
         """Send up to `BATCH` frames, each an address and a payload, in order; what came back for each."""
@@ -118,4 +123,6 @@ def open_radio(spec: str, drive: DriveSettings, runs: Path) -> Radio:
     check_radio(spec)
     name, _, settings = spec.partition(":")
     opener = cast(Opener, import_module(BACK_ENDS[name]).open_radio)
-    return opener(settings, drive, runs)
+    radio = opener(settings, drive, runs)
+    radio.tap = FrameTap(spec, [(drive, radio.site)], runs, radio.now_us)
+    return radio

@@ -13,7 +13,7 @@ import pytest
 from typer.core import TyperGroup
 
 from curveline.bench import quick
-from curveline.driving import logbook
+from curveline.driving import frame_log, logbook
 from curveline.driving import runs as all_runs
 from curveline.material import drum_readings
 from curveline.radio.mock import store
@@ -54,6 +54,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "node tune": ("node", "tune", "1", "bias", *RADIO, "--yes"),
     "radio scan": ("radio", "scan", *RADIO, "--seconds", "1"),
     "radio range": ("radio", "range", "1", *RADIO, "--seconds", "1"),
+    "radio log": ("radio", "log", "--seconds", "0.1"),
     "display check": ("display", "check", "single"),
     "runs": ("runs", "--display", "single"),
     "runs show": ("runs", "show", "last"),
@@ -100,6 +101,7 @@ def struck(monkeypatch: pytest.MonkeyPatch, strike: Callable[..., Any]) -> None:
         (key_file, "read_site"),
         (all_runs, "read_runs"),
         (logbook, "read_run"),
+        (frame_log, "overhear"),
     ):
         monkeypatch.setattr(module, function, strike)
 

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+from curveline.driving import frame_log
+
 from .conftest import Run
+from .sending import LIMIT_S, Sending
 
 NOISY = ("--radio", "mock:fresh,noise=13,seed=5", "--seconds", "20")
 
@@ -128,5 +134,71 @@ def test_ranges_that_make_no_sense(run: Run, arguments: tuple[str, ...], words: 
 )
 def test_what_makes_no_sense(run: Run, arguments: tuple[str, ...], words: str) -> None:
     done = run("radio", "scan", *arguments)
+    assert done.code == 2, done.out
+    assert words in " ".join(done.err.split())
+
+
+def test_what_another_command_says_is_shown_as_it_passes(run: Run, tmp_path: Path) -> None:
+    """The other one in another process, as in another terminal."""
+    sending = Sending(tmp_path, "mock:realtime", seconds=0.2, steps=30)
+    sending.wait_for("step 1 of 30")
+    try:
+        done = run("radio", "log", "--seconds", "1", "--node", "2", "--type", "drive")
+        documents = run("radio", "log", "--seconds", "0.7", "--json").out.splitlines()
+    finally:
+        sending.kill()
+    assert done.code == 0
+    lines = done.out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert len(lines) > 20
+    assert all(" 2 > drive   release " in line or " < status " in line for line in lines)
+    assert "WRONG" not in done.out
+    told = [json.loads(line) for line in documents]
+    assert {each["process"] for each in told} == {sending.process.pid}
+    assert {each["node"] for each in told} == {1, 2}
+    assert {each["answer"]["tag"] for each in told if each["answer"]} == {"good"}
+    assert all(each["sent"]["type"] == "drive" and each["sent"]["fields"]["counter"] > 0 for each in told)
+
+
+def test_ctrl_c_ends_it_well(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def strike(*arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(frame_log, "overhear", strike)
+    done = run("radio", "log")
+    assert (done.code, done.out) == (130, "")
+    assert done.err == "listening to the commands that use this runs folder; Ctrl-C ends it\n"
+
+
+@pytest.mark.parametrize("ending", ["reader", "interrupt", "kill"])
+def test_whoever_listens_may_go_at_any_time(tmp_path: Path, ending: str) -> None:
+    """The reader of its pipe leaves, as `head` does; Ctrl-C; or it is killed. The run that is being sent goes on."""
+    sending = Sending(tmp_path, "mock:realtime", seconds=0.3, steps=12)
+    sending.wait_for("step 1 of 12")
+    command = [sys.executable, "-m", "curveline", "radio", "log", "--runs", str(tmp_path / "runs")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as listening:
+        assert listening.stdout is not None
+        assert " > drive " in listening.stdout.readline()
+        if ending == "reader":
+            listening.stdout.close()
+        else:
+            listening.send_signal(signal.SIGINT if ending == "interrupt" else signal.SIGKILL)
+        code = listening.wait(LIMIT_S)
+        assert listening.stderr is not None
+        said = listening.stderr.read().splitlines()
+    assert code == {"reader": 1, "interrupt": 130, "kill": -signal.SIGKILL}[ending]
+    assert len(said) == 1, said
+    left = list((tmp_path / "runs" / "listeners").iterdir())
+    assert len(left) == (ending == "kill")
+    ended = sending.end()
+    assert (ended.code, json.loads(ended.out)["outcome"]) == (0, "done")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [(("--type", "drives"), "there is no frame 'drives'"), (("--seconds", "-1"), "-1 s"), (("--node", "x"), "--node")],
+)
+def test_logs_that_make_no_sense(run: Run, arguments: tuple[str, ...], words: str) -> None:
+    done = run("radio", "log", *arguments)
     assert done.code == 2, done.out
     assert words in " ".join(done.err.split())

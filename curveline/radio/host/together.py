@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 from curveline.drive_settings import DriveSettings
+from curveline.radio.frame_tap import FrameTap, Tap, untapped
 from curveline.radio.interface import BACK_ENDS, Answer, Radio, check_radio, open_radio
 from curveline.radio.protocol.keys import Site
 from curveline.radio.site.key_file import hardware_site
@@ -18,6 +19,7 @@ class RadioShare:
 
     def __init__(self, radio: Radio, site: Site) -> None:
         self.site = site
+        self.tap: Tap = untapped  # the radio has one
         self._radio = radio
 
     def exchange(self, frames: Sequence[tuple[str, bytes]]) -> Sequence[Answer]:
@@ -56,10 +58,12 @@ def opened_together(spec: str, drives: Sequence[DriveSettings], runs: Path) -> I
     with ExitStack() as opened:
         if hasattr(module, "open_together"):
             radios: list[Radio] = module.open_together(settings, drives, runs)
-            for each in radios:
+            for each, drive in zip(radios, drives, strict=True):
                 opened.callback(each.close)
+                each.tap = FrameTap(spec, [(drive, each.site)], runs, each.now_us)
             yield radios
             return
         radio = open_radio(spec, drives[0], runs)
         opened.callback(radio.close)
+        radio.tap = FrameTap(spec, [(drive, hardware_site(drive)) for drive in drives], runs, radio.now_us)
         yield [RadioShare(radio, hardware_site(drive)) for drive in drives]

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError
+from curveline.radio.frame_tap import Tap, untapped
 from curveline.radio.interface import Answer, check_frames
 from curveline.radio.mock.board import Board, KeyRing
 from curveline.radio.mock.chip import MockChip
@@ -115,6 +116,7 @@ class MockRadio:
         chip: MockChip | None = None,
     ) -> None:
         self.site = hardware_site(drive) if spec.keys else mock_site(drive)
+        self.tap: Tap = untapped
         self._rod, self._rod_at = state.rod, state.rod_at
         self._chip = chip or MockChip(spec, drive.data_rate)
         self.clamp, self.play, self.set_share = spec.clamp, spec.play, spec.set
@@ -166,7 +168,9 @@ class MockRadio:
         if self._closed:
             raise LinkError("the mock radio is closed")
         self._reach()
-        return [self._exchange(address, payload) for address, payload in frames]
+        answers = [self._exchange(address, payload) for address, payload in frames]
+        self.tap(frames, answers)
+        return answers
 
     def _exchange(self, address: str, payload: bytes) -> Answer:
         listening = self._listening(address)

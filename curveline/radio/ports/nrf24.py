@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError, MissingExtra
 from curveline.radio.clock import steady_us
+from curveline.radio.frame_tap import Tap, untapped
 from curveline.radio.interface import Answer, InUse, RadioGone, check_frames
 from curveline.radio.ports.gpio_chip import header_chip, library_chip
 from curveline.radio.protocol.air_time import RATES_KBPS, RETRIES
@@ -106,6 +107,7 @@ class Nrf24Radio:
         from pyrf24 import RF24, RF24_1MBPS, RF24_2MBPS, RF24_250KBPS
 
         self.site = site
+        self.tap: Tap = untapped
         self._pins = wiring[:2]
         self._drive = drive
         self._rate = {"250kbps": RF24_250KBPS, "1Mbps": RF24_1MBPS, "2Mbps": RF24_2MBPS}[drive.data_rate]
@@ -127,9 +129,11 @@ class Nrf24Radio:
             if self._dipped(chip) or self.now_us() - self._checked_us >= CHECK_US:
                 self._check(chip)
             self._tidy(chip)
-            return [self._exchange(chip, address, payload) for address, payload in frames]
+            answers = [self._exchange(chip, address, payload) for address, payload in frames]
         except RuntimeError as error:
             raise self._gone(_reason(str(error))) from error
+        self.tap(frames, answers)
+        return answers
 
     def carriers(self) -> Sequence[int]:
         """See Radio; RadioGone as for exchange. The chip acknowledges nothing that it overhears."""

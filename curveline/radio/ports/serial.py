@@ -15,6 +15,7 @@ from typing import TypeVar
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput, LinkError
 from curveline.radio.clock import steady_us
+from curveline.radio.frame_tap import Tap, untapped
 from curveline.radio.interface import Answer, InUse, RadioGone, check_frames
 from curveline.radio.ports.dongle import CAN_SET_POWER, FLASH_HINT, HELLOS, Dongle, DongleIdent, Line, LineLost
 from curveline.radio.protocol.air_time import RATES_KBPS
@@ -57,6 +58,7 @@ class SerialRadio:
         self, path: str, drive: DriveSettings, site: Site, opener: Callable[[str], Line] | None = None
     ) -> None:
         self.site = site
+        self.tap: Tap = untapped
         self.path = path
         self.gone_since_us: int | None = None
         self._drive = drive
@@ -81,12 +83,14 @@ class SerialRadio:
         if self.gone_since_us is not None:
             self._look_for_it()
         try:
-            return self._dongle.exchange(frames) if frames else []
+            answers = self._dongle.exchange(frames) if frames else []
         except LineLost as lost:
             self._dongle.line.close()
             self._why, self._hint = str(lost), lost.hint or GONE_HINT
             self.gone_since_us = self.now_us()
             raise self._gone() from lost
+        self.tap(frames, answers)
+        return answers
 
     def close(self) -> None:
         """See Radio."""
