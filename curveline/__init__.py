@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     from curveline.drawings.placing import Placing as Placing
     from curveline.drawings.reading import read_drawing as read_drawing
     from curveline.drawings.sketch import HowToRead as HowToRead
+    from curveline.driving.frame_log import FrameWish as FrameWish
+    from curveline.driving.frame_log import overhear as overhear
     from curveline.driving.lines.from_python import dry_run_lines as dry_run_lines
     from curveline.driving.lines.from_python import home_lines as home_lines
     from curveline.driving.lines.from_python import resume_lines as resume_lines
@@ -151,6 +153,7 @@ _HOMES = {
     "connect": "driving.session",
     **dict.fromkeys(("send_verified", "VerifyRequest"), "driving.looking.verified"),
     **dict.fromkeys(("watch", "WatchRequest"), "driving.looking.watching"),
+    **dict.fromkeys(("overhear", "FrameWish"), "driving.frame_log"),
     **dict.fromkeys(("send_lines", "home_lines", "resume_lines", "dry_run_lines"), "driving.lines.from_python"),
     **dict.fromkeys(("status", "stop", "rod_now", "runs", "log"), "api"),
     "write": "writing",

@@ -24,6 +24,7 @@ from curveline.cameras.lens_calibration import LensCalibration
 from curveline.comparing.agreement import Comparison
 from curveline.displays.check import DisplayCheck
 from curveline.driving.adoption import Adoption
+from curveline.driving.frame_log import HeardFrame
 from curveline.driving.logbook import RunLog
 from curveline.driving.looking.verified import VerifiedTour
 from curveline.driving.new_settings import SettingsChange
@@ -73,6 +74,7 @@ STANDS_FOR: dict[str, Any] = {
     "loading": Loading,
     "log": RunLog,
     "node": OneNode,
+    "passed": HeardFrame,
     "plan": Plan,
     "quiet": ChannelScan,
     "report": ShapeReport,

@@ -22,11 +22,12 @@ from curveline._version import __version__
 from curveline.driving.live import same_radio
 from curveline.errors import InvalidInput
 from curveline.radio.frame_tap import FORMAT, HOST, LISTENERS, STALE_S
+from curveline.radio.host.journal import runs_folder
 from curveline.radio.protocol.air_time import RETRIES
 from curveline.radio.protocol.codes import EVERY_NODE, FRAME_BYTES, FrameKind, plain_name
 from curveline.radio.protocol.frame_fields import fields_of, kind_name
 from curveline.radio.tag_witness import GOOD, UNKNOWN, WRONG
-from curveline.system.files import printable
+from curveline.system.files import AnyPath, printable
 from curveline.system.json_records import Decoder
 
 if TYPE_CHECKING:
@@ -130,15 +131,19 @@ class _Gaps:
         return max(0, news.count - last - 1)
 
 
-def overhear(runs: Path, seconds: float | None = None, wish: FrameWish | None = None) -> Iterator[HeardFrame]:
-    """The frames of the commands that use this runs folder, from now on; for ever, or for some seconds.
+def overhear(
+    seconds: float | None = None, wish: FrameWish | None = None, runs: AnyPath | None = None
+) -> Iterator[HeardFrame]:
+    """The frames that other processes of this computer send and hear, from now on; for ever, or for some seconds.
 
-    A command is heard a quarter of a second after this has begun, at the latest. OSError if the folder cannot be used.
+    They are told by all that use the same `runs` folder, by default the user's; a process that is at work already is
+    heard after a quarter of a second. OSError if the folder cannot be used.
     """
+    folder = runs_folder() if runs is None else Path(runs)
     end = None if seconds is None else time.monotonic() + seconds
     wanted, gaps = wish or FrameWish(), _Gaps()
     skipped = 0
-    with _listening(runs / LISTENERS) as (port, token, path):
+    with _listening(folder / LISTENERS) as (port, token, path):
         touch_at = time.monotonic() + TOUCH_S
         while end is None or time.monotonic() < end:
             if time.monotonic() >= touch_at:

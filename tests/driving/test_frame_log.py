@@ -138,7 +138,7 @@ def collected(
 
     thread = threading.Thread(target=send)
     thread.start()
-    heard = list(overhear(runs, 0.5, wish))
+    heard = list(overhear(0.5, wish, runs))
     thread.join()
     return heard
 
@@ -148,7 +148,7 @@ def test_its_file_is_its_own_and_goes_with_it(tmp_path: Path) -> None:
     old = tmp_path / LISTENERS / "1-old.json"
     old.write_text("{}")
     os.utime(old, (0, 0))
-    heard = overhear(tmp_path, 0.3)
+    heard = overhear(0.3, runs=tmp_path)
     modes = []
     thread = threading.Thread(
         target=lambda: (time.sleep(0.1), modes.extend(each.stat().st_mode & 0o777 for each in old.parent.iterdir()))

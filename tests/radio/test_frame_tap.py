@@ -188,7 +188,7 @@ def test_rubbish_beside_a_listener_does_not_hide_it(tmp_path: Path) -> None:
 def test_what_is_overheard_is_filtered_and_the_file_is_gone_afterwards(tmp_path: Path) -> None:
     heard: list[HeardFrame] = []
     wish = FrameWish(nodes=(2,), kinds=("report",), display=DRIVE.display, radio="mock:loss=0.5")
-    frames = overhear(tmp_path, 1.0, wish)
+    frames = overhear(1.0, wish, tmp_path)
     with closing(open_radio("mock:fresh,seed=1", DRIVE, tmp_path)) as radio:
         original = radio.exchange
 

@@ -49,7 +49,7 @@ def log(
     wish = FrameWish(tuple(node or ()), tuple(kind or ()), display, radio or "")
     screen.note("listening to the commands that use this runs folder; Ctrl-C ends it")
     try:
-        for heard in overhear(runs_folder(runs), seconds, wish):
+        for heard in overhear(seconds, wish, runs_folder(runs)):
             screen.emit(heard.document()) if json else screen.result("\n".join(describe_frame(heard)))
     except KeyboardInterrupt:
         # That is how one ends listening: nothing has failed.

@@ -184,6 +184,10 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
         ("curveline radio range 1 --radio mock:weak=12 --seconds 20", "how a node is heard with each power"),
         ("curveline radio range 1 --radio mock --level max --seconds 20 -o range.svg", "with that of runs alone"),
     ),
+    "curveline radio log": (
+        ("curveline radio log --seconds 1", "all that other commands send and hear meanwhile"),
+        ("curveline radio log --seconds 1 --node 2 --type status --json", "what the second node says of itself"),
+    ),
     "curveline display": (("curveline display check single", "what a built-in display can do"),),
     "curveline display check": (
         ("curveline display check single", "what a built-in display can do"),
