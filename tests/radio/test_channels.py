@@ -80,7 +80,7 @@ def test_a_noisy_one_is_left_for_one_that_common_wlans_leave_free(number: int) -
     text = " ".join(found.advice())
     assert f"as WLAN does on its channel {number}" in text
     assert f"take channel {found.advised}" in text
-    assert "`curveline keys node`" in text
+    assert "`curveline node settings --display FILE --old-channel 65`" in text
 
 
 def test_where_all_is_noisy_it_says_so_and_does_not_send_people_around() -> None:

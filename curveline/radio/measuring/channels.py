@@ -150,8 +150,8 @@ class ChannelScan:
         best = self.best[0]
         yield f"take channel {best.channel}, where others send for {best.share:.1%} of the time"
         yield (
-            f"write `channel = {best.channel}` into [radio] of the display file, then give it to every node: "
-            "`curveline keys node` writes it into the program that it is flashed with"
+            f"write `channel = {best.channel}` into [radio] of the display file; then `curveline node settings "
+            f"--display FILE --old-channel {present.channel}` gives it to the nodes, over the air"
         )
 
     def _whom(self) -> str:

@@ -1,7 +1,7 @@
 """What a frame says, for whoever has no key: the fields, and nothing about whose they are.
 
-Bodies of frames are not encrypted, they are signed. Each is read by its own decoder, after it has been signed anew with
-a key that nobody else has a use for.
+Bodies of frames are signed, and but for pieces of settings not encrypted. Each is read by its own decoder, after it has
+been signed anew with a key that nobody else has a use for.
 """
 
 from __future__ import annotations
@@ -11,12 +11,14 @@ from dataclasses import fields
 from enum import Enum
 from typing import Any, NamedTuple
 
-from curveline.radio.protocol import frames, page_frames, service_frames
+from curveline.radio.protocol import frames, page_frames, service_frames, settings_frames
 from curveline.radio.protocol.codes import BODY_BYTES, FrameKind, Reject, plain_name
 from curveline.radio.protocol.envelope import kind_of, nonce_bytes
 from curveline.radio.protocol.keys import FROM_HOST, FROM_NODE, KEY_BYTES, OPEN_KEY, tag
 
 KEY = bytes(KEY_BYTES)
+HIDDEN = frozenset({"piece"})
+"""Fields that only who has the key can read."""
 
 
 class FieldReader(NamedTuple):
@@ -32,6 +34,9 @@ OF_HOST: Mapping[FrameKind, FieldReader] = {
     FrameKind.HOME: FieldReader(HOST_CLOCK, lambda payload, clock: frames.decode_home(payload, KEY, clock)),
     FrameKind.SERVICE: FieldReader(
         HOST_CLOCK, lambda payload, clock: service_frames.decode_service(payload, KEY, clock)
+    ),
+    FrameKind.SETTINGS: FieldReader(
+        HOST_CLOCK, lambda payload, clock: settings_frames.decode_settings(payload, KEY, clock)
     ),
     FrameKind.HELLO: FieldReader(NO_CLOCK, lambda payload, clock: frames.decode_hello(payload, KEY)),
     FrameKind.STOP: FieldReader(NO_CLOCK, lambda payload, clock: frames.decode_stop(payload, KEY)),
@@ -68,9 +73,9 @@ def fields_of(payload: bytes, *, from_host: bool) -> dict[str, Any] | None:
     key = OPEN_KEY if kind is FrameKind.PAGE else KEY
     signed = body + tag(key, body + nonce_bytes(clock), FROM_HOST if from_host else FROM_NODE)
     found = reader.decode(signed, clock)
-    return (
-        None if isinstance(found, Reject) else {each.name: _plain(getattr(found, each.name)) for each in fields(found)}
-    )
+    if isinstance(found, Reject):
+        return None
+    return {each.name: _plain(getattr(found, each.name)) for each in fields(found) if each.name not in HIDDEN}
 
 
 def _plain(value: Any) -> Any:

@@ -100,6 +100,7 @@ HOST_WORDS: Mapping[str, Callable[[Fields], str]] = {
     "hello": _hello,
     "home": lambda fields: f"axes {fields['axes']:03b}, order {fields['order']}",
     "service": _service,
+    "settings": lambda fields: f"{fields['operation']} {fields['index']}",
     "page": lambda fields: "who is there?",
     "stop": lambda fields: "to all",
     "estop": lambda fields: "",
