@@ -100,4 +100,5 @@ def _silent(place: AdoptionPlace, found: ScannedNode) -> list[str]:
     if channel is None:
         return [f"node {number}: no answer from {found.address} on any channel; check its power, radio and settings"]
     where = f"node {number} does not answer on channel {own}, which the display file names, but on {channel}"
-    return [f"{where}: write the display's settings to it, or correct the channel in the display file"]
+    cable = f"write the display's settings to it by a cable (`curveline keys node {number}`)"
+    return [f"{where}: {cable}, or correct the channel in the display file"]

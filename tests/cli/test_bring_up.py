@@ -21,7 +21,7 @@ from .conftest import Result, Run
 PAGE = Path(__file__).parents[2] / "docs" / "bring-up.md"
 PROGRAM = ":0800000000180020C1000000FF\n:00000001FF\n"
 FIRST, LAST = "## 2. The radio alone", "## 8. The other nodes"
-ABOUT_NODES = ("status", "keys", "node")
+ABOUT_NODES = ("status", "keys", "node", "radio range")
 
 
 class PageStep(NamedTuple):
@@ -64,7 +64,7 @@ def steps() -> Iterator[PageStep]:
         if block.is_run and block.kind == "console" and begin < block.span[0] < end:
             commands = re.findall(r"^\$ curveline (.*)$", block.text, re.MULTILINE)
             for command in commands:
-                if command.split()[0] in ABOUT_NODES:
+                if command.startswith(ABOUT_NODES):
                     yield PageStep(command, block.radio, block.exit_code if command is commands[-1] else 0)
 
 
@@ -153,7 +153,7 @@ class Desk:
 
 def test_the_page_has_every_board_of_the_twelve_and_every_axis() -> None:
     kinds = [each.kind for each in BOARDS]
-    assert set(kinds) - {"open"} == TWELVE
+    assert set(kinds) - {"open", "config"} == TWELVE
     for kind in ("reversed", "swapped", "absent", "noisy", "loose", "gear"):
         assert kinds.count(kind) == len(AXES)
     assert len(STEPS) > 15
