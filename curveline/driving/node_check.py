@@ -67,7 +67,8 @@ class AxisCheck:
     findings: tuple[Finding, ...]  # none if all is well
     forward: tuple[int, int, int]  # counts of every encoder while the motor turned forwards
     backward: tuple[int, int, int]  # and backwards
-    missed: int  # edges that were missed meanwhile
+    missed: int  # edges that its encoder missed meanwhile
+    missed_by: tuple[int, int, int]  # edges that every encoder missed meanwhile
     start_duty: tuple[float, float]  # share of full duty that set it going, forwards and backwards
     supply_mv: int | None  # the lowest that was seen, None if the chip cannot tell
     lag: float | None  # largest following error, closed loop; None if it was not tried
@@ -112,7 +113,7 @@ def check(place: NodePlace, names: Sequence[str] = AXES, told: Callable[[str], N
     for number, name in zip(numbers, names, strict=True):
         told(name)
         found.append(_axis_check(place, number, report))
-    return NodeCheck(place.number, (*address, *_of_node(report, found)), tuple(found))
+    return NodeCheck(place.number, (*address, *_of_node(report, found), *_between(found)), tuple(found))
 
 
 def _require_room(place: NodePlace, number: int, report: ReportFrame) -> None:
@@ -163,15 +164,36 @@ def _of_node(report: ReportFrame, axes: Sequence[AxisCheck]) -> Iterator[Finding
         )
 
 
+def _between(axes: Sequence[AxisCheck]) -> Iterator[Finding]:
+    """Encoders that miss edges while another motor turns, and none while their own does.
+
+    With one motor plugged in there is nothing to be said of the others.
+    """
+    if len(axes) < len(AXES):
+        return
+    for index, name in enumerate(AXES):
+        if any(each.code == "noisy" for each in axes[index].findings):
+            continue
+        for each in axes:
+            if each.axis != name and each.missed_by[index] > MISSED_LEAST:
+                yield Finding(
+                    "crosstalk",
+                    f"{name}'s encoder missed {each.missed_by[index]} edges while {each.axis}'s motor turned",
+                    f"noise of that motor on these lines: 100 nF across the motor of {each.axis}, its wires twisted, "
+                    f"and apart from the encoder wires of {name}",
+                )
+
+
 def _axis_check(place: NodePlace, number: int, report: ReportFrame) -> AxisCheck:
     with place.tried() as errand:
-        before = errand.axis(number).missed
+        before = _missed(errand)
         is_closed = errand.motors().switches[number - 1] and AXES[number - 1] == "translate"
         errand.rest(LOOK_S)
         forward = _turn(errand, number, CHECK_DUTY, FREE_COUNTS if is_closed else CHECK_COUNTS)
         stays = is_closed and errand.motors().switches[number - 1]
         backward = _turn(errand, number, -CHECK_DUTY, CHECK_COUNTS)
-        missed = errand.axis(number).missed - before
+        x, y, z = (now - then for now, then in zip(_missed(errand), before, strict=True))
+        missed = (x, y, z)[number - 1]
         findings = tuple(_judged(number, forward, backward, missed))
         if stays and not any(each.code in ("absent", "swapped", "reversed") for each in findings):
             findings += (_stuck(AXES[number - 1]),)
@@ -181,8 +203,21 @@ def _axis_check(place: NodePlace, number: int, report: ReportFrame) -> AxisCheck
     supplies = [each.least_mv for each in (forward, backward) if each.least_mv]
     starts = forward.facts.threshold / 1000.0, backward.facts.threshold / 1000.0
     return AxisCheck(
-        *(AXES[number - 1], findings, forward.gone, backward.gone, missed, starts, min(supplies, default=None), lag)
+        axis=AXES[number - 1],
+        findings=findings,
+        forward=forward.gone,
+        backward=backward.gone,
+        missed=missed,
+        missed_by=(x, y, z),
+        start_duty=starts,
+        supply_mv=min(supplies, default=None),
+        lag=lag,
     )
+
+
+def _missed(errand: Errand) -> tuple[int, ...]:
+    """Edges that every encoder missed since it was switched on."""
+    return tuple(errand.axis(number + 1).missed for number in range(len(AXES)))
 
 
 def _turn(errand: Errand, number: int, duty: int, counts: int) -> TurnResult:

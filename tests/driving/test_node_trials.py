@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,6 +19,7 @@ from curveline.radio.host.link import Halted
 from curveline.radio.host.stop_causes import Cause
 from curveline.radio.interface import Answer
 from curveline.radio.mock.display import MockRadio
+from curveline.radio.node.workbench import Turn
 from curveline.radio.protocol.codes import NodeState, ReadingPage, ServiceOperation
 from curveline.radio.protocol.service_frames import ServiceFrame
 
@@ -98,6 +100,27 @@ def test_a_weak_supply(session_of: Callable[..., Session]) -> None:
         found = session.node(1).check(["bias"])
     assert [each.code for each in found.findings] == ["supply"]
     assert "2.72 V" in found.findings[0].text
+
+
+def test_a_motor_that_disturbs_another_encoder(
+    session_of: Callable[..., Session], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with session_of("") as session:
+        bench = mock(session)._stations[0].plant.bench
+        still = bench.run
+
+        def noisy(now_ms: int, turn: Turn, *rest: Any) -> tuple[Any, ...]:
+            bench._missed[1] += 7 * (turn.axis == 3)
+            return still(now_ms, turn, *rest)
+
+        monkeypatch.setattr(bench, "run", noisy)
+        (finding,) = session.node(1).check().findings
+        assert (finding.code, finding.text) == (
+            "crosstalk",
+            "bias's encoder missed 14 edges while translate's motor turned",
+        )
+        assert "100 nF across the motor of translate" in finding.hint
+        assert session.node(1).check(["translate"]).is_well, "with one motor plugged in nobody knows of the others"
 
 
 @pytest.mark.parametrize(
