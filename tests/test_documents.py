@@ -232,7 +232,7 @@ def test_every_class_in_the_glossary_exists() -> None:
     assert named <= known, named - known
 
 
-ON_THE_AIR = ("radio-protocol.md", "security.md", "dongle-protocol.md")
+ON_THE_AIR = ("radio-protocol.md", "security.md", "dongle-protocol.md", "firmware-update.md")
 """Pages on which a session is one host with one node under one key."""
 
 
