@@ -16,8 +16,6 @@
 #include "supply.h"
 #include "tick.h"
 
-#define FIRMWARE 4u
-
 static cl_node node;
 
 /* The chip's 80 bits of identity in the 32 that the protocol has room for: FNV-1a. */

@@ -5,6 +5,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Number of this program, by which a host knows what it can ask of it. */
+#define FIRMWARE 4u
+
 /* startup.c */
 extern uint32_t startup_noise;
 

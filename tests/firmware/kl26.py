@@ -40,9 +40,10 @@ SPI0_S, SPI0_BR, SPI0_C2, SPI0_C1, SPI0_DL = 0x76000, 0x76001, 0x76002, 0x76003,
 FTFA_FSTAT, FTFA_FCCOB = 0x20000, 0x20004
 ADC0_SC1A, ADC0_CFG1, ADC0_RA, ADC0_SC3 = 0x3B000, 0x3B008, 0x3B010, 0x3B024
 ADC_DONE, ADC_BANDGAP, BANDGAP_MV = 0x80, 27, 1000
-SCB_AIRCR, AIRCR_RESET = 0xED0C, 0x05FA0004
+SCB_VTOR, SCB_AIRCR, AIRCR_RESET = 0xED08, 0xED0C, 0x05FA0004
 SYST_CSR, SYST_RVR, SYST_CVR = 0xE010, 0xE014, 0xE018
 NVIC_ISER, NVIC_IPR, SCB_SHPR3 = 0xE100, 0xE400, 0xED20
+FTFA_FPROT, REGION_BYTES, PROTECTED = 0x20010, 2048, 0x10
 MCM_PLACR, PLACR_CLEAR_CACHE = 0xC, 0x400
 """Within the block at 0xF0003000."""
 
@@ -148,6 +149,8 @@ class Kl26:
         self.cop_ms = 1024
         self.systick_next: int | None = None
         self.systick_pending = False
+        self.vectors = 0
+        self.protection = [0xFF] * 4
         self.nvic_enabled = 0
         self._spi_full = False
         self._spi_data = 0
@@ -239,6 +242,8 @@ class Kl26:
             self._write_port(offset, value)
         elif offset in self._writers:
             self._writers[offset](value)
+        elif FTFA_FPROT <= offset < FTFA_FPROT + 4:
+            self._protect(offset - FTFA_FPROT, value)
         elif offset in self._KNOWN:
             self.store[offset] = value
         else:
@@ -284,6 +289,8 @@ class Kl26:
             self.on_reset(RESET_SOFTWARE)
         elif offset == SYST_CSR:
             self.systick_next = self.now + self.systick_period if value & 1 else None
+        elif offset == SCB_VTOR and value % 256 == 0:
+            self.vectors = value
         elif offset not in (SYST_RVR, SYST_CVR, SCB_SHPR3, *range(NVIC_IPR, NVIC_IPR + 32, 4)):
             raise Strayed(f"store to 0x{0xE0000000 + offset:08x}")
         self.store[0xE0000 + offset] = value
@@ -389,8 +396,18 @@ class Kl26:
             raise Strayed(f"a flash command is launched from flash, pc 0x{self.pc():x}")
         self._flash_command([self.store.get(FTFA_FCCOB + index, 0) for index in (3, 2, 1, 0, 7, 6, 5, 4)])
 
+    def _protect(self, index: int, value: int) -> None:
+        """Regions may be added to the protected ones, whose bits are 0, and none be taken back."""
+        if value & ~self.protection[index]:
+            raise Strayed("protection of the flash is taken back")
+        self.protection[index] = value
+
     def _flash_command(self, bytes_: list[int]) -> None:
         command, address = bytes_[0], bytes_[1] << 16 | bytes_[2] << 8 | bytes_[3]
+        region = min(address // REGION_BYTES, 31)
+        if not self.protection[3 - region // 8] >> region % 8 & 1:
+            self.store[FTFA_FSTAT] |= PROTECTED
+            return
         self.flash_commands += 1
         is_cut = self.flash_commands == self.cut_at
         if command == 0x09 and address % SECTOR_BYTES == 0 and address < FLASH_BYTES:

@@ -172,7 +172,7 @@ class Processor:
         uc.mem_write(stack, struct.pack("<8I", *frame))
         uc.reg_write(UC_ARM_REG_SP, stack)
         uc.reg_write(UC_ARM_REG_LR, 0xFFFFFFF9)
-        (handler,) = struct.unpack_from("<I", self._chip.flash, 4 * exception)
+        (handler,) = struct.unpack_from("<I", self._chip.flash, self._chip.vectors + 4 * exception)
         self._pc = handler & ~1
 
     def _leave(self) -> None:

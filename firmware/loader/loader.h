@@ -1,0 +1,11 @@
+/* What the parts of the loader call each other by. */
+#ifndef LOADER_H
+#define LOADER_H
+
+/* start.c */
+_Noreturn void loader_reset(void);
+
+/* main.c */
+_Noreturn void loader_main(void);
+
+#endif
