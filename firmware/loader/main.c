@@ -1,9 +1,11 @@
 /* The loader's loop: frames in, the one answer kept loaded, the radio kept in shape, the watchdog fed. */
-#include "kl26.h"
+#include "board.h"
 #include "lamp.h"
 #include "loader.h"
+#include "motors.h"
 #include "program.h"
 #include "reset.h"
+#include "supply.h"
 #include "tick.h"
 #include "update.h"
 
@@ -56,22 +58,40 @@ static void serve(int64_t now_ms) {
     }
 }
 
+/* The tick is the program's, and calls these. */
+void motors_tick(int64_t now_ms) { (void)now_ms; }
+void supply_tick(void) {}
+
+/* Only the radio's request is to be noticed. */
+void pins_handler(void) { PORT_ISFR(RADIO_IRQ_PORT) = 1u << RADIO_IRQ_PIN; }
+
+/* With interrupts masked, one that came after the last look still wakes the processor. */
+static void sleep_if_idle(void) {
+    cpu_mask_interrupts();
+    if (!there || !nrf24_calls()) {
+        cpu_sleep();
+    }
+    cpu_allow_interrupts();
+}
+
 _Noreturn void loader_main(void) {
     clock_start();
     lamp_start();
     tick_start();
+    NVIC_ISER = 1u << IRQ_PORT_CD;
+    cpu_allow_interrupts();
     settings = update_start();
     for (;;) {
-        watchdog_tick();
         watchdog_main();
         int64_t now_ms = tick_ms();
         check(now_ms);
-        if (there) {
+        if (there && nrf24_calls()) {
             serve(now_ms);
         }
         if (update_over() || (now_ms - heard_ms >= PATIENCE_MS && update_runnable())) {
             reset_restart();
         }
         lamp_show(settings == 0 ? LAMP_NO_SETTINGS : LAMP_LOADER, now_ms);
+        sleep_if_idle();
     }
 }

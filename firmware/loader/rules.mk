@@ -1,7 +1,7 @@
 # `make updatable`: build/updatable.hex, the loader with the node program behind it. Written once by USB it makes a node whose
 # program can be replaced over the air, with the same file.
 
-LOADER := $(wildcard loader/*.c) $(addprefix node/,spi.c nrf24.c flash.c clock.c reset.c lamp.c libc/string.c) \
+LOADER := $(wildcard loader/*.c) $(addprefix node/,spi.c nrf24.c flash.c clock.c tick.c reset.c lamp.c libc/string.c) \
 	$(addprefix core/,blake2s.c keys.c frames.c store.c crc32.c settings_record.c settings_store.c)
 LOADER_OBJECTS := $(patsubst %.c,$(BUILD)/small/%.o,$(LOADER))
 LOADER_LIMIT ?= 10240

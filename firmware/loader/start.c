@@ -3,6 +3,7 @@
 #include "board.h"
 #include "layout.h"
 #include "loader.h"
+#include "program.h"
 #include "reset.h"
 #include "update.h"
 
@@ -107,10 +108,13 @@ typedef union {
 
 #define FAULT {.call = fault_handler}
 
-/* The loader allows no interrupts: the first sixteen are enough. */
-__attribute__((section(".vectors"), used)) static const vector vectors[16] = {
+__attribute__((section(".vectors"), used)) static const vector vectors[48] = {
     {.stack = stack_end}, {.call = loader_reset}, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT,
+    FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, {.call = tick_handler},
     FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT,
+    FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT,
+    FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT,
+    FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, {.call = pins_handler},
 };
 
 /* As in the program. */

@@ -16,7 +16,7 @@ enum { KIND_UPDATE = 13, KIND_PROGRESS = 14 };
 enum { PLACE_ASK = 240, PLACE_BEGIN, PLACE_FINISH, PLACE_LEAVE, PLACE_DESCRIPTION = 255 };
 enum { OUTCOME_NONE, OUTCOME_DONE, OUTCOME_REFUSED, OUTCOME_FLASH, OUTCOME_DIGEST };
 enum { SECTOR_ALL = 254, SECTOR_NONE = 255 }; /* instead of the sector that is wanted */
-enum { PIECE_BYTES = 16, PIECES = 64, SECTOR_WORDS = 256, COUNTER_MASK = 0xFFFFFF, DIGEST_BYTES = 16, LEAST_LENGTH = 256 };
+enum { DESCRIPTION_HELD = 3, PIECE_BYTES = 16, PIECES = 64, SECTOR_WORDS = 256, COUNTER_MASK = 0xFFFFFF, DIGEST_BYTES = 16, LEAST_LENGTH = 256 };
 
 typedef struct {
     uint16_t number; /* 0 for none */
@@ -30,7 +30,7 @@ static cl_keyed node_tags;
 static cl_node_nonce nonce;
 static update_session live, offered;
 static uint64_t handshake; /* of the offer */
-static uint8_t outcome;
+static uint8_t outcome, last; /* of the last thing that was to be done, and what that was */
 static bool over;
 
 /* The sector in hand, and which of its pieces are there. */
@@ -103,8 +103,10 @@ static bool describe(const uint32_t *words) {
 static uint8_t begin(void) {
     uint32_t words[DESCRIPTION_WORDS];
     memcpy(words, buffer.words, sizeof words);
-    bool whole = sector == SECTOR_NONE ? held == 3 : false;
-    if (!whole || !makes_sense(words)) {
+    if (sector != SECTOR_NONE) {
+        return OUTCOME_DONE; /* said once more */
+    }
+    if (held != DESCRIPTION_HELD || !makes_sense(words)) {
         return OUTCOME_REFUSED;
     }
     bool same = memcmp(words, described(), sizeof words) == 0 && !is_set(MARK_TRIED);
@@ -118,7 +120,6 @@ static bool write_sector(void) {
     bool good = flash_erase(address);
     for (unsigned i = 0; i < SECTOR_WORDS && good; i++) {
         good = buffer.words[i] == BLANK_WORD || flash_program(address + 4 * i, buffer.words[i]);
-        watchdog_tick();
         watchdog_main();
     }
     return good && set(sector);
@@ -156,22 +157,24 @@ static void take_piece(uint8_t place, uint8_t piece, const uint8_t *data) {
     memcpy(buffer.bytes + PIECE_BYTES * piece, data, PIECE_BYTES);
     held |= (uint64_t)1 << piece;
     if (sector < SECTORS && held == UINT64_MAX) {
+        last = sector;
         outcome = write_sector() ? OUTCOME_DONE : OUTCOME_FLASH;
         look_again();
     }
+}
+
+static uint8_t leave(void) {
+    over = update_runnable();
+    return over ? OUTCOME_DONE : OUTCOME_REFUSED;
 }
 
 static void obey(const uint8_t *payload) {
     uint8_t place = payload[1];
     if (place < SECTORS || place == PLACE_DESCRIPTION) {
         take_piece(place, payload[7], payload + 8);
-    } else if (place == PLACE_BEGIN) {
-        outcome = begin();
-    } else if (place == PLACE_FINISH) {
-        outcome = finish();
-    } else if (place == PLACE_LEAVE) {
-        over = update_runnable();
-        outcome = over ? OUTCOME_DONE : OUTCOME_REFUSED;
+    } else if (place == PLACE_BEGIN || place == PLACE_FINISH || place == PLACE_LEAVE) {
+        last = place;
+        outcome = place == PLACE_BEGIN ? begin() : place == PLACE_FINISH ? finish() : leave();
     }
 }
 
@@ -201,6 +204,7 @@ static bool admitted(const uint8_t *payload) {
     live = offered;
     offered.number = 0;
     outcome = OUTCOME_NONE;
+    last = PLACE_ASK;
     look_again();
     return true;
 }
@@ -251,6 +255,7 @@ static void say(void) {
     update_answer[16] = sector;
     update_answer[17] = outcome;
     update_answer[18] = marks;
+    update_answer[19] = last;
     cl_put32(update_answer + 20, flash_word(DESCRIPTION));
     cl_tag(&live.key, update_answer, 0, CL_FROM_NODE, update_answer + CL_BODY_BYTES);
 }

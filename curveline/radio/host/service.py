@@ -57,7 +57,7 @@ Watcher = Callable[[StatusFrame], None]
 
 def report_of(radio: Radio, drive: DriveSettings, number: int) -> ReportFrame:
     """What node `number` (from 1) says of itself; LinkError if it says nothing."""
-    peer = _peer_of(radio, drive, number)
+    peer = peer_of(radio, drive, number)
     question = HelloFrame(number, peer.nonce, 0, 0, 0, FLAG_QUERY)
 
     def read(payload: bytes) -> ReportFrame | Reject:
@@ -65,7 +65,7 @@ def report_of(radio: Radio, drive: DriveSettings, number: int) -> ReportFrame:
 
     report = insist(radio, peer, question, read)
     if report is None:
-        raise _halted(radio, drive, Halt(_why_silent(peer), number))
+        raise halted(radio, drive, Halt(_why_silent(peer), number))
     return report
 
 
@@ -114,7 +114,7 @@ class Claim:
     def __init__(self, radio: Radio, drive: DriveSettings, number: int) -> None:
         self._radio = radio
         self._drive = drive
-        self._peer = _peer_of(radio, drive, number)
+        self._peer = peer_of(radio, drive, number)
         self._heard_us = radio.now_us()
         self._hello = HelloFrame(number, self._peer.nonce, 0, 0, 0)
 
@@ -202,10 +202,11 @@ class Claim:
         return fact
 
     def _halted(self, halt: Halt) -> Halted:
-        return _halted(self._radio, self._drive, halt)
+        return halted(self._radio, self._drive, halt)
 
 
-def _peer_of(radio: Radio, drive: DriveSettings, number: int) -> Peer:
+def peer_of(radio: Radio, drive: DriveSettings, number: int) -> Peer:
+    """Node `number` (from 1) as a host knows it that has not asked it anything; InvalidInput if there is none."""
     if not 1 <= number <= drive.node_count:
         raise InvalidInput(f"there is no node {number}: display {drive.display!r} has nodes 1 to {drive.node_count}")
     return Peer(number, drive.addresses[number - 1], radio.site.node_key(number), fresh_nonce())
@@ -215,6 +216,6 @@ def _why_silent(peer: Peer) -> Cause:
     return Cause.UNTRUSTED if peer.tally.answered else Cause.SILENT
 
 
-def _halted(radio: Radio, drive: DriveSettings, halt: Halt) -> Halted:
+def halted(radio: Radio, drive: DriveSettings, halt: Halt) -> Halted:
     """What stops a host, with the reason for it, if that can be found."""
     return Halted(explain(radio, drive, halt))

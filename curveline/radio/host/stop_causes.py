@@ -189,6 +189,18 @@ class Cause(Enum):
         "node {node} has firmware {detail}, which knows nothing of that",
         "flash the node with the firmware of this release of curveline",
     )
+    NO_LOADER = (
+        "node {node} has no loader, or does not find it: its program cannot be replaced over the air",
+        "flash it once by USB with an image that has one: `make -C firmware updatable`, `curveline keys node {node}`",
+    )
+    UNFLASHED = (
+        "node {node} has not got its program: {detail}",
+        "try again; if that does not help, flash it by USB",
+    )
+    UNFIT = (
+        "node {node} has got its program, but does not answer under it",
+        "switch it off and on, which brings its loader back, and send it a program that works",
+    )
     REFUSED = (
         "node {node} does not do that: {detail}",
         "see how it is: `curveline node status {node}{display}`",

@@ -91,6 +91,9 @@ class NodeErrands(NodeBody):
         elif wanted is SettingsOperation.KEEP:
             outcome = keeper.keep()
             self.on_trial = outcome is not ErrandOutcome.DONE
+        elif wanted is SettingsOperation.LOADER:
+            self.leaves = self.plant.has_loader
+            outcome = ErrandOutcome.DONE if self.leaves else ErrandOutcome.BEYOND
         else:
             outcome, self.leaves = ErrandOutcome.DONE, self.on_trial
             pieces.clear()

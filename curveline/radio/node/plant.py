@@ -68,6 +68,8 @@ class Plant(Protocol):
     """What a node needs of its motors and encoders, and where its settings are."""
 
     settings: SettingsKeeper
+    has_loader: bool
+    """Whether another program could take this one's place over the air."""
 
     def follow(self, now_ms: int, start_ms: int, move: NodeMove) -> None:
         """From now on track the set-points of `move`, which began at `start_ms`."""
@@ -202,6 +204,7 @@ class MotorPlant:
         self.trouble = Fault.NONE
         self.wiring = Wiring()
         self.settings: SettingsKeeper = FixedSettings()
+        self.has_loader = False
         self.bench = Bench()
         self._lag = 0
         self._turn_end_ms: int | None = None

@@ -74,6 +74,8 @@ class FrameKind(IntEnum):
     SERVICE = 10
     READING = 11
     SETTINGS = 12
+    UPDATE = 13
+    PROGRESS = 14
 
 
 class NodeState(IntEnum):
@@ -148,6 +150,7 @@ class SettingsOperation(IntEnum):
     TRY = 2
     KEEP = 3
     DROP = 4
+    LOADER = 5
 
 
 class ErrandOutcome(IntEnum):

@@ -49,6 +49,17 @@ def with_settings(text: str, path: str, settings: NodeSettings) -> str:
     return "".join(map(_encode, [*sorted(parts, key=lambda line: line.address), *starts, _Line(END, 0, b"")]))
 
 
+def flash_of(text: str, path: str) -> bytes:
+    """All 64 kB of a node's flash, blank where the image says nothing; InvalidInput for a bad image."""
+    lines = list(_parse(text, path))
+    _check(lines, path)
+    flash = bytearray(b"\xff" * FLASH_BYTES)
+    for line in lines:
+        if line.kind == DATA:
+            flash[line.address : _end(line)] = line.data
+    return bytes(flash)
+
+
 def _parse(text: str, path: str) -> Iterator[_Line]:
     base = 0
     rows = text.rstrip("\n").split("\n")

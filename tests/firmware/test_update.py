@@ -1,0 +1,212 @@
+"""A node's program replaced over the air, on the real loader: loss, cuts in the flash, wrong and damaged programs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from curveline.errors import InvalidInput
+from curveline.radio.host.link import Halted, read_status
+from curveline.radio.host.stop_causes import Cause
+from curveline.radio.host.updating import LoaderLink
+from curveline.radio.protocol.codes import NodeState
+from curveline.radio.site.program_file import DESCRIPTION_AT, PROGRAM_AT, program_in
+
+from .image import Image
+from .machine import BUTTON
+from .updatable import BLANK, KEPT, TRIED, WHOLE, Cutter, Updatable, build_updatable, little_program, mark, node_with, stored
+
+LITTLE = little_program()
+
+
+@pytest.fixture(scope="session")
+def updatable(image_folder: Path, image: Image) -> Updatable:
+    """The loader and the program behind it."""
+    return build_updatable(image_folder)
+
+
+def test_a_node_with_a_loader_works_like_one_without(updatable: Updatable) -> None:
+    fleet, radio = node_with(updatable.image)
+    (node,) = read_status(radio, fleet.drive)
+    assert (node.state, node.boot) == ("unhomed", 1)
+    (machine,) = fleet.machines
+    assert machine.chip.protection == [0xE0, 0, 0, 0], "all but what programs write"
+    assert machine.watchdog_resets == 0
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+def test_a_little_program_arrives_whole(updatable: Updatable, loss: float) -> None:
+    fleet, radio = node_with(updatable.image, loss=loss, lacks=(KEPT,))
+    (machine,) = fleet.machines
+    link = LoaderLink(radio, fleet.drive, 1)
+    ident = link.greet()
+    assert ident is not None
+    assert ident.state is NodeState.BOOT
+    link.send(LITTLE)
+    assert stored(machine, LITTLE)
+    assert mark(machine, WHOLE) == bytes(4)
+    assert mark(machine, TRIED) == mark(machine, KEPT) == BLANK
+    link.leave()
+    fleet.run(500_000)
+    assert link.greet() is None, "the program runs, and is not heard"
+    fleet.run(1_500_000)
+    ident = link.greet()
+    assert ident is not None
+    assert ident.state is NodeState.BOOT, "the watchdog brought the loader back"
+    assert machine.watchdog_resets == 1
+
+
+CUTS = (1, 2, 9, 10, 11, 266, 267)
+"""Flash operations of an update of one sector: erase, eight words, erase, 256 words, the sector's mark, *whole*, *tried*."""
+LAST_CUT = 268
+
+
+@pytest.mark.parametrize("at", CUTS)
+def test_a_cut_in_the_flash_costs_time_and_no_more(updatable: Updatable, at: int) -> None:
+    cut(updatable, at, seed=at)
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("seed", range(3))
+def test_a_cut_in_any_flash_operation_costs_time_and_no_more(updatable: Updatable, seed: int) -> None:
+    for at in range(1, LAST_CUT + 1):
+        cut(updatable, at, seed=1000 * seed + at)
+
+
+def cut(updatable: Updatable, at: int, seed: int) -> None:
+    """Cut the power in an update, and again in what follows, until it has arrived."""
+    fleet, radio = node_with(updatable.image, loss=0.1, seed=seed, lacks=(KEPT,))
+    (machine,) = fleet.machines
+    link = LoaderLink(radio, fleet.drive, 1)
+    cutter = Cutter(machine, at, seed)
+    for _ in range(6):
+        try:
+            if link.greet() is None:
+                fleet.run(1_500_000)
+                continue
+            link.send(LITTLE)
+            link.leave()
+        except Halted:
+            continue
+        if cutter.happened and mark(machine, TRIED) != BLANK:
+            break
+        fleet.run(20_000)
+    assert cutter.happened
+    assert stored(machine, LITTLE)
+    assert mark(machine, WHOLE) != BLANK
+    assert mark(machine, KEPT) == BLANK
+    fleet.run(1_500_000)
+    assert link.greet() is not None, "the loader is there, whatever the program does"
+
+
+def test_what_was_there_is_not_sent_again(updatable: Updatable) -> None:
+    """The whole program of which two sectors are missing, with noise in their place."""
+    program, missing = updatable.program, (3, 17)
+    fleet, radio = node_with(updatable.image, lacks=(WHOLE, TRIED, KEPT, *missing))
+    (machine,) = fleet.machines
+    link = LoaderLink(radio, fleet.drive, 1)
+    assert link.greet() is not None
+    machine.write_flash(DESCRIPTION_AT, program.description(radio.site.node_key(1)))
+    for sector in missing:
+        machine.write_flash(PROGRAM_AT + 1024 * sector, bytes(1024))
+    link.send(program)
+    assert stored(machine, program)
+    assert 2 * 64 <= link.frames < 2 * 64 + 100
+    link.leave()
+    fleet.run(200_000)
+    assert (mark(machine, TRIED), mark(machine, KEPT)) == (bytes(4), BLANK)
+    assert read_status(radio, fleet.drive)[0].state == "unhomed"
+
+
+def test_a_program_that_is_not_what_was_described_never_starts(updatable: Updatable) -> None:
+    fleet, radio = node_with(updatable.image, lacks=(KEPT,))
+    (machine,) = fleet.machines
+    link = LoaderLink(radio, fleet.drive, 1)
+    assert link.greet() is not None
+    damaged = replace(LITTLE, data=LITTLE.data[:-1] + b"?")
+    key = radio.site.node_key(1)
+    object.__setattr__(damaged, "description", lambda node_key: LITTLE.description(key))
+    with pytest.raises(Halted) as caught:
+        link.send(damaged)
+    assert caught.value.halt.cause is Cause.UNFLASHED
+    assert mark(machine, WHOLE) == BLANK
+    link.leave()
+    fleet.run(300_000)
+    assert link.greet() is not None
+    link.send(LITTLE)
+    assert stored(machine, LITTLE)
+
+
+def test_a_program_for_other_settings_is_refused_before_anything_is_erased(updatable: Updatable) -> None:
+    fleet, radio = node_with(updatable.image, lacks=(KEPT,))
+    (machine,) = fleet.machines
+    link = LoaderLink(radio, fleet.drive, 1)
+    assert link.greet() is not None
+    before = bytes(machine.flash)
+    with pytest.raises(Halted) as caught:
+        link.send(replace(LITTLE, settings=2))
+    assert caught.value.halt.cause is Cause.UNFLASHED
+    assert "settings" in caught.value.message
+    assert bytes(machine.flash) == before
+
+
+def test_frames_of_another_time_do_nothing(updatable: Updatable) -> None:
+    fleet, radio = node_with(updatable.image, lacks=(KEPT,))
+    (machine,) = fleet.machines
+    recorded: list[tuple[str, bytes]] = []
+    exchange = radio.exchange
+
+    def listening(frames):  # type: ignore[no-untyped-def]
+        recorded.extend(frames)
+        return exchange(frames)
+
+    radio.exchange = listening  # type: ignore[method-assign]
+    link = LoaderLink(radio, fleet.drive, 1)
+    assert link.greet() is not None
+    link.send(LITTLE)
+    radio.exchange = exchange  # type: ignore[method-assign]
+    other = little_program(seed=2)
+    assert link.greet() is not None
+    link.send(other)
+    before = bytes(machine.flash[:0xF800])
+    for frame in recorded:
+        exchange([frame])
+    assert link.greet() is not None
+    assert bytes(machine.flash[:0xF800]) == before
+    assert stored(machine, other)
+
+
+def test_a_stranger_cannot_begin(updatable: Updatable) -> None:
+    fleet, radio = node_with(updatable.image, lacks=(KEPT,))
+    (machine,) = fleet.machines
+    link = LoaderLink(radio, fleet.drive, 1)
+    assert link.greet() is not None
+    before = bytes(machine.flash)
+    link._key = bytes(16)
+    with pytest.raises(Halted):
+        link.send(LITTLE)
+    assert bytes(machine.flash) == before
+
+
+def test_the_button_at_power_on_brings_the_loader_and_patience_the_program(updatable: Updatable) -> None:
+    fleet, radio = node_with(updatable.image)
+    (machine,) = fleet.machines
+    machine.set_pin(BUTTON, 0)
+    machine.power_cycle()
+    fleet.run(20_000)
+    machine.set_pin(BUTTON, 1)
+    ident = LoaderLink(radio, fleet.drive, 1).greet()
+    assert ident is not None
+    assert ident.state is NodeState.BOOT
+    assert not machine.drivers_on
+    fleet.run(61_000_000)
+    assert read_status(radio, fleet.drive)[0].state == "unhomed"
+
+
+def test_only_a_program_behind_a_loader_can_be_sent(image_folder: Path, updatable: Updatable) -> None:
+    path = image_folder / "node.hex"
+    with pytest.raises(InvalidInput, match="no program behind a loader"):
+        program_in(path.read_text(), str(path))
+    assert program_in(updatable.path.read_text(), str(updatable.path)).number == 4
