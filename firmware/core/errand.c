@@ -123,6 +123,10 @@ static uint8_t carry_out(cl_node *node, uint8_t operation) {
     } else if (operation == CL_SETTINGS_KEEP) {
         outcome = plant->keep(plant->self);
         node->on_trial = outcome != CL_OUTCOME_DONE;
+    } else if (operation == CL_SETTINGS_LOADER) {
+        node->leaves = plant->loader != 0;
+        outcome = node->leaves ? CL_OUTCOME_DONE : CL_OUTCOME_BEYOND;
+        if (node->leaves) plant->loader(plant->self);
     } else {
         node->leaves = node->on_trial;
         node->pieces = 0;

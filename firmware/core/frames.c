@@ -113,7 +113,7 @@ cl_verdict cl_decode_settings(
     if (verdict != CL_GOOD) return verdict;
     uint8_t operation = payload[8], index = payload[9], stream[CL_KEY_BYTES];
     bool fits = operation == CL_SETTINGS_PIECE ? index < CL_PIECES : zero_from(payload, PIECE);
-    if (operation > CL_SETTINGS_DROP || !fits) return CL_REJECT_FIELD;
+    if (operation > CL_SETTINGS_LOADER || !fits) return CL_REJECT_FIELD;
     *frame = (cl_settings_frame){
         .clock = clock, .counter = cl_get32(payload + 4), .operation = operation, .index = index,
     };

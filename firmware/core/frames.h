@@ -56,6 +56,8 @@ enum {
     CL_KIND_SERVICE = 10,
     CL_KIND_READING = 11,
     CL_KIND_SETTINGS = 12,
+    CL_KIND_UPDATE = 13, /* these two are the loader's */
+    CL_KIND_PROGRESS = 14,
 };
 
 /* What a SERVICE asks for; from JOG on it is an order. */
@@ -74,6 +76,7 @@ enum {
     CL_SETTINGS_TRY = 2,
     CL_SETTINGS_KEEP = 3,
     CL_SETTINGS_DROP = 4,
+    CL_SETTINGS_LOADER = 5,
 };
 
 enum {

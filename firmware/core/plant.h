@@ -70,6 +70,8 @@ typedef struct cl_plant {
     /* Forget what is stored and was not tried. */
     void (*drop)(void *self);
     void (*standing)(void *self, cl_standing *now);
+    /* Let the loader go on the air at the next start; null if there is none. */
+    void (*loader)(void *self);
 } cl_plant;
 
 #endif

@@ -15,6 +15,7 @@
 #include "settings.h"
 #include "supply.h"
 #include "tick.h"
+#include "updates.h"
 
 static cl_node node;
 
@@ -56,6 +57,7 @@ __attribute__((noinline)) static void begin(void) {
     home_start(settings->axes);
     cl_plant plant = home_plant();
     settings_join(&plant);
+    updates_join(&plant);
     cl_node_init(&node, &identity, settings->axes, plant, &memory);
     link_start(&settings->radio);
 }
@@ -149,6 +151,7 @@ _Noreturn void program_main(void) {
         take_note(now_ms);
         supply_serve(now_ms);
         guard_motors();
+        updates_serve(&node);
         settings_serve(&node, now_ms, persist_serve(&node, now_ms));
         lamp_show(lamp_code(now_ms), now_ms);
         sleep_if_idle();

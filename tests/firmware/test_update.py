@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from random import Random
 
 import pytest
 
 from curveline.errors import InvalidInput
 from curveline.radio.host.link import Halted, read_status
 from curveline.radio.host.stop_causes import Cause
-from curveline.radio.host.updating import LoaderLink
+from curveline.radio.host.updating import LoaderLink, update_node
 from curveline.radio.protocol.codes import NodeState
 from curveline.radio.site.program_file import DESCRIPTION_AT, PROGRAM_AT, program_in
 
+from .display import tied
+from .fleet import STORE
 from .image import Image
+from .kl26 import PowerCut
 from .machine import BUTTON
-from .updatable import BLANK, KEPT, TRIED, WHOLE, Cutter, Updatable, build_updatable, little_program, mark, node_with, stored
+from .updatable import BLANK, KEPT, TRIED, WHOLE, Updatable, build_updatable, little_program, mark, node_with, stored
 
 LITTLE = little_program()
 
@@ -58,9 +62,9 @@ def test_a_little_program_arrives_whole(updatable: Updatable, loss: float) -> No
     assert machine.watchdog_resets == 1
 
 
-CUTS = (1, 2, 9, 10, 11, 266, 267)
-"""Flash operations of an update of one sector: erase, eight words, erase, 256 words, the sector's mark, *whole*, *tried*."""
-LAST_CUT = 268
+CUTS = (1, 2, 9, 10, 11, 241, 242, 243, 244)
+"""Flash commands of an update of one sector: erase, 8 words, erase, 231 words, and three marks."""
+LAST_CUT = 244
 
 
 @pytest.mark.parametrize("at", CUTS)
@@ -76,25 +80,22 @@ def test_a_cut_in_any_flash_operation_costs_time_and_no_more(updatable: Updatabl
 
 
 def cut(updatable: Updatable, at: int, seed: int) -> None:
-    """Cut the power in an update, and again in what follows, until it has arrived."""
+    """Cut the power in a flash command of an update, and go on until the program has arrived."""
     fleet, radio = node_with(updatable.image, loss=0.1, seed=seed, lacks=(KEPT,))
     (machine,) = fleet.machines
-    link = LoaderLink(radio, fleet.drive, 1)
-    cutter = Cutter(machine, at, seed)
-    for _ in range(6):
+    chip, link, cuts = machine.chip, LoaderLink(radio, fleet.drive, 1), 0
+    chip.chance, chip.cut_at = Random(seed), chip.flash_commands + at
+    while mark(machine, TRIED) == BLANK or not stored(machine, LITTLE):
         try:
-            if link.greet() is None:
-                fleet.run(1_500_000)
-                continue
-            link.send(LITTLE)
-            link.leave()
-        except Halted:
-            continue
-        if cutter.happened and mark(machine, TRIED) != BLANK:
-            break
-        fleet.run(20_000)
-    assert cutter.happened
-    assert stored(machine, LITTLE)
+            if link.greet() is not None:
+                link.send(LITTLE)
+                link.leave()
+            fleet.run(20_000)
+        except PowerCut:
+            cuts += 1
+            machine.power_cycle()
+        assert cuts <= 1
+    assert cuts == 1
     assert mark(machine, WHOLE) != BLANK
     assert mark(machine, KEPT) == BLANK
     fleet.run(1_500_000)
@@ -210,3 +211,27 @@ def test_only_a_program_behind_a_loader_can_be_sent(image_folder: Path, updatabl
     with pytest.raises(InvalidInput, match="no program behind a loader"):
         program_in(path.read_text(), str(path))
     assert program_in(updatable.path.read_text(), str(updatable.path)).number == 4
+
+
+# From one program to the next
+
+
+def test_a_node_gets_another_program_and_keeps_its_position(updatable: Updatable, homed_flash: bytes) -> None:
+    """As a user does it, but for two sectors only: the others are those that the node has."""
+    fleet, radio = node_with(updatable.image, loss=0.1)
+    (machine,) = fleet.machines
+    machine.write_flash(STORE, tied(homed_flash, 1))
+    machine.power_cycle()
+    fleet.run(200_000)
+    assert read_status(radio, fleet.drive)[0].state == "ready"
+    before = (mark(machine, WHOLE), mark(machine, KEPT))
+    assert before == (bytes(4), bytes(4))
+    parts: list[float] = []
+    done = update_node(radio, fleet.drive, 1, updatable.program, parts.append)
+    assert (done.was, done.firmware) == (4, 4)
+    assert parts[-1] == 1.0
+    assert stored(machine, updatable.program)
+    assert mark(machine, KEPT) == bytes(4)
+    (node,) = read_status(radio, fleet.drive)
+    assert (node.state, node.boot_cause) == ("ready", "software")
+    assert machine.watchdog_resets == 0

@@ -197,7 +197,7 @@ class Cause(Enum):
         "node {node} has not got its program: {detail}",
         "try again; if that does not help, flash it by USB",
     )
-    UNFIT = (
+    MUTE = (
         "node {node} has got its program, but does not answer under it",
         "switch it off and on, which brings its loader back, and send it a program that works",
     )

@@ -226,7 +226,7 @@ def update_node(radio: Radio, drive: DriveSettings, number: int, program: NodePr
         _await(link, Halt(Cause.NO_LOADER, number), loader=True)
     link.send(program)
     link.leave()
-    _await(link, Halt(Cause.UNFIT, number), loader=False)
+    _await(link, Halt(Cause.MUTE, number), loader=False)
     with _departing(radio, drive, number) as errand:  # a program that was never heard would not be started again
         firmware = errand.firmware()
     return Updated(was, firmware, link.frames)

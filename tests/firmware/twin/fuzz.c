@@ -188,7 +188,7 @@ static void live(fuzzer *fuzz, uint64_t executions) {
     start.estop = 0;
     twin_begin(&it, &start);
     it.node.plant = (cl_plant){&plant, follow, positions, settles, fault, seek, sought, give_up,
-                                turn, turned, place, look, store, outcome, outcome, drop, standing};
+                                turn, turned, place, look, store, outcome, outcome, drop, standing, 0};
     int64_t now_ms = start.now_ms;
     while (executions-- > 0 && !it.node.leaves) {
         now_ms += below(fuzz, 3) ? 0 : below(fuzz, 120);

@@ -139,7 +139,7 @@ static void standing(void *self, cl_standing *now) {
 static cl_plant plant_of(twin_plant *plant) {
     return (cl_plant){
         plant, follow, positions, settles, fault, seek, sought, give_up, turn, turned, place, look,
-        store, request, keep, drop, standing,
+        store, request, keep, drop, standing, 0,
     };
 }
 
