@@ -42,7 +42,7 @@ from curveline.cli.commands.keys import node as image
 from curveline.cli.commands.keys import show as show_keys
 from curveline.cli.commands.new import display as new_display
 from curveline.cli.commands.new import shape as new_shape
-from curveline.cli.commands.node import blink, clear, home, info, jog, tune, zero
+from curveline.cli.commands.node import blink, clear, home, info, jog, tune, update, zero
 from curveline.cli.commands.node import calibrate as node_calibrate
 from curveline.cli.commands.node import check as node_check
 from curveline.cli.commands.node import settings as node_settings
@@ -74,7 +74,7 @@ HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 OF_ONE_NODE = (
     *(node_status.status, info.info, clear.clear, home.home, blink.blink, jog.jog, zero.zero, node_watch.watch),
-    *(node_check.check, node_calibrate.calibrate, tune.tune, node_settings.settings),
+    *(node_check.check, node_calibrate.calibrate, tune.tune, node_settings.settings, update.update),
 )
 OF_THE_AIR = (radio_scan.scan, radio_range.range, radio_log.log)
 LINKED = (send.send, watch.watch, status.status, stop.stop, adopt.adopt, *OF_ONE_NODE, *OF_THE_AIR)

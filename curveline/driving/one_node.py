@@ -25,15 +25,18 @@ from curveline.driving.node_check import NodeCheck, check
 from curveline.driving.node_errands import Jogged, NodeInfo, NodePlace, Watched, blink, info, jog, watch, zero
 from curveline.driving.node_switch import SwitchCheck, check_switch
 from curveline.driving.node_tuning import tune
+from curveline.driving.site_keys import read_program
 from curveline.driving.status import node_document
 from curveline.errors import InvalidInput
 from curveline.radio.host.link import Halted
 from curveline.radio.host.node_status import NodeStatus, status_of_report
 from curveline.radio.host.service import clear_fault, home_axes, report_of
 from curveline.radio.host.stop_causes import display_option
+from curveline.radio.host.updating import ProgramUpdate, Updated, update_node
 from curveline.radio.interface import InUse, Radio
 from curveline.radio.protocol.frames import ReportFrame, StatusFrame
 from curveline.radio.protocol.service_frames import MotorFacts
+from curveline.system.files import AnyPath
 
 
 def refuse_while_sending(drive: DriveSettings, named: str, spec: str, runs: Path) -> None:
@@ -138,6 +141,18 @@ class OneNode:
         """Give a motor its duty at once, and say which gains suit it."""
         with self._named():
             return tune(self._place, axis, told)
+
+    def update(
+        self, program: AnyPath, *, older: bool = False, seen: Callable[[float], None] = lambda part: None
+    ) -> Updated:
+        """Replace the node's program over the air by the one in a file of `make updatable`; broken off, it goes on.
+
+        `older` allows one of an older firmware. `seen` is told which part of it the node has. InvalidInput for what is
+        no program behind a loader, LinkError for a node without one.
+        """
+        update = ProgramUpdate(read_program(program), older, seen)
+        with self._named():
+            return update_node(self.radio, self.drive, self.number, update)
 
     @property
     def mock_ruler(self) -> Callable[[Jogged], float] | None:

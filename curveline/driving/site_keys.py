@@ -12,6 +12,7 @@ from curveline.radio.protocol.node_settings import node_settings
 from curveline.radio.site import key_file
 from curveline.radio.site.intel_hex import with_settings
 from curveline.radio.site.key_file import SiteFile, default_path, write_private
+from curveline.radio.site.program_file import NodeProgram, program_in
 from curveline.scene import Display
 from curveline.system.file_kinds import IMAGE, refuse_other_kind
 from curveline.system.files import AnyPath, decode_text
@@ -77,6 +78,14 @@ def node_image(
     _keep(image.path, with_settings(text, given.name, settings).encode())
     _warn(image.path, listener)
     return image
+
+
+def read_program(program: AnyPath) -> NodeProgram:
+    """The program that `make updatable` put behind a loader; InvalidInput for a file that is something else."""
+    given = read_given(program, MOST_BYTES)
+    text = decode_text(given.data, given.name)
+    refuse_other_kind(text, given.name, IMAGE)
+    return program_in(text, given.name)
 
 
 def _given(display: AnyPath) -> Display:

@@ -15,7 +15,7 @@
 #define LAMP_LOADER 8
 
 /* A node that is asked for and not taken goes back to its program. */
-#define PATIENCE_MS 60000
+#define PATIENCE_MS 20000
 
 static const cl_listening *settings;
 static bool there;

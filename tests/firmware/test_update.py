@@ -11,7 +11,7 @@ import pytest
 from curveline.errors import InvalidInput
 from curveline.radio.host.link import Halted, read_status
 from curveline.radio.host.stop_causes import Cause
-from curveline.radio.host.updating import LoaderLink, update_node
+from curveline.radio.host.updating import LoaderLink, ProgramUpdate, update_node
 from curveline.radio.protocol.codes import NodeState
 from curveline.radio.site.program_file import DESCRIPTION_AT, PROGRAM_AT, program_in
 
@@ -202,7 +202,7 @@ def test_the_button_at_power_on_brings_the_loader_and_patience_the_program(updat
     assert ident is not None
     assert ident.state is NodeState.BOOT
     assert not machine.drivers_on
-    fleet.run(61_000_000)
+    fleet.run(21_000_000)
     assert read_status(radio, fleet.drive)[0].state == "unhomed"
 
 
@@ -227,7 +227,7 @@ def test_a_node_gets_another_program_and_keeps_its_position(updatable: Updatable
     before = (mark(machine, WHOLE), mark(machine, KEPT))
     assert before == (bytes(4), bytes(4))
     parts: list[float] = []
-    done = update_node(radio, fleet.drive, 1, updatable.program, parts.append)
+    done = update_node(radio, fleet.drive, 1, ProgramUpdate(updatable.program, seen=parts.append))
     assert (done.was, done.firmware) == (4, 4)
     assert parts[-1] == 1.0
     assert stored(machine, updatable.program)

@@ -37,7 +37,7 @@ from curveline.radio.protocol.settings_frames import (
 from .bench import drive_table
 from .single import AXES, DEADMAN, SITE, Host, keep_alive
 
-PIECE, STORE, TRY, KEEP, DROP = SettingsOperation
+PIECE, STORE, TRY, KEEP, DROP, LOADER = SettingsOperation
 OLD = node_settings(SITE.master, drive_table(), 1)
 NEW = replace(OLD, channel=90, master=bytes(range(1, 17)), generation=1)
 
@@ -292,7 +292,7 @@ def test_an_order_is_taken_once_and_a_refused_one_counts() -> None:
     assert host.ask(40, STORE) is ErrandOutcome.DONE
 
 
-@pytest.mark.parametrize("operation", [STORE, TRY, DROP])
+@pytest.mark.parametrize("operation", [STORE, TRY, DROP, LOADER])
 def test_what_forbids_orders_forbids_these(operation: SettingsOperation) -> None:
     def ready(memory: Memory | None = None) -> Setter:
         host = taken(made(memory=memory))

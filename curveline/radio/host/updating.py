@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 from curveline.drive_settings import DriveSettings
+from curveline.errors import InvalidInput
 from curveline.radio.host.errands import WHY, Errand
 from curveline.radio.host.link import Halted, ignore
 from curveline.radio.host.peer import Peer
@@ -30,6 +32,7 @@ from curveline.radio.protocol.keys import session_key
 from curveline.radio.protocol.service_frames import ReadingFrame
 from curveline.radio.protocol.settings_frames import SettingsFrame, encode_settings
 from curveline.radio.protocol.update_frames import (
+    DESCRIPTION_PIECES,
     PIECE_BYTES,
     PIECES,
     SECTOR_ALL,
@@ -52,10 +55,18 @@ RESTART_US = 8_000_000
 LOOK_US = 100_000
 BEGINNINGS = 3
 """So often a program that the node finds to be another than was described is sent again from the beginning."""
-DESCRIPTION_PIECES = 2
 
 Seen = Callable[[float], None]
 """Is told which part of the program the node has."""
+
+
+@dataclass(frozen=True)
+class ProgramUpdate:
+    """A program for a node, and who is told how it goes."""
+
+    program: NodeProgram
+    older: bool = False  # whether it may be of an older firmware than the node has
+    seen: Seen = ignore  # told which part of it the node has
 
 
 @dataclass(frozen=True)
@@ -65,6 +76,10 @@ class Updated:
     was: int | None  # firmware before, None if the node waited in its loader
     firmware: int | None  # that answers now, None if it does not say
     frames: int  # that the program took
+
+    def document(self) -> dict[str, Any]:
+        """The same as plain data."""
+        return asdict(self)
 
 
 class LoaderLink:
@@ -214,18 +229,20 @@ def hello(radio: Radio, peer: Peer) -> IdentFrame | None:
     return insist(radio, peer, HelloFrame(peer.number, peer.nonce, UPDATE_TAG, 0, 1000), read)
 
 
-def update_node(radio: Radio, drive: DriveSettings, number: int, program: NodeProgram, seen: Seen = ignore) -> Updated:
+def update_node(radio: Radio, drive: DriveSettings, number: int, update: ProgramUpdate) -> Updated:
     """Replace the program of node `number`; LinkError if it cannot be, and then it can be tried again."""
-    link = LoaderLink(radio, drive, number, seen)
+    link = LoaderLink(radio, drive, number, update.seen)
     ident = link.greet()
     if ident is None:
         raise halted(radio, drive, Halt(Cause.SILENT, number))
     was = None
     if ident.state is not NodeState.BOOT:
-        was = _depart(radio, drive, number)
+        was = _depart(radio, drive, number, update)
         _await(link, Halt(Cause.NO_LOADER, number), loader=True)
-    link.send(program)
-    link.leave()
+    try:
+        link.send(update.program)
+    finally:
+        link.leave()  # to the new program, or to the old one as long as nothing of it was erased
     _await(link, Halt(Cause.MUTE, number), loader=False)
     with _departing(radio, drive, number) as errand:  # a program that was never heard would not be started again
         firmware = errand.firmware()
@@ -243,12 +260,15 @@ def _departing(radio: Radio, drive: DriveSettings, number: int) -> Iterator[Depa
             errand.give_back()
 
 
-def _depart(radio: Radio, drive: DriveSettings, number: int) -> int | None:
-    """Let a program go; its number."""
+def _depart(radio: Radio, drive: DriveSettings, number: int, update: ProgramUpdate) -> int | None:
+    """Let a program go; its number. InvalidInput if that is above the number of the one that is to come."""
     with _departing(radio, drive, number) as errand:
         was = errand.firmware()
         if was is not None and was < UPDATED_FROM:
             raise halted(radio, drive, Halt(Cause.OLDER, number, detail=f"{was}, this needs {UPDATED_FROM}"))
+        if was is not None and was > update.program.number and not update.older:
+            message = f"node {number} has firmware {was}, and this program is an older one: {update.program.number}"
+            raise InvalidInput(message, "add --older if it is to go back")
         errand.go()
     return was
 

@@ -271,6 +271,10 @@ def _channel(stage: MishapStage, mishap: Mishap) -> None:
     station.spoil(replace(station.settings, channel=STRAY_CHANNEL))
 
 
+def _no_loader(stage: MishapStage, mishap: Mishap) -> None:
+    stage.station(mishap).plant.has_loader = False
+
+
 def _firmware(stage: MishapStage, mishap: Mishap) -> None:
     station = stage.station(mishap)
     station.kind, station.firmware = OldFirmware, OLD_FIRMWARE
@@ -353,6 +357,7 @@ MISHAPS: Mapping[str, MishapRow] = {
     "cut": MishapRow(Form.NODE_WORD, "the power fails in the midst of a word of settings", prepare=_cut),
     "channel": MishapRow(Form.NODE, "a node listens on another channel", prepare=_channel),
     "firmware": MishapRow(Form.NODE, "a node has older firmware", prepare=_firmware),
+    "noloader": MishapRow(Form.NODE, "a node has no loader in front of its program", prepare=_no_loader),
     "estop": MishapRow(Form.NODE, "a node was stopped for good", prepare=_estop),
     "version": MishapRow(Form.NODE, "a node has firmware for another protocol", prepare=_version),
     "config": MishapRow(Form.NODE, "a node holds other limits", prepare=_config),

@@ -9,6 +9,7 @@ from random import Random
 from curveline.radio.mock.adversaries import Pair
 from curveline.radio.mock.air import Air, Antenna, Heard, Receiver
 from curveline.radio.mock.board import Board
+from curveline.radio.node.loader import LoaderMachine, ProgramStore
 from curveline.radio.node.machine import NodeMachine
 from curveline.radio.node.plant import MotorPlant
 from curveline.radio.node.settings_flash import TRIED, ModelFlash, PowerCut, SettingsFlash
@@ -60,13 +61,17 @@ class Station:
         """Whether a host has taken the node over since it was switched on here."""
         self.changed: Callable[[], None] = _nothing
         """Told whenever the node has started, and may listen elsewhere."""
+        self.loader: LoaderMachine | None = None
+        """What hears frames in the place of the node."""
+        self.program = ProgramStore()
+        plant.has_loader = True
         self._odd: list[bytearray] | None = None
         self.settings = self._begin(restarted=board.trial_ms > 0)
 
     @property
     def is_restless(self) -> bool:
         """Whether it may start anew by itself."""
-        return self.node.on_trial or self.node.leaves
+        return self.node.on_trial or self.node.leaves or self.loader is not None
 
     @property
     def identity(self) -> Identity:
@@ -119,11 +124,26 @@ class Station:
     def catch_up(self, now_ms: int, random: Random) -> None:
         """Let time pass; a node that wants to start anew does, and stays stopped if it was stopped for good."""
         self.node.advance(now_ms)
-        if self.node.leaves:
+        if self.loader is not None and self.loader.over:
+            self._run_program(now_ms, random)
+        elif self.node.leaves:
+            seeks_loader = self.node.seeks_loader
             estop = self.node.memory.estop
             self.restart(now_ms, random, by_itself=True)
             self.memory.estop, self.memory.cause = estop, BootCause.SOFTWARE
             self.deaf_until_ms = max(self.deaf_until_ms, now_ms + START_MS)
+            if seeks_loader:
+                nonce = self.memory.nonce._replace(offers=0)
+                self.loader = LoaderMachine(self.identity, nonce, self.program)
+                self.antenna = Antenna(self.loader)
+
+    def _run_program(self, now_ms: int, random: Random) -> None:
+        """The loader lets the program start, which is of the number that it was described with."""
+        facts = self.program.facts
+        self.loader, self.firmware = None, self.firmware if facts is None else facts.number
+        self.restart(now_ms, random)
+        self.memory.cause = BootCause.SOFTWARE
+        self.deaf_until_ms = max(self.deaf_until_ms, now_ms + START_MS)
 
     def lying(self, now_ms: int) -> Board:
         """The board, for somebody who puts it aside now; a trial goes on when it is switched on again."""

@@ -28,6 +28,8 @@ class NodeBody:
         self.on_trial = plant.settings.standing().on_trial
         self.leaves = False
         """Whether the node is about to start anew: it does nothing and hears nothing until then."""
+        self.seeks_loader = False
+        """Whether it is its loader that is to start."""
         self.trial_ends_ms = 0
         self._axes = axes
         self._session: NodeSession | None = None

@@ -92,7 +92,7 @@ class NodeErrands(NodeBody):
             outcome = keeper.keep()
             self.on_trial = outcome is not ErrandOutcome.DONE
         elif wanted is SettingsOperation.LOADER:
-            self.leaves = self.plant.has_loader
+            self.leaves = self.seeks_loader = self.plant.has_loader
             outcome = ErrandOutcome.DONE if self.leaves else ErrandOutcome.BEYOND
         else:
             outcome, self.leaves = ErrandOutcome.DONE, self.on_trial

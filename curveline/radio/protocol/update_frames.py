@@ -13,7 +13,12 @@ from curveline.radio.protocol.keys import FROM_HOST, FROM_NODE, tag
 SECTOR_BYTES = 1024
 PIECE_BYTES = 16
 PIECES = SECTOR_BYTES // PIECE_BYTES
-DESCRIPTION_BYTES = 32
+ALL_PIECES = (1 << PIECES) - 1
+DESCRIPTION_PIECES = 2
+DESCRIPTION_BYTES = DESCRIPTION_PIECES * PIECE_BYTES
+DIGEST_BYTES = 16
+SETTINGS_LAYOUT = 1
+"""Number of the records of settings that programs of this release read."""
 SECTOR_ALL, SECTOR_NONE = 254, 255
 """In the place of the sector that a loader waits for: it has all, or knows of no program."""
 COUNTER_MOST = 0xFFFFFF
@@ -82,6 +87,22 @@ def encode_update(frame: UpdateFrame, key: bytes) -> bytes:
     return body + tag(key, body, FROM_HOST)
 
 
+def decode_update(payload: bytes, key: bytes) -> UpdateFrame | Reject:
+    """UPDATE, or why it is none under `key`."""
+    if (reject := verify(payload, FrameKind.UPDATE, key, FROM_HOST)) is not None:
+        return reject
+    _, place, session, which, data = _UPDATE.unpack_from(payload)
+    return UpdateFrame(session, which & COUNTER_MOST, place, which >> 24, data)
+
+
+def encode_progress(frame: ProgressFrame, key: bytes) -> bytes:
+    """PROGRESS under the session key."""
+    whose = head(FrameKind.PROGRESS), frame.node, frame.session, frame.echo
+    told = frame.held, frame.sector, frame.outcome, frame.marks, frame.last, frame.description
+    body = pack(_PROGRESS, (*whose, *told))
+    return body + tag(key, body, FROM_NODE)
+
+
 def decode_progress(payload: bytes, key: bytes) -> ProgressFrame | Reject:
     """PROGRESS, or why it is none under `key`."""
     if (reject := verify(payload, FrameKind.PROGRESS, key, FROM_NODE)) is not None:
@@ -92,18 +113,29 @@ def decode_progress(payload: bytes, key: bytes) -> ProgressFrame | Reject:
     return ProgressFrame(node, session, echo, held, sector, UpdateOutcome(outcome), marks, last, description)
 
 
-def describe(length: int, number: int, settings: int, digest: bytes) -> bytes:
-    """What a loader is told of a program before it comes; FNV-1a over the words comes first."""
-    body = _DESCRIPTION.pack(digest, length, number, settings)
+@dataclass(frozen=True, slots=True)
+class ProgramFacts:
+    """What a loader is told of a program: bytes, number of the firmware, layout of its settings, digest."""
+
+    length: int
+    number: int
+    settings: int
+    digest: bytes
+
+
+def describe(facts: ProgramFacts) -> bytes:
+    """The 32 bytes that say so; FNV-1a over the words comes first."""
+    body = _DESCRIPTION.pack(facts.digest, facts.length, facts.number, facts.settings)
     total = 2166136261
     for word in struct.unpack("<7I", body):
         total = (total ^ word) * 16777619 & 0xFFFFFFFF
     return total.to_bytes(4, "little") + body
 
 
-def described(data: bytes) -> tuple[int, int, int] | None:
-    """Length, number and layout of the settings of a description; None if it is none."""
+def described(data: bytes) -> ProgramFacts | None:
+    """What a description says; None if it is none."""
     if len(data) != DESCRIPTION_BYTES:
         return None
     digest, length, number, settings = _DESCRIPTION.unpack(data[4:])
-    return (length, number, settings) if describe(length, number, settings, digest) == data else None
+    facts = ProgramFacts(length, number, settings, digest)
+    return facts if describe(facts) == data else None

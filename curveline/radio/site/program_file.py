@@ -6,12 +6,18 @@ from dataclasses import dataclass, field
 from hashlib import blake2s
 
 from curveline.errors import Diagnostic, InvalidInput
-from curveline.radio.protocol.update_frames import DESCRIPTION_BYTES, SECTOR_BYTES, describe, described
+from curveline.radio.protocol.update_frames import (
+    DESCRIPTION_BYTES,
+    DIGEST_BYTES,
+    SECTOR_BYTES,
+    ProgramFacts,
+    describe,
+    described,
+)
 from curveline.radio.site.intel_hex import flash_of
 
 PROGRAM_AT, DESCRIPTION_AT = 0x2800, 0xEC00
 """As in firmware/loader/layout.h."""
-DIGEST_BYTES = 16
 
 
 @dataclass(frozen=True)
@@ -31,16 +37,15 @@ class NodeProgram:
     def description(self, node_key: bytes) -> bytes:
         """What a loader is told before the program comes; the digest is under the key of its node."""
         digest = blake2s(self.data, key=node_key, digest_size=DIGEST_BYTES).digest()
-        return describe(len(self.data), self.number, self.settings, digest)
+        return describe(ProgramFacts(len(self.data), self.number, self.settings, digest))
 
 
 def program_in(text: str, path: str) -> NodeProgram:
     """The program in an Intel HEX file; InvalidInput for a damaged one, and for one without a loader."""
     flash = flash_of(text, path)
     found = described(flash[DESCRIPTION_AT : DESCRIPTION_AT + DESCRIPTION_BYTES])
-    if found is None or not 0 < found[0] <= DESCRIPTION_AT - PROGRAM_AT:
+    if found is None or not 0 < found.length <= DESCRIPTION_AT - PROGRAM_AT:
         message = "it is no program behind a loader, which is all that can be sent over the air"
         hint = "build one: `make -C firmware updatable`; then name firmware/build/updatable.hex"
         raise InvalidInput(f"{path}: {message}", hint, [Diagnostic(path, 1, 1, "bad-image", message, hint)])
-    length, number, settings = found
-    return NodeProgram(flash[PROGRAM_AT : PROGRAM_AT + length], number, settings)
+    return NodeProgram(flash[PROGRAM_AT : PROGRAM_AT + found.length], found.number, found.settings)

@@ -83,8 +83,8 @@ static void fill_service(maker *make, const cl_session *session, uint8_t *payloa
 /* A piece, hidden as a host hides it, mostly one that the node lacks; or an order. */
 static void fill_settings(maker *make, const cl_session *session, uint8_t *payload) {
     const cl_node *node = &make->it.node;
-    static const uint8_t operations[10] = {0, 0, 0, 0, 1, 1, 1, 2, 3, 4};
-    payload[8] = node->on_trial && chance(make, 60) ? (uint8_t)(3 + below(make, 2)) : operations[below(make, 10)];
+    static const uint8_t operations[11] = {0, 0, 0, 0, 1, 1, 1, 2, 3, 4, 5};
+    payload[8] = node->on_trial && chance(make, 60) ? (uint8_t)(3 + below(make, 3)) : operations[below(make, 11)];
     payload[9] = (uint8_t)(session->order + (chance(make, 85) ? 1 : 2 * below(make, 2)));
     if (payload[8] != CL_SETTINGS_PIECE) return;
     payload[9] = (uint8_t)below(make, CL_PIECES);

@@ -174,6 +174,12 @@ EXAMPLES: Mapping[str, Sequence[Example]] = {
             "one that listens on another channel",
         ),
     ),
+    "curveline node update": (
+        (
+            "curveline node update 1 --hex firmware/build/updatable.hex --yes",
+            "another program, over the air",
+        ),
+    ),
     "curveline node home": (("curveline node home 2 --radio mock --yes", "find the zeros of the second node"),),
     "curveline radio": (("curveline radio scan --radio mock:noise=13 --seconds 20", "which channel is quiet"),),
     "curveline radio scan": (
