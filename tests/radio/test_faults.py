@@ -125,6 +125,7 @@ ALIKE = [
 """Rows whose cause another row has, too."""
 BORNE = [
     "firmware=1",
+    "noloader=1",
     "gear=bias@1",
     "switch=translate@2",
     "open=translate@2",

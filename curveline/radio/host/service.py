@@ -65,7 +65,7 @@ def report_of(radio: Radio, drive: DriveSettings, number: int) -> ReportFrame:
 
     report = insist(radio, peer, question, read)
     if report is None:
-        raise halted(radio, drive, Halt(_why_silent(peer), number))
+        raise halted(radio, drive, Halt(why_silent(peer), number))
     return report
 
 
@@ -131,7 +131,7 @@ class Claim:
         end_us = self._radio.now_us() + 1000 * (owner_ms + BUSY_MS)
         while (ident := insist(self._radio, peer, self._hello, read)) is None or ident.busy:
             if ident is None:
-                raise self._halted(Halt(_why_silent(peer), peer.number))
+                raise self._halted(Halt(why_silent(peer), peer.number))
             if self._radio.now_us() > end_us:
                 raise self._halted(Halt(Cause.BUSY, peer.number))
             self._radio.sleep_until(self._radio.now_us() + POLL_US)
@@ -212,7 +212,8 @@ def peer_of(radio: Radio, drive: DriveSettings, number: int) -> Peer:
     return Peer(number, drive.addresses[number - 1], radio.site.node_key(number), fresh_nonce())
 
 
-def _why_silent(peer: Peer) -> Cause:
+def why_silent(peer: Peer) -> Cause:
+    """Of a node that has not said what it should: nothing at all, or something under another key."""
     return Cause.UNTRUSTED if peer.tally.answered else Cause.SILENT
 
 

@@ -17,7 +17,7 @@ from curveline.radio.host.link import Halted, ignore
 from curveline.radio.host.peer import Peer
 from curveline.radio.host.queries import fresh_nonce, insist
 from curveline.radio.host.scan import ScannedNode, scan_one
-from curveline.radio.host.service import SILENCE_US, halted, peer_of
+from curveline.radio.host.service import SILENCE_US, halted, peer_of, why_silent
 from curveline.radio.host.stop_causes import Cause, Halt
 from curveline.radio.interface import Radio, RadioGone
 from curveline.radio.protocol.codes import (
@@ -104,6 +104,11 @@ class LoaderLink:
             self._session, self._counter, self._progress = ident.nonce.session, 0, None
             self._heard_us = self.radio.now_us()
         return ident
+
+    @property
+    def why_silent(self) -> Cause:
+        """Why a greeting came to nothing."""
+        return why_silent(self._peer)
 
     def send(self, program: NodeProgram) -> None:
         """Bring the program to the node, whatever it has of it already; LinkError if that does not succeed."""
@@ -234,7 +239,7 @@ def update_node(radio: Radio, drive: DriveSettings, number: int, update: Program
     link = LoaderLink(radio, drive, number, update.seen)
     ident = link.greet()
     if ident is None:
-        raise halted(radio, drive, Halt(Cause.SILENT, number))
+        raise halted(radio, drive, Halt(link.why_silent, number))
     was = None
     if ident.state is not NodeState.BOOT:
         was = _depart(radio, drive, number, update)
