@@ -47,8 +47,8 @@ bool cl_settings_open(
     if (!kept[0] && !kept[1]) return false;
     bool second = !kept[0] || (kept[1] && cl_settings_newer(found[1].generation, found[0].generation));
     uint8_t now = second, other = !second;
-    bool asked = restarted && whole[other] && !kept[other] &&
-                 cl_settings_newer(found[other].generation, found[now].generation) && marked(store, other, REQUESTED);
+    bool newer = whole[other] && cl_settings_newer(found[other].generation, found[now].generation);
+    bool asked = restarted && newer && marked(store, other, REQUESTED);
     store->trial = asked && !marked(store, other, TRIED) && set(store, other, TRIED);
     store->at = store->trial ? other : now;
     store->now = found[store->at];
@@ -84,7 +84,6 @@ uint8_t cl_settings_put(cl_settings_store *store, const uint8_t record[CL_SETTIN
     cl_settings wanted;
     uint16_t next = (uint16_t)(store->now.generation + 1);
     if (!cl_settings_decode(record, &wanted) || wanted.generation != next || store->trial) return CL_OUTCOME_BEYOND;
-    store->stored = false;
     store->stored = write(store, record);
     return store->stored ? CL_OUTCOME_DONE : CL_OUTCOME_FAILED;
 }

@@ -16,6 +16,7 @@ typedef struct {
     int32_t garbled;     /* whether the operation that was cut left a part of its work; 2: which then reads as it likes */
     uint32_t random;
     int32_t worn;        /* words of the flash that keep no bit: every so many-th, 0 for none */
+    int32_t stuck;       /* the word that no erase makes blank, counted from 1, 0 for none */
     uint32_t words[WORDS];
     uint32_t unsure[WORDS]; /* bits that are neither programmed nor blank; may be programmed again */
     cl_store store;
@@ -59,7 +60,9 @@ static bool erase(void *self, uint32_t address) {
     uint32_t *sector = f->words + (address - FIRST) / 4;
     bool was_off = f->off;
     if (powered(f)) {
+        uint32_t left = f->stuck > 0 ? f->words[f->stuck - 1] : 0xFFFFFFFFu;
         memset(sector, 0xFF, 4 * SECTOR_WORDS);
+        if (f->stuck > 0) f->words[f->stuck - 1] = left;
         memset(f->unsure + (sector - f->words), 0, 4 * SECTOR_WORDS);
         f->erases[(address - FIRST) / 1024]++;
         return true;

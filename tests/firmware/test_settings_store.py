@@ -445,11 +445,36 @@ def test_worn_words_are_noticed(worn: int) -> None:
     settings.chip.worn = worn
     for key in range(2, 60):
         generation, _, _ = settings.under
-        if settings.put(settings_of(generation + 1, key)) and settings.request() and settings.open(restarted=True):
+        if settings.put(settings_of(generation + 1, key)) and settings.request():
+            assert settings.open(restarted=True)
+            assert settings.under[0] in (generation, generation + 1)
             settings.keep()
         assert settings.open()
         assert settings.under[2] is False
     assert BLANK not in settings.words(0)[:RECORD_WORDS]
+
+
+@pytest.mark.parametrize("word", range(RECORD_WORDS))
+def test_a_word_that_does_not_hold_is_noticed_at_once(kept: Settings, word: int) -> None:
+    kept.chip.worn = SECTOR_WORDS + word - 3
+    wanted = settings_of(1, 2).record()
+    held = int.from_bytes(wanted[4 * word : 4 * word + 4], "little") & 0x00010000
+    assert kept.write(wanted) is (ErrandOutcome.DONE if held else ErrandOutcome.FAILED)
+
+
+def test_a_sector_that_is_not_blank_after_its_erase_is_not_used(kept: Settings) -> None:
+    assert kept.put(settings_of(1, 2))
+    assert kept.request()
+    kept.chip.stuck = SECTOR_WORDS + REQUESTED // 4 + 1
+    assert kept.write(settings_of(1, 3).record()) is ErrandOutcome.FAILED
+
+
+def test_a_mark_that_cannot_be_made_whole_is_no_reason_to_erase_the_others(kept: Settings) -> None:
+    at = KEPT // 4
+    kept.chip.words[at], kept.chip.unsure[at], kept.chip.worn = 0x00010000, 0xFFFFFFFF, at - 3
+    assert kept.open()
+    assert kept.write(settings_of(1, 2).record()) is ErrandOutcome.FAILED
+    kept.chip.misuse = 0  # it tries again each time, in vain
 
 
 def test_noise_is_no_settings() -> None:

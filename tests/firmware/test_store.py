@@ -29,7 +29,7 @@ class Chip(ctypes.Structure):
         ("erases", ctypes.c_int32 * 2),
         *((name, ctypes.c_int32) for name in ("misuse", "off", "garbled")),
         ("random", ctypes.c_uint32),
-        ("worn", ctypes.c_int32),
+        *((name, ctypes.c_int32) for name in ("worn", "stuck")),
         ("words", ctypes.c_uint32 * WORDS),
         ("unsure", ctypes.c_uint32 * WORDS),
     )

@@ -171,7 +171,7 @@ class SettingsFlash:
             self._settings = None
             return None
         self._current = self._running = self._newest(kept)
-        if restarted and self._spare not in kept and self._is_due():
+        if restarted and self._is_due():
             self._running = self._spare
         self._settings = found[self._running]
         return self._settings
