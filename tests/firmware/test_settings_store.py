@@ -474,6 +474,7 @@ def test_a_mark_that_cannot_be_made_whole_is_no_reason_to_erase_the_others(kept:
     kept.chip.words[at], kept.chip.unsure[at], kept.chip.worn = 0x00010000, 0xFFFFFFFF, at - 3
     assert kept.open()
     assert kept.write(settings_of(1, 2).record()) is ErrandOutcome.FAILED
+    assert list(kept.chip.erases) == [0, 0]
     kept.chip.misuse = 0  # it tries again each time, in vain
 
 
