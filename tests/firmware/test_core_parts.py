@@ -114,7 +114,7 @@ def test_flags_and_limits_are_those_of_python() -> None:
 
 
 def test_the_program_and_the_specification_are_of_one_firmware() -> None:
-    text = (build.FIRMWARE / "node" / "main.c").read_text()
+    text = (build.FIRMWARE / "node" / "program.h").read_text()
     assert f"#define FIRMWARE {state.FIRMWARE}u\n" in text
 
 

@@ -47,6 +47,7 @@ class Desk:
         self.old = self.rig.plan.drive
         self.new = replace(self.old, channel=OTHER_CHANNEL, data_rate="2Mbps", addresses=("D2D2D2D255",))
         self.fleet.run(STEADY_US)
+        self.before = bytes(self.machine.flash)
 
     def settings(self, generation: int = 1, drive: DriveSettings | None = None) -> NodeSettings:
         return node_settings(NEW_MASTER, drive or self.new, 1, generation)
@@ -267,10 +268,10 @@ def change(desk: Desk) -> None:
 
 def cut_everywhere(desk: Desk, seed: int) -> tuple[int, int]:
     """Cut the power in every flash command of a change, each time on a node as it was; how many cuts, and left new."""
-    chip, before = desk.machine.chip, bytes(desk.machine.flash)
+    chip = desk.machine.chip
     cuts = new = 0
     while True:
-        desk.machine.write_flash(0, before)
+        desk.machine.write_flash(0, desk.before)
         desk.machine.power_cycle()
         desk.fleet.run(20_000)
         chip.chance, chip.cut_at = Random(seed + cuts), chip.flash_commands + cuts + 1
