@@ -48,8 +48,8 @@ bool cl_settings_open(
     bool second = !kept[0] || (kept[1] && cl_settings_newer(found[1].generation, found[0].generation));
     uint8_t now = second, other = !second;
     bool newer = whole[other] && cl_settings_newer(found[other].generation, found[now].generation);
-    bool asked = restarted && newer && marked(store, other, REQUESTED);
-    store->trial = asked && !marked(store, other, TRIED) && set(store, other, TRIED);
+    bool asked = newer && marked(store, other, REQUESTED) && !marked(store, other, TRIED);
+    store->trial = asked && set(store, other, TRIED) && restarted;
     store->at = store->trial ? other : now;
     store->now = found[store->at];
     return true;

@@ -8,8 +8,9 @@
    as anything, perhaps as something else next time; it counts as set, and is set again.
 
    What a boot runs under: the newest whole record that is kept. One that is newer, requested and not tried goes before it,
-   once, and only after the restart that the request makes: no power-on begins a trial. So nothing that a cut has half done
-   shows up weeks later, not even a record whose erase was cut short so that it looks as if nobody had tried it.
+   once, and only after the restart that the request makes: no power-on begins a trial, and one that finds a request marks it
+   as tried. So nothing that a cut has half done shows up weeks later, not even a record whose erase was cut short so that it
+   looks as if nobody had tried it.
 
    The sector of the settings in force is never erased, and the other one only if these are whole and their mark is not in
    doubt. Nothing is tried that was not written and read back since the last boot: the last word of a record may read well and

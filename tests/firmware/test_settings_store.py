@@ -157,6 +157,8 @@ def test_no_power_on_begins_a_trial(kept: Settings) -> None:
     assert kept.request()
     assert kept.open()
     assert kept.under == (0, 1, False)
+    assert kept.open(restarted=True), "nor is it tried later"
+    assert kept.under == (0, 1, False)
 
 
 def test_only_what_was_written_since_the_boot_is_tried(kept: Settings) -> None:

@@ -1,6 +1,6 @@
 """Where a node keeps its settings: two sectors of flash, of which a power cut at any word leaves the old or the new.
 
-The specification of firmware/node/settings.c, docs/radio-protocol.md. A sector holds one record and three marks; a mark
+The specification of firmware/core/settings_store.c, docs/radio-protocol.md. A sector holds one record and three marks; a mark
 is set when its word is no longer blank, so that one whose programming was broken off counts, and is programmed again.
 """
 
@@ -171,7 +171,7 @@ class SettingsFlash:
             self._settings = None
             return None
         self._current = self._running = self._newest(kept)
-        if restarted and self._is_due():
+        if self._is_due() and restarted:
             self._running = self._spare
         self._settings = found[self._running]
         return self._settings
