@@ -1,7 +1,8 @@
 """Where a node keeps its settings: two sectors of flash, of which a power cut at any word leaves the old or the new.
 
-The specification of firmware/core/settings_store.c, docs/radio-protocol.md. A sector holds one record and three marks; a mark
-is set when its word is no longer blank, so that one whose programming was broken off counts, and is programmed again.
+The specification of firmware/core/settings_store.c, docs/radio-protocol.md. A sector holds one record and three marks;
+a mark is set when its word is no longer blank, so that one whose programming was broken off counts, and is programmed
+again.
 """
 
 from __future__ import annotations
