@@ -183,7 +183,7 @@ MISTAKES = (
     ("receive.c", "node->leaves || now_ms", "now_ms"),
     ("frames.c", "payload[PIECE + i] ^ stream[i]", "payload[PIECE + i]"),
     ("frames.c", "index < CL_PIECES : zero_from(payload, PIECE)", "index < CL_PIECES : true"),
-    ("frames.c", "operation > CL_SETTINGS_DROP || ", ""),
+    ("frames.c", "operation > CL_SETTINGS_LOADER || ", ""),
     ("frames.c", " | frame->on_trial << 6", ""),
     ("frames.c", "frame->on_trial << 3 | ", ""),
     ("keys.c", "cl_put32(message + 8, counter);", "cl_put32(message + 8, counter & 0xFF);"),
