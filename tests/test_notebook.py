@@ -115,7 +115,9 @@ def made(runs: Path) -> Iterator[Any]:
         yield session.rod()
         yield session.stop()
         yield next(session.runs())
-        with session.new_settings([1], curveline.Formerly(number=2)) as change:
+    Path("moved.toml").write_text(Path("mine.toml").read_text().replace("channel = 76", "channel = 90"))
+    with curveline.connect("mock:keys", "moved.toml", runs=runs) as moved:
+        with moved.new_settings([1], curveline.Formerly("mine.toml")) as change:
             yield change
     yield curveline.log("last", runs)
     (folder := Path("<i>roof")).mkdir()
