@@ -116,9 +116,11 @@ def made(runs: Path) -> Iterator[Any]:
         yield session.stop()
         yield next(session.runs())
     Path("moved.toml").write_text(Path("mine.toml").read_text().replace("channel = 76", "channel = 90"))
-    with curveline.connect("mock:keys", "moved.toml", runs=runs) as moved:
-        with moved.new_settings([1], curveline.Formerly("mine.toml")) as change:
-            yield change
+    with (
+        curveline.connect("mock:keys", "moved.toml", runs=runs) as moved,
+        moved.new_settings([1], curveline.Formerly("mine.toml")) as change,
+    ):
+        yield change
     yield curveline.log("last", runs)
     (folder := Path("<i>roof")).mkdir()
     curveline.write(plan, folder / "plan.json")
