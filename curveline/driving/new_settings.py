@@ -202,10 +202,11 @@ def settings_change(tuner: RadioTuner, drive: DriveSettings, numbers: Sequence[i
     if was.number is not None and len(wanted) != 1:
         raise InvalidInput("an old number is that of a single node", "name the node by its number in the display file")
     old = _old_drive(drive, was)
+    before = {number: number if was.number is None else was.number for number in wanted}
     for number in wanted:
-        _check_old(old, was.number or number)
+        _check_old(old, before[number])
     known, books = _books(tuner, was)
-    seats = [_seats((drive, old), (number, was.number or number), known, books) for number in wanted]
+    seats = [_seats((drive, old), (number, before[number]), known, books) for number in wanted]
     return SettingsChange(tuner, seats, books[0])
 
 

@@ -18,7 +18,8 @@ from curveline.driving.new_settings import Formerly, Resettled, SettingsChange, 
 from curveline.driving.tuning import RadioTuner
 from curveline.errors import CurvelineError, InvalidInput, LinkError
 from curveline.listening import Listener
-from curveline.radio.host.link import Halted
+from curveline.radio.host.link import Halted, read_status
+from curveline.radio.host.service import home_axes
 from curveline.radio.host.stop_causes import Cause
 from curveline.radio.interface import Answer, RadioGone
 from curveline.radio.mock.display import MockRadio, open_radio
@@ -170,8 +171,6 @@ def test_a_node_gets_what_the_display_file_says(
 def test_a_node_really_listens_elsewhere_afterwards(tmp_path: Path) -> None:
     lab = Lab(tmp_path)
     lab.carry_out(ELSEWHERE, (2,))
-    from curveline.radio.host.link import read_status
-
     for drive, states in ((OLD, ["ready", "silent"]), (ELSEWHERE, ["silent", "ready"])):
         radio = open_radio("", drive, tmp_path)
         assert [each.state for each in read_status(radio, drive)] == states
@@ -235,6 +234,7 @@ def test_senseless_wishes_are_refused(tmp_path: Path) -> None:
         ([0], Formerly()),
         ([], Formerly(number=1)),
         ([1], Formerly(number=3)),
+        ([1], Formerly(number=0)),
         ([1], Formerly(channel=126)),
         ([1], Formerly(channel=-1)),
         ([1], Formerly(keys="site.json")),
@@ -374,9 +374,11 @@ def test_a_run_is_refused_while_a_node_is_on_trial(tmp_path: Path) -> None:
             raise Killed
 
     broken_off(lab, SLOWER, meddle)
-    from curveline.radio.host.service import home_axes
-
     radio = open_radio("", SLOWER, tmp_path)
+    first, second = read_status(radio, SLOWER)
+    assert (first.can_move, "tries other settings" in first.obstacle) == (False, True)
+    assert "curveline node settings 1" in first.advice
+    assert second.obstacle == ""
     with pytest.raises(Halted) as caught:
         home_axes(radio, SLOWER, 1)
     assert caught.value.halt.cause is Cause.TRIAL

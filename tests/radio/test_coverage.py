@@ -20,11 +20,14 @@ MODULES = (
     "host/resume",
     "host/service",
     "node/machine",
+    "node/settings_flash",
     "node/state",
     "protocol/frames",
     "protocol/keys",
     "protocol/motion",
+    "protocol/node_settings",
     "protocol/page_frames",
+    "protocol/settings_frames",
 )
 SUITES = (
     "conductor",
@@ -33,12 +36,16 @@ SUITES = (
     "motion",
     "node",
     "node_homing",
+    "node_settings",
     "old_frames",
     "polling",
     "peer",
     "resume",
     "service",
+    "settings_flash",
 )
+BESIDE = ("driving/test_lines", "driving/test_new_settings", "driving/test_node_trials")
+"""Tests of what is built on these parts, for what only that asks of them."""
 SLOW = (
     *("random_payloads", "bit_flip", "session_numbers_come_again", "taken_from_its_living_host"),
     *("decoding_gives_back", "moves_keep_the_limits", "longer_than_the_field"),
@@ -57,7 +64,7 @@ def run(*command: str, env: dict[str, str]) -> None:
 def test_every_branch_is_taken(tmp_path: Path) -> None:
     env = {**os.environ, "COVERAGE_FILE": str(tmp_path / "data")}
     sources = ",".join(f"curveline/radio/{name}.py" for name in MODULES)
-    suites = [str(HERE / f"test_{name}.py") for name in SUITES]
+    suites = [str(HERE / f"test_{name}.py") for name in SUITES] + [str(HERE.parent / f"{name}.py") for name in BESIDE]
     suite = ("pytest", "-q", "-p", "no:cacheprovider", "-k", " and ".join(f"not {name}" for name in SLOW), *suites)
     run("coverage", "run", "--branch", f"--include={sources}", "-m", *suite, env=env)
     run("coverage", "json", "-o", str(tmp_path / "found.json"), env=env)

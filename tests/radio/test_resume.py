@@ -51,6 +51,7 @@ def halt(cause: str) -> dict[str, Any]:
         ([START, PAUSE], 0, 0),
         ([START, RELEASE_1], 1, 0),
         ([START, RELEASE_1, BARRIER_1], 1, 1),
+        ([START, RELEASE_1, BARRIER_1, {"type": "look"}], 1, 1),
         ([START, RELEASE_1, BARRIER_1, RELEASE_2], 2, 1),
         ([START, RELEASE_1, PAUSE, RESUME, BARRIER_1, PAUSE], 1, 1),
         ([START, RELEASE_1, PAUSE, BARRIER_1], 1, 1),

@@ -18,6 +18,7 @@ from curveline.radio.node.settings_flash import (
     REQUESTED,
     TRIED,
     USED_BYTES,
+    FixedSettings,
     ModelFlash,
     PowerCut,
     SettingsFlash,
@@ -322,3 +323,29 @@ def test_marks_are_where_the_page_says() -> None:
     flash = keeper.flash
     assert flash.word(1, REQUESTED) == flash.word(1, TRIED) == bytes(4)
     assert flash.word(1, KEPT) == BLANK
+
+
+def test_what_cannot_be_done_is_refused_at_each_step() -> None:
+    """Nothing to keep, a sector that does not become blank, settings in force that would not last: no erasure then."""
+
+    class Sticky(ModelFlash):
+        def erase(self, sector: int) -> None:
+            super().erase(sector)
+            self.sectors[sector][60] = 0x7F
+
+    keeper = flashed(OLD)
+    assert keeper.keep() is ErrandOutcome.BEYOND
+    assert isinstance(keeper.flash, ModelFlash)
+    sticky = SettingsFlash(Sticky(keeper.flash.sectors))
+    assert sticky.start() == OLD
+    assert sticky.store(NEW.record()) is ErrandOutcome.FAILED
+    assert sticky.request() is ErrandOutcome.BEYOND
+    weak = flashed(OLD)
+    assert isinstance(weak.flash, ModelFlash)
+    before = bytes(weak.flash.sectors[1])
+    weak.flash.sectors[0][20] ^= 1
+    assert weak.store(NEW.record()) is ErrandOutcome.FAILED
+    assert bytes(weak.flash.sectors[1]) == before
+    fixed = FixedSettings()
+    fixed.drop()
+    assert (fixed.standing().on_trial, fixed.keep()) == (False, ErrandOutcome.FAILED)

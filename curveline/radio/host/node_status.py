@@ -47,6 +47,8 @@ class NodeStatus:
 def status_of_report(report: ReportFrame, address: str, display: str) -> NodeStatus:
     """What a node said to a query, in words; advice names the display as `display`."""
     halt = _unfound(report) or check_fit(report, 0)
+    if report.on_trial:
+        halt = Halt(Cause.TRIAL, report.node)
     return replace(
         _node_status(report, report.boot, address, LinkTally()),
         obstacle="" if halt is None else halt.message,

@@ -31,6 +31,9 @@ TRIES = 3
 """How often a node is told to try its settings, if it does not hear that."""
 ROUNDS = 12
 """How often a session is begun anew that broke off."""
+LOOKS = 2
+START_US = 1_000_000
+"""A node that starts anew is not heard for half a second: it is looked for once more after this."""
 BACK_S = TRIAL_MS / 1000.0 + 5.0
 """After this a node whose trial nobody ended is back where it was."""
 PASSING = frozenset({Cause.SILENT, Cause.UNTRUSTED, Cause.TAKEN, Cause.BUSY, Cause.REFUSED})
@@ -110,9 +113,13 @@ class Resettling:
     def find(self) -> NodeFound:
         """The node, where it is to be or where it was; LinkError, with the best reason that there is, if in neither."""
         seats = [self.new] if self.new.is_reached_as(self.old) else [self.new, self.old]
-        for seat in seats:
-            if (found := self._look(seat)) is not None:
-                return found
+        for look in range(LOOKS):
+            if look:
+                radio = self._tuner.radio(seats[0])
+                radio.sleep_until(radio.now_us() + START_US)
+            for seat in seats:
+                if (found := self._look(seat)) is not None:
+                    return found
         raise Halted(self._why_nowhere())
 
     def check_places(self, found: NodeFound) -> None:
