@@ -16,6 +16,7 @@ from curveline.radio.protocol.frames import decode_ident, decode_report, decode_
 from curveline.radio.protocol.keys import session_key
 from curveline.radio.protocol.page_frames import decode_page
 from curveline.radio.protocol.service_frames import decode_reading
+from curveline.radio.protocol.update_frames import decode_progress
 
 Value = TypeVar("Value")
 
@@ -69,12 +70,13 @@ class TagWitness:
             return _verdict([decode_report(answer, node.key, nonce) for nonce in greetings])
         if kind is FrameKind.IDENT:
             return _verdict([decode_ident(answer, node.key, nonce) for nonce in greetings])
-        if kind not in (FrameKind.STATUS, FrameKind.READING):
-            return UNKNOWN
         session = int.from_bytes(answer[2:4], "little")
-        decode = decode_status if kind is FrameKind.STATUS else decode_reading
         keys = [(key, self._ticks_since(begin)) for number, key, begin in node.offers if number == session]
-        return _verdict([decode(answer, key, clock) for key, clock in keys])
+        if kind is FrameKind.STATUS:
+            return _verdict([decode_status(answer, key, clock) for key, clock in keys])
+        if kind is FrameKind.READING:
+            return _verdict([decode_reading(answer, key, clock) for key, clock in keys])
+        return _verdict([decode_progress(answer, key) for key, _ in keys] if kind is FrameKind.PROGRESS else [])
 
     def _take_offer(self, node: WitnessedNode, answer: bytes) -> None:
         for nonce, run_tag in node.greetings:

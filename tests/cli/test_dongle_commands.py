@@ -41,6 +41,19 @@ def test_a_scan_tells_which_channels_others_use(run: Run, host: DongleHost) -> N
     assert json.loads(out)["busy_channels"] is None
 
 
+def test_the_air_is_measured_through_it(run: Run, host: DongleHost) -> None:
+    host.core.carriers = {75, 76, 77}
+    done = run("radio", "scan", "--radio", f"serial:{host.path}", "--seconds", "0.3", "--json")
+    found = json.loads(done.out)
+    assert (done.code, found["present"]["in_use"]) == (1, 1.0)
+    assert abs(found["advised"] - 76) > 2
+    done = run("radio", "range", "1", "--radio", f"serial:{host.path}", "--seconds", "2", "--json")
+    assert done.code == 0, done.err
+    assert [each["lost"] for each in json.loads(done.out)["levels"]] == [0, 0, 0, 0]
+    assert host.core.powers[-1] == 3
+    assert {0, 1, 2, 3} <= set(host.core.powers)
+
+
 def test_a_plan_is_sent_through_it(run: Run, host: DongleHost, tmp_path: Path) -> None:
     plan = small_plan()
     write_plan(plan, tmp_path / "plan.json")

@@ -173,8 +173,8 @@ def test_ctrl_c_ends_it_well(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("ending", ["reader", "interrupt", "kill"])
 def test_whoever_listens_may_go_at_any_time(tmp_path: Path, ending: str) -> None:
     """The reader of its pipe leaves, as `head` does; Ctrl-C; or it is killed. The run that is being sent goes on."""
-    sending = Sending(tmp_path, "mock:realtime", seconds=0.3, steps=12)
-    sending.wait_for("step 1 of 12")
+    sending = Sending(tmp_path, "mock:realtime", seconds=0.3, steps=8)
+    sending.wait_for("step 1 of 8")
     command = [sys.executable, "-m", "curveline", "radio", "log", "--runs", str(tmp_path / "runs")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as listening:
         assert listening.stdout is not None

@@ -11,13 +11,13 @@ from dataclasses import fields
 from enum import Enum
 from typing import Any, NamedTuple
 
-from curveline.radio.protocol import frames, page_frames, service_frames, settings_frames
+from curveline.radio.protocol import frames, page_frames, service_frames, settings_frames, update_frames
 from curveline.radio.protocol.codes import BODY_BYTES, FrameKind, Reject, plain_name
 from curveline.radio.protocol.envelope import kind_of, nonce_bytes
 from curveline.radio.protocol.keys import FROM_HOST, FROM_NODE, KEY_BYTES, OPEN_KEY, tag
 
 KEY = bytes(KEY_BYTES)
-HIDDEN = frozenset({"piece"})
+HIDDEN = frozenset({(FrameKind.SETTINGS, "piece")})
 """Fields that only who has the key can read."""
 
 
@@ -38,6 +38,7 @@ OF_HOST: Mapping[FrameKind, FieldReader] = {
     FrameKind.SETTINGS: FieldReader(
         HOST_CLOCK, lambda payload, clock: settings_frames.decode_settings(payload, KEY, clock)
     ),
+    FrameKind.UPDATE: FieldReader(NO_CLOCK, lambda payload, clock: update_frames.decode_update(payload, KEY)),
     FrameKind.HELLO: FieldReader(NO_CLOCK, lambda payload, clock: frames.decode_hello(payload, KEY)),
     FrameKind.STOP: FieldReader(NO_CLOCK, lambda payload, clock: frames.decode_stop(payload, KEY)),
     FrameKind.ESTOP: FieldReader(NO_CLOCK, lambda payload, clock: frames.decode_estop(payload, KEY)),
@@ -48,6 +49,7 @@ OF_NODE: Mapping[FrameKind, FieldReader] = {
     FrameKind.READING: FieldReader(
         NODE_CLOCK, lambda payload, clock: service_frames.decode_reading(payload, KEY, clock)
     ),
+    FrameKind.PROGRESS: FieldReader(NO_CLOCK, lambda payload, clock: update_frames.decode_progress(payload, KEY)),
     FrameKind.IDENT: FieldReader(NO_CLOCK, lambda payload, clock: frames.decode_ident(payload, KEY, 0)),
     FrameKind.REPORT: FieldReader(NO_CLOCK, lambda payload, clock: frames.decode_report(payload, KEY, 0)),
     FrameKind.PAGE: FieldReader(NO_CLOCK, lambda payload, clock: page_frames.decode_page(payload, 0)),
@@ -75,7 +77,8 @@ def fields_of(payload: bytes, *, from_host: bool) -> dict[str, Any] | None:
     found = reader.decode(signed, clock)
     if isinstance(found, Reject):
         return None
-    return {each.name: _plain(getattr(found, each.name)) for each in fields(found) if each.name not in HIDDEN}
+    names = (each.name for each in fields(found) if (kind, each.name) not in HIDDEN)
+    return {name: _plain(getattr(found, name)) for name in names}
 
 
 def _plain(value: Any) -> Any:

@@ -101,6 +101,7 @@ HOST_WORDS: Mapping[str, Callable[[Fields], str]] = {
     "home": lambda fields: f"axes {fields['axes']:03b}, order {fields['order']}",
     "service": _service,
     "settings": lambda fields: f"{fields['operation']} {fields['index']}",
+    "update": lambda fields: f"place {fields['place']}, piece {fields['piece']}",
     "page": lambda fields: "who is there?",
     "stop": lambda fields: "to all",
     "estop": lambda fields: "",
@@ -111,4 +112,5 @@ NODE_WORDS: Mapping[str, Callable[[Fields], str]] = {
     "ident": _ident,
     "page": _page,
     "reading": _reading,
+    "progress": lambda fields: f"order {fields['outcome']}, sector {fields['sector']}, holds {fields['held']:016x}",
 }
