@@ -13,6 +13,7 @@ import pytest
 from typer.core import TyperGroup
 
 from curveline.bench import quick
+from curveline.comparing import reading
 from curveline.driving import frame_log, logbook
 from curveline.driving import runs as all_runs
 from curveline.material import drum_readings
@@ -95,6 +96,7 @@ def struck(monkeypatch: pytest.MonkeyPatch, strike: Callable[..., Any]) -> None:
     """Let whatever a command does first go wrong in this way."""
     for module, function in (
         (files, "read_shape"),
+        (reading, "read_shape"),
         (quick, "read_shape"),
         (files, "read_display"),
         (drum_readings, "read_drum_readings"),
