@@ -14,6 +14,7 @@ from curveline.errors import InvalidInput
 from curveline.radio.host.errands import tried
 from curveline.radio.host.link import Halted
 from curveline.radio.host.stop_causes import Cause
+from curveline.radio.node.state import FIRMWARE
 from curveline.radio.protocol.codes import NodeState
 from curveline.radio.protocol.service_frames import ServiceFrame
 
@@ -44,7 +45,7 @@ def place_of(rig: Rig) -> NodePlace:
 def test_it_says_who_it_is_and_flickers(rig: Rig) -> None:
     (machine,) = rig.machines
     found = info(place_of(rig))
-    assert (found.firmware, found.limits_fit, len(found.chips)) == (3, True, 1)
+    assert (found.firmware, found.limits_fit, len(found.chips)) == (FIRMWARE, True, 1)
     assert found.limits is not None
     for (low, high), axis in zip(found.limits.values(), rig.plan.drive.axes, strict=True):
         assert (low, high) == pytest.approx((axis.low, axis.high), abs=0.02)
