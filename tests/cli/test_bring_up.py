@@ -147,6 +147,8 @@ class Desk:
                 assert named, f"{step.command} ends with {done.code}, and nobody knows why: {text}"
                 falsely = {each.kind for each in BOARDS if each.is_named(text)} - {each.kind for each in self.wrong}
                 assert not falsely, f"{step.command} says what is not so: {text}"
+                for advised in re.findall(r"`curveline (node settings [^`]*)`", text):
+                    assert self.type(PageStep(f"{advised} --yes", step.radio, 0)).code == 0
                 self.found.append(Found(step.command, named))
                 self.wrong = [each for each in self.wrong if each not in named]
 
