@@ -52,6 +52,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "node check": ("node", "check", "1", *RADIO, "--yes"),
     "node calibrate": ("node", "calibrate", "1", "bias", *RADIO, "--yes"),
     "node settings": ("node", "settings", "1", *RADIO, "--yes"),
+    "node update": ("node", "update", "1", "--hex", "updatable.hex", *RADIO, "--yes"),
     "node tune": ("node", "tune", "1", "bias", *RADIO, "--yes"),
     "radio scan": ("radio", "scan", *RADIO, "--seconds", "1"),
     "radio range": ("radio", "range", "1", *RADIO, "--seconds", "1"),

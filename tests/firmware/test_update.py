@@ -235,3 +235,22 @@ def test_a_node_gets_another_program_and_keeps_its_position(updatable: Updatable
     (node,) = read_status(radio, fleet.drive)
     assert (node.state, node.boot_cause) == ("ready", "software")
     assert machine.watchdog_resets == 0
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("loss", [0.0, 0.1, 0.3])
+def test_the_whole_program_arrives(updatable: Updatable, loss: float) -> None:
+    lacks = (*range(len(updatable.program.sectors)), WHOLE, TRIED, KEPT)
+    fleet, radio = node_with(updatable.image, loss=loss, lacks=lacks)
+    (machine,) = fleet.machines
+    machine.write_flash(PROGRAM_AT, b"\xff" * (DESCRIPTION_AT - PROGRAM_AT))
+    begin_us = fleet.now_us
+    link = LoaderLink(radio, fleet.drive, 1)
+    assert link.greet() is not None
+    link.send(updatable.program)
+    print(f"{len(updatable.program.data)} bytes, loss {loss:.0%}: {(fleet.now_us - begin_us) / 1e6:.1f} s")
+    assert stored(machine, updatable.program)
+    done = update_node(radio, fleet.drive, 1, ProgramUpdate(updatable.program))
+    assert (done.was, done.firmware) == (None, 4)
+    assert mark(machine, KEPT) == bytes(4)
+    assert machine.watchdog_resets == 0

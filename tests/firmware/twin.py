@@ -114,6 +114,7 @@ class ToldPlant:
         self.settings = settings
         self.lag_ms = lag_ms
         self.seek_ms = seek_ms
+        self.has_loader = bool(seek_ms & 1)
         self.found = found
         self.search: Sought | None = None
         self.axes = 0

@@ -136,10 +136,12 @@ static void standing(void *self, cl_standing *now) {
     *now = (cl_standing){plant->on_trial, (uint16_t)(0xFE00 + plant->keeps), (uint16_t)(0xFE00 + plant->stores)};
 }
 
+static void loader(void *self) { (void)self; }
+
 static cl_plant plant_of(twin_plant *plant) {
     return (cl_plant){
         plant, follow, positions, settles, fault, seek, sought, give_up, turn, turned, place, look,
-        store, request, keep, drop, standing, 0,
+        store, request, keep, drop, standing, plant->seek_ms & 1 ? loader : 0,
     };
 }
 
