@@ -233,7 +233,7 @@ def test_rejects_say_why() -> None:
     assert frames.decode_drive(b"\x11" + drive[1:], KEY, NOW) is Reject.VERSION
     assert frames.decode_drive(ENCODED["status"], KEY, NOW) is Reject.KIND
     assert frames.decode_drive(drive, bytes(16), NOW) is Reject.TAG
-    assert envelope.kind_of(b"\x2d" + drive[1:]) is Reject.KIND
+    assert envelope.kind_of(b"\x2f" + drive[1:]) is Reject.KIND
     assert envelope.kind_of(drive) is FrameKind.DRIVE
 
 
@@ -294,7 +294,7 @@ def sealed(name: str, body: str) -> bytes:
         ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 43 0100 feff ff7f"),
         ("status", "22 02 3412 04030201 0504 0600 0700 0800 45 23 0100 0080 ff7f"),
         ("ident", "24 04 2243 21430100 0a090000 0e0d0c0b 05040302 efbe 02 a3"),
-        ("settings", "2c 05 3412 04030201 05 00" + "00" * 14),
+        ("settings", "2c 05 3412 04030201 06 00" + "00" * 14),
         ("settings", "2c 05 3412 04030201 00 06" + "00" * 14),
         ("settings", "2c 05 3412 04030201 01 07" + "00" * 13 + "01"),
         ("ident", "24 04 2243 21430100 0a090001 0e0d0c0b 05040302 efbe 02 33"),
