@@ -171,10 +171,10 @@ class LoaderMachine:
     def _take(self, frame: UpdateFrame) -> None:
         if frame.place == UpdatePlace.DESCRIPTION and self._sector != SECTOR_NONE:
             self._sector, self._held = SECTOR_NONE, 0
-        if frame.place != self._sector or frame.piece >= PIECES:
+        if frame.place != self._sector or frame.index >= PIECES:
             return
-        self._pieces[PIECE_BYTES * frame.piece : PIECE_BYTES * (frame.piece + 1)] = frame.data
-        self._held |= 1 << frame.piece
+        self._pieces[PIECE_BYTES * frame.index : PIECE_BYTES * (frame.index + 1)] = frame.data
+        self._held |= 1 << frame.index
         if self._sector < SECTORS and self._held == ALL_PIECES:
             self._last, self._outcome = self._sector, UpdateOutcome.DONE
             self.store.sectors[self._sector] = bytes(self._pieces)

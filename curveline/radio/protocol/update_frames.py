@@ -52,12 +52,12 @@ class UpdateOutcome(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class UpdateFrame:
-    """Host to loader: sixteen bytes for a place, or an order; `piece` counts from 0."""
+    """Host to loader: sixteen bytes for a place, or an order; `index` is that of the piece, from 0."""
 
     session: int
     counter: int
     place: int
-    piece: int = 0
+    index: int = 0
     data: bytes = b""
 
 
@@ -82,7 +82,7 @@ class ProgressFrame:
 
 def encode_update(frame: UpdateFrame, key: bytes) -> bytes:
     """UPDATE under the session key."""
-    which = frame.counter | frame.piece << 24
+    which = frame.counter | frame.index << 24
     body = pack(_UPDATE, (head(FrameKind.UPDATE), frame.place, frame.session, which, frame.data))
     return body + tag(key, body, FROM_HOST)
 
