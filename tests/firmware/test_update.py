@@ -9,6 +9,7 @@ from random import Random
 import pytest
 
 from curveline.errors import InvalidInput
+from curveline.radio.host import updating
 from curveline.radio.host.link import Halted, read_status
 from curveline.radio.host.stop_causes import Cause
 from curveline.radio.host.updating import LoaderLink, ProgramUpdate, update_node
@@ -179,7 +180,8 @@ def test_frames_of_another_time_do_nothing(updatable: Updatable) -> None:
     assert stored(machine, other)
 
 
-def test_a_stranger_cannot_begin(updatable: Updatable) -> None:
+def test_a_stranger_cannot_begin(updatable: Updatable, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(updating, "SILENCE_US", 300_000)
     fleet, radio = node_with(updatable.image, lacks=(KEPT,))
     (machine,) = fleet.machines
     link = LoaderLink(radio, fleet.drive, 1)
