@@ -184,6 +184,7 @@ MISTAKES = (
     ("frames.c", "payload[PIECE + i] ^ stream[i]", "payload[PIECE + i]"),
     ("frames.c", "index < CL_PIECES : zero_from(payload, PIECE)", "index < CL_PIECES : true"),
     ("frames.c", "operation > CL_SETTINGS_LOADER || ", ""),
+    ("errand.c", "outcome = node->leaves ? CL_OUTCOME_DONE : CL_OUTCOME_BEYOND;", ""),
     ("frames.c", " | frame->on_trial << 6", ""),
     ("frames.c", "frame->on_trial << 3 | ", ""),
     ("keys.c", "cl_put32(message + 8, counter);", "cl_put32(message + 8, counter & 0xFF);"),
