@@ -18,8 +18,9 @@ from curveline.radio.site.program_file import DESCRIPTION_AT, PROGRAM_AT, progra
 
 from .display import tied
 from .fleet import STORE
+from .hand import Hand
 from .image import Image
-from .kl26 import PowerCut
+from .kl26 import RESET_PIN, RESET_SOFTWARE, PowerCut
 from .machine import BUTTON
 from .updatable import BLANK, KEPT, TRIED, WHOLE, Updatable, build_updatable, little_program, mark, node_with, stored
 
@@ -237,6 +238,38 @@ def test_a_node_gets_another_program_and_keeps_its_position(updatable: Updatable
     (node,) = read_status(radio, fleet.drive)
     assert (node.state, node.boot_cause) == ("ready", "software")
     assert machine.watchdog_resets == 0
+
+
+@pytest.mark.parametrize("cause", [RESET_PIN, RESET_SOFTWARE])
+def test_a_stop_outlives_resets_behind_a_loader_and_ends_with_the_power(
+    updatable: Updatable, homed_flash: bytes, cause: int
+) -> None:
+    fleet, radio = node_with(updatable.image)
+    (machine,) = fleet.machines
+    machine.write_flash(STORE, tied(homed_flash, 1))
+    machine.power_cycle()
+    fleet.run(100_000)
+    hand = Hand(fleet, radio)
+    hand.status()
+    hand.send(hand.peer.estop())
+    fleet.run(600_000)
+    with pytest.raises(Halted):
+        update_node(radio, fleet.drive, 1, ProgramUpdate(updatable.program))
+    machine.set_pin(BUTTON, 0)
+    machine.reset(cause)
+    fleet.run(50_000)
+    machine.set_pin(BUTTON, 1)
+    assert LoaderLink(radio, fleet.drive, 1).greet() is not None, "the button has brought the loader"
+    machine.reset(cause)
+    fleet.run(100_000)
+    assert read_status(radio, fleet.drive)[0].state == "estop"
+    machine.set_pin(BUTTON, 0)
+    machine.power_cycle()
+    fleet.run(50_000)
+    machine.set_pin(BUTTON, 1)
+    machine.reset(RESET_SOFTWARE)
+    fleet.run(100_000)
+    assert read_status(radio, fleet.drive)[0].state == "ready", "the loader has seen that the power was away"
 
 
 @pytest.mark.campaign
