@@ -19,7 +19,7 @@ LOADED = 1
 
 
 def loaded(elf: bytes, room: range) -> bytes:
-    """What a 32-bit little-endian ELF file puts into a part of the flash, from its beginning, blank where nothing is."""
+    """What a 32-bit little-endian ELF file puts into a part of the flash, from its beginning, and blanks between."""
     (table,) = struct.unpack_from("<I", elf, 28)
     entry, count = struct.unpack_from("<2H", elf, 42)
     flash = bytearray(b"\xff" * len(room))
