@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import replace
 from pathlib import Path
 
@@ -125,13 +126,42 @@ def test_one_note_is_enough(rig: Rig, machine: Machine, spoiled: range) -> None:
     assert state(rig) == "estop"
 
 
-def test_a_program_that_has_gone_mad_over_its_notes_does_not_end_a_stop(rig: Rig, machine: Machine) -> None:
+@pytest.mark.parametrize("cause", [RESET_WATCHDOG, RESET_LOCKUP, RESET_SOFTWARE, 0x04, 0x08])
+def test_a_program_that_has_gone_mad_over_its_notes_does_not_end_a_stop(rig: Rig, machine: Machine, cause: int) -> None:
     stop(rig)
     machine.cpu.write(RAM_BEGIN, bytes(RAM_END - RAM_BEGIN))
-    machine.reset(RESET_WATCHDOG)
+    machine.reset(cause)
     assert state(rig) == "estop"
     machine.reset(RESET_PIN)
     assert state(rig) == "estop", "the note is whole again"
+
+
+def note(machine: Machine, name: str, *, stopped: bool, whole: bool = True) -> None:
+    """Write one of the two notes: a word and its inverse; the inverse is another one unless it is to be whole."""
+    word = 0x4C613B00 | stopped
+    inverse = ~word & 0xFFFFFFFF if whole else word
+    machine.cpu.write(machine.image.symbols[name], struct.pack("<2I", word, inverse))
+
+
+@pytest.mark.parametrize("stopped", ["low_note", "top_note"])
+def test_of_two_notes_that_differ_a_stop_counts(rig: Rig, machine: Machine, stopped: str) -> None:
+    for name in ("low_note", "top_note"):
+        note(machine, name, stopped=name == stopped)
+    machine.reset(RESET_PIN)
+    assert state(rig) == "estop"
+
+
+def test_a_note_without_its_inverse_is_none(rig: Rig, machine: Machine) -> None:
+    for name in ("low_note", "top_note"):
+        note(machine, name, stopped=True, whole=False)
+    machine.reset(RESET_PIN)
+    assert state(rig) == "ready"
+
+
+def test_a_loader_that_pulses_the_pin_after_power_on_hides_no_power_on(rig: Rig, machine: Machine) -> None:
+    machine.power_cycle(cause=RESET_PIN)
+    rig.fleet.run(STEADY_US)
+    assert rig.status()[0].boot_cause == "power-on"
 
 
 def test_a_short_cut_that_ram_outlives_ends_a_stop_only_if_the_register_shows_it(rig: Rig, machine: Machine) -> None:
