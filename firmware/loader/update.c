@@ -108,7 +108,7 @@ static uint8_t begin(void) {
     if (held != DESCRIPTION_HELD || !makes_sense(words)) {
         return OUTCOME_REFUSED;
     }
-    bool same = memcmp(words, described(), sizeof words) == 0 && !is_set(MARK_TRIED);
+    bool same = memcmp(words, described(), sizeof words) == 0 && (is_set(MARK_KEPT) || !is_set(MARK_TRIED));
     bool good = same || describe(words);
     look_again();
     return good ? OUTCOME_DONE : OUTCOME_FLASH;

@@ -220,7 +220,7 @@ def test_only_a_program_behind_a_loader_can_be_sent(image_folder: Path, updatabl
 
 
 def test_a_node_gets_another_program_and_keeps_its_position(updatable: Updatable, homed_flash: bytes) -> None:
-    """As a user does it, but for two sectors only: the others are those that the node has."""
+    """As a user does it."""
     fleet, radio = node_with(updatable.image, loss=0.1)
     (machine,) = fleet.machines
     machine.write_flash(STORE, tied(homed_flash, 1))
@@ -237,6 +237,9 @@ def test_a_node_gets_another_program_and_keeps_its_position(updatable: Updatable
     assert mark(machine, KEPT) == bytes(4)
     (node,) = read_status(radio, fleet.drive)
     assert (node.state, node.boot_cause) == ("ready", "software")
+    again = update_node(radio, fleet.drive, 1, ProgramUpdate(updatable.program))
+    assert again.frames < 20 < 64 * 40 < done.frames, "it has it already"
+    assert read_status(radio, fleet.drive)[0].state == "ready"
     assert machine.watchdog_resets == 0
 
 

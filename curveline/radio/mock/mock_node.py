@@ -140,6 +140,7 @@ class Station:
     def _run_program(self, now_ms: int, random: Random) -> None:
         """The loader lets the program start, which is of the number that it was described with."""
         facts = self.program.facts
+        self.program.tried = self.program.kept = True
         self.loader, self.firmware = None, self.firmware if facts is None else facts.number
         self.restart(now_ms, random)
         self.memory.cause = BootCause.SOFTWARE

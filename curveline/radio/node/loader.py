@@ -45,6 +45,7 @@ class ProgramStore:
     description: bytes = b""
     sectors: dict[int, bytes] = field(default_factory=dict)
     whole: bool = True
+    tried: bool = True
     kept: bool = True
 
     @property
@@ -62,10 +63,15 @@ class ProgramStore:
         return next((sector for sector in range(count) if sector not in self.sectors), SECTOR_ALL)
 
     def begin(self, description: bytes) -> None:
-        """Another program is to come; one that is described alike goes on."""
-        if description != self.description:
+        """Another program is to come; one that is described alike goes on, unless it was started and never heard."""
+        if description != self.description or (self.tried and not self.kept):
             self.description, self.sectors = description, {}
-            self.whole = self.kept = False
+            self.whole = self.tried = self.kept = False
+
+    @property
+    def is_runnable(self) -> bool:
+        """Whether the program may start."""
+        return self.whole and (self.kept or not self.tried)
 
     def is_as_described(self, key: bytes) -> bool:
         """Whether what is there has the digest that it was described with."""
@@ -203,12 +209,12 @@ class LoaderMachine:
         return UpdateOutcome.DONE
 
     def _leave(self) -> UpdateOutcome:
-        self.over = self.store.whole
+        self.over = self.store.is_runnable
         return UpdateOutcome.DONE if self.over else UpdateOutcome.REFUSED
 
     def _progress(self, session: int) -> ProgressFrame:
         store = self.store
-        marks = store.whole | store.kept << 1 | store.kept << 2
+        marks = store.whole | store.tried << 1 | store.kept << 2
         head = int.from_bytes(store.description[:4], "little")
         return ProgressFrame(
             *(self.identity.number, session, self._counter, self._held, self._sector),
