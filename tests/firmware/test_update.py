@@ -155,6 +155,30 @@ def test_a_program_for_other_settings_is_refused_before_anything_is_erased(updat
     assert bytes(machine.flash) == before
 
 
+def test_a_worn_word_is_told_and_no_program_starts(updatable: Updatable, monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet, radio = node_with(updatable.image, lacks=(KEPT,))
+    (machine,) = fleet.machines
+    chip, worn = machine.chip, PROGRAM_AT + 400
+    carry_out = chip._flash_command
+
+    def wearily(bytes_: list[int]) -> None:
+        if bytes_[0] == 0x09 or bytes_[1] << 16 | bytes_[2] << 8 | bytes_[3] != worn:
+            carry_out(bytes_)
+
+    monkeypatch.setattr(chip, "_flash_command", wearily)
+    link = LoaderLink(radio, fleet.drive, 1)
+    assert link.greet() is not None
+    with pytest.raises(Halted) as caught:
+        link.send(LITTLE)
+    assert caught.value.halt.cause is Cause.UNFLASHED
+    assert "sector 1" in caught.value.message
+    link.leave()
+    fleet.run(100_000)
+    ident = link.greet()
+    assert ident is not None
+    assert ident.state is NodeState.BOOT
+
+
 def test_frames_of_another_time_do_nothing(updatable: Updatable) -> None:
     fleet, radio = node_with(updatable.image, lacks=(KEPT,))
     (machine,) = fleet.machines
