@@ -11,7 +11,7 @@ import pytest
 
 import curveline
 from curveline.drive_settings import drive_settings
-from curveline.radio.mock.air import Weather
+from curveline.radio.mock.air import Air, Weather
 from curveline.radio.ports.dongle import SendOutcome
 from curveline.radio.protocol.keys import Site
 from curveline.radio.site.key_file import adopt, new_site
@@ -29,6 +29,11 @@ class Hall(Room):
 
     def __init__(self, rooms: Sequence[Room]) -> None:
         self._rooms = rooms
+
+    @property
+    def airs(self) -> list[Air]:
+        """See Room."""
+        return [each.air for each in self._rooms]
 
     @property
     def now_us(self) -> int:

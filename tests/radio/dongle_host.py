@@ -55,6 +55,10 @@ class Room:
         self._begin_ns = time.monotonic_ns()
 
     @property
+    def airs(self) -> list[Air]:
+        return [self.air]
+
+    @property
     def now_us(self) -> int:
         return (time.monotonic_ns() - self._begin_ns) // 1000
 
@@ -105,8 +109,8 @@ class DongleHost:
         self.path = path
         self.room = room
         self.core = Core(self._transmit)
-        if room.air.weather.noise:
-            self.core.hears = lambda channel: channel in room.air.carriers()
+        if any(air.weather.noise for air in room.airs):
+            self.core.hears = lambda channel: any(channel in air.carriers() for air in room.airs)
         self.mute = False
         self.pull: Pull | None = None
         self.gone_at = 0.0
@@ -156,7 +160,8 @@ class DongleHost:
 
     def _transmit(self, address: str, payload: bytes) -> tuple[SendOutcome, bytes, int]:
         self._frames += 1
-        self.room.air.power = list(POWERS_DBM)[self.core.powers[-1]]
+        for air in self.room.airs:
+            air.power = list(POWERS_DBM)[self.core.powers[-1]]
         return self.room.transmit(address, payload)
 
     def _carry(self) -> None:
