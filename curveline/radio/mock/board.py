@@ -40,6 +40,7 @@ class Board:
     flash: ModelFlash
     trial_ms: int = 0
     names: dict[int, tuple[bytes, str]] = field(default_factory=dict, repr=False)
+    _told: dict[int, list[dict[str, Any] | None]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def flashed(cls, chip: int, settings: NodeSettings) -> Board:
@@ -58,9 +59,10 @@ class Board:
         return replace(self, trial_ms=0)
 
     def document(self) -> dict[str, Any]:
-        """The board as plain data."""
-        sectors = [self._sector(sector) for sector in range(SECTORS)]
-        return {"chip": self.chip, "trial_ms": self.trial_ms, "settings": sectors}
+        """The board as plain data; what its flash holds is read again only after it has changed."""
+        if self.flash.done not in self._told:
+            self._told = {self.flash.done: [self._sector(sector) for sector in range(SECTORS)]}
+        return {"chip": self.chip, "trial_ms": self.trial_ms, "settings": self._told[self.flash.done]}
 
     def _sector(self, sector: int) -> dict[str, Any] | None:
         """What a sector holds, None if it is no whole record."""

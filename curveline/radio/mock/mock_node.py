@@ -151,7 +151,8 @@ class Station:
         flash = self.board.flash if self.flash.sectors == self._odd else self.flash
         standing = self.keeper.standing()
         if not standing.on_trial:
-            return replace(self.board, flash=flash, trial_ms=0)
+            same = flash is self.board.flash and not self.board.trial_ms
+            return self.board if same else replace(self.board, flash=flash, trial_ms=0)
         flash = ModelFlash([bytearray(cells) for cells in flash.sectors])
         for cells in flash.sectors:
             if bytes(cells[TRIED : TRIED + 4]) == bytes(4) and bytes(cells[TRIED + 4 : TRIED + 8]) != bytes(4):
