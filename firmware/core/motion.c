@@ -119,7 +119,10 @@ void cl_move_at(const cl_move *move, int64_t at_ms, cl_counts *counts) {
     }
 }
 
+/* The product of duration and rest may have more than 64 bits if a move takes days: it is divided in two parts. */
 int32_t cl_move_rest_ms(const cl_move *move) {
-    uint64_t length = path_length(move);
-    return (int32_t)ceil_div((uint64_t)move->duration_ms * (length - travelled(move, cl_move_end_ms(move))), length);
+    uint64_t length = path_length(move), rest = length - travelled(move, cl_move_end_ms(move));
+    uint32_t duration = (uint32_t)move->duration_ms;
+    uint64_t high = (duration >> 16) * rest;
+    return (int32_t)((high / length << 16) + ceil_div((high % length << 16) + (duration & 0xFFFFu) * rest, length));
 }

@@ -224,6 +224,14 @@ def test_limits_and_their_hash_are_those_of_python(core: ctypes.CDLL) -> None:
         assert core.cl_outside(limits, Counts(*target)) == motion.outside(axes, target)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("duration_ms", [2_000, 65_536, 147_797_420, 2**31 - 1])
+def test_what_is_left_of_a_braked_move_is_that_of_python_for_days(core: ctypes.CDLL, duration_ms: int) -> None:
+    for brake_ms in (0, 1, 999, 1_000, duration_ms // 3, duration_ms - 1):
+        move = NodeMove((6_391_035, 0, 0), (-8_388_607, 0, 0), duration_ms, 1_000, brake_ms)
+        theirs = CMove(Counts(*move.start), Counts(*move.target), duration_ms, 1_000, brake_ms)
+        assert core.cl_move_rest_ms(ctypes.byref(theirs)) == motion.rest_ms(move)
+
+
 # What it needs of the processor it is made for
 
 SMALL = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m0plus", "-isystem", str(build.FIRMWARE / "node" / "libc"))
