@@ -115,3 +115,11 @@ def test_no_damage_to_one_character_goes_unseen() -> None:
         other = random.choice([each for each in "0123456789ABCDEF:\n" if each != letter])
         with pytest.raises(InvalidInput):
             with_settings(good[:position] + other + good[position + 1 :], "x", SETTINGS)
+
+
+def test_a_program_that_would_not_find_its_settings_is_refused() -> None:
+    old = record(0, 32, b"..CLN1..")
+    with pytest.raises(InvalidInput, match="firmware 3 or before") as caught:
+        with_settings(CODE + old + END, "node.hex", SETTINGS)
+    assert "make -C firmware" in str(caught.value.hint)
+    with_settings(CODE + old + record(0, 48, b"..CLN2..") + END, "node.hex", SETTINGS)

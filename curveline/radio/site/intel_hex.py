@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from curveline.errors import Diagnostic, InvalidInput
-from curveline.radio.protocol.node_settings import NO_SETTINGS, NodeSettings
+from curveline.radio.protocol.node_settings import NO_SETTINGS, SETTINGS_MAGIC, NodeSettings
 
 DATA, END, SEGMENT, SEGMENT_START, LINEAR, LINEAR_START = range(6)
 LENGTHS = {END: 0, SEGMENT: 2, SEGMENT_START: 4, LINEAR: 2, LINEAR_START: 4}
@@ -18,6 +18,8 @@ FLASH_BYTES = 0x10000
 SPARE_SECTOR = range(0xF000, 0xF400)
 SETTINGS_SECTOR = range(0xF400, 0xF800)
 """Where a node's program looks for its settings: two sectors of 1 kB, of which a cable fills the second."""
+OLD_MAGIC = b"CLN1"
+"""In the program of a node before firmware 4, which finds no settings where the magic is another."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,7 @@ def with_settings(text: str, path: str, settings: NodeSettings) -> str:
     """
     lines = list(_parse(text, path))
     _check(lines, path)
+    _refuse_old(lines, path)
     sectors = range(SPARE_SECTOR.start, SETTINGS_SECTOR.stop)
     kept = [part for line in lines if line.kind != END for part in _outside(line, sectors)]
     parts = [line for line in kept if line.kind == DATA]
@@ -53,6 +56,10 @@ def flash_of(text: str, path: str) -> bytes:
     """All 64 kB of a node's flash, blank where the image says nothing; InvalidInput for a bad image."""
     lines = list(_parse(text, path))
     _check(lines, path)
+    return _flash(lines)
+
+
+def _flash(lines: list[_Line]) -> bytes:
     flash = bytearray(b"\xff" * FLASH_BYTES)
     for line in lines:
         if line.kind == DATA:
@@ -98,6 +105,15 @@ def _check(lines: list[_Line], path: str) -> None:
         raise _bad(path, 1, f"it reaches beyond the {FLASH_BYTES // 1024} kB of a node's flash")
     if not {*range(8)} <= set(cells):
         raise _bad(path, 1, "it does not begin with the vectors of a program: this is no image of a node")
+
+
+def _refuse_old(lines: list[_Line], path: str) -> None:
+    """Refuse the program of an older release: it would find no settings, and stay off the air."""
+    flash = _flash(lines)
+    if OLD_MAGIC in flash and SETTINGS_MAGIC not in flash:
+        message = "it is a program of firmware 3 or before, which does not know the settings of this release"
+        hint = "build the program anew: `make -C firmware`"
+        raise InvalidInput(f"{path}: {message}", hint, [Diagnostic(path, 1, 1, "bad-image", message, hint)])
 
 
 def _outside(line: _Line, sector: range) -> Iterator[_Line]:
