@@ -48,10 +48,6 @@ OF_THE_HOST = {
         service_frames.encode_service(jog, KEY),
     ),
 }
-OF_THE_HOST["update"] = (
-    update := update_frames.UpdateFrame(5, 82, 7, 63, bytes(range(16))),
-    update_frames.encode_update(update, KEY),
-)
 STATUS = (2, 5, 76, 0xFEDC, 3, 4, 4, NodeState.MOVING, 2, Fault.NONE, 0, (8000, -16, 0))
 REPORT = (2, 9, BootCause.POWER_ON, 3, 4, 4, NodeState.FAULT, 2, Fault.STALL, 3, (8000, -16, 0), (0, 15, 3), 12, True)
 IDENT = (2, frames.NodeNonce(9, 5, 12345), 4242, 0xABCD, 2, NodeState.READY, True, False, True)
@@ -74,11 +70,6 @@ OF_THE_NODE = {
         service_frames.encode_reading(reading, KEY),
     ),
 }
-
-OF_THE_NODE["progress"] = (
-    progress := update_frames.ProgressFrame(2, 5, 82, 1 << 63, 7, update_frames.UpdateOutcome.DONE, 3, 241, 99),
-    update_frames.encode_progress(progress, KEY),
-)
 
 
 def plain(value: Any) -> Any:

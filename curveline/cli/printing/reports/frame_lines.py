@@ -101,7 +101,7 @@ HOST_WORDS: Mapping[str, Callable[[Fields], str]] = {
     "home": lambda fields: f"axes {fields['axes']:03b}, order {fields['order']}",
     "service": _service,
     "settings": lambda fields: f"{fields['operation']} {fields['index']}",
-    "update": lambda fields: f"place {fields['place']}, piece {fields['piece']}",
+    "update": lambda fields: f"place {fields['place']}, piece {fields['index']}",
     "page": lambda fields: "who is there?",
     "stop": lambda fields: "to all",
     "estop": lambda fields: "",
