@@ -143,12 +143,12 @@ def overhear(
     end = None if seconds is None else time.monotonic() + seconds
     wanted, gaps = wish or FrameWish(), _Gaps()
     skipped = 0
-    with _listening(folder / LISTENERS) as (port, token, path):
+    with _listening(folder / LISTENERS) as (port, token, path, announcement):
         touch_at = time.monotonic() + TOUCH_S
         while end is None or time.monotonic() < end:
             if time.monotonic() >= touch_at:
                 touch_at = time.monotonic() + TOUCH_S
-                path.touch(mode=0o600)
+                _touch(path, announcement)
             news = _next_news(port, token)
             if news is None:
                 continue
@@ -160,8 +160,8 @@ def overhear(
 
 
 @contextmanager
-def _listening(folder: Path) -> Iterator[tuple[socket, bytes, Path]]:
-    """A port on which frames arrive, the secret that each begins with, and the file that says so."""
+def _listening(folder: Path) -> Iterator[tuple[socket, bytes, Path, str]]:
+    """A port on which frames arrive, the secret that each begins with, the file that says so, and what is in it."""
     import socket
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -173,14 +173,31 @@ def _listening(folder: Path) -> Iterator[tuple[socket, bytes, Path]]:
             port.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
         port.bind((HOST, 0))
         port.settimeout(WAIT_S)
-        descriptor = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600)
+        announcement = json.dumps({"format": FORMAT, "port": port.getsockname()[1], "token": token})
+        _announce(path, announcement)
         try:
-            with os.fdopen(descriptor, "w", encoding="ascii") as file:
-                json.dump({"format": FORMAT, "port": port.getsockname()[1], "token": token}, file)
-            yield port, token.encode(), path
+            yield port, token.encode(), path, announcement
         finally:
             with suppress(OSError):
                 path.unlink()
+
+
+def _announce(path: Path, announcement: str) -> None:
+    descriptor = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600)
+    try:
+        with os.fdopen(descriptor, "w", encoding="ascii") as file:
+            file.write(announcement)
+    except OSError:
+        path.unlink(missing_ok=True)
+        raise
+
+
+def _touch(path: Path, announcement: str) -> None:
+    """Say that somebody still listens; a listener that slept for long may have been swept away as dead."""
+    try:
+        os.utime(path)
+    except FileNotFoundError:
+        _announce(path, announcement)
 
 
 def _sweep(folder: Path) -> None:

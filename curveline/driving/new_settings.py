@@ -17,6 +17,7 @@ from curveline.listening import SILENT, Listener
 from curveline.notebook import html_of
 from curveline.radio.host.link import Halted
 from curveline.radio.host.resettling import NodeFound, NodeSeat, Resettling
+from curveline.radio.host.stop_causes import display_option
 from curveline.radio.protocol.keys import ZERO_MASTER, Site
 from curveline.radio.protocol.node_settings import NodeSettings
 from curveline.radio.site import key_file
@@ -168,8 +169,10 @@ class SettingsChange:
         """Record on which address the device listens now."""
         address, chip = way.new.address, way.new.site.chips[way.new.number - 1]
         if self.site is not None and self.site.chips.get(address) != chip:
+            before = self.site.chips.get(address)
             self.site = key_file.adopt(self.site, {address: chip})
-            self._note(f"chip {chip:08x} on {address} is recorded in {self.site.path}")
+            instead = "" if before is None else f", in place of chip {before:08x}"
+            self._note(f"chip {chip:08x} on {address} is recorded in {self.site.path}{instead}")
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """A row of every setting that changes, as `HEAD` names them."""
@@ -192,8 +195,13 @@ def told_settings(drive: DriveSettings, spec: str, done: Sequence[Resettled], ch
     return {**head, "changes": change.document(), "done": [each.document() for each in done]}
 
 
-def settings_change(tuner: RadioTuner, drive: DriveSettings, numbers: Sequence[int], was: Formerly) -> SettingsChange:
-    """What some nodes of a display (from 1, all if none are named) are to get: see `Session.new_settings`."""
+def settings_change(
+    tuner: RadioTuner, drive: DriveSettings, numbers: Sequence[int], was: Formerly, named: str = DEFAULT_DISPLAY
+) -> SettingsChange:
+    """What some nodes of a display (from 1, all if none are named) are to get: see `Session.new_settings`.
+
+    `named` is how advice names the display.
+    """
     wanted = list(dict.fromkeys(numbers)) or list(range(1, drive.node_count + 1))
     for number in wanted:
         if not 1 <= number <= drive.node_count:
@@ -206,8 +214,18 @@ def settings_change(tuner: RadioTuner, drive: DriveSettings, numbers: Sequence[i
     for number in wanted:
         _check_old(old, before[number])
     known, books = _books(tuner, was)
-    seats = [_seats((drive, old), (number, before[number]), known, books) for number in wanted]
-    return SettingsChange(tuner, seats, books[0])
+    advised = _old_name(was, named)
+    seats = [_seats((drive, old), (number, before[number]), known, books, advised) for number in wanted]
+    change = SettingsChange(tuner, seats, books[0])
+    change.named = named
+    return change
+
+
+def _old_name(was: Formerly, named: str) -> str:
+    """How advice names the display as the nodes are told of it now."""
+    if was.display is None:
+        return named
+    return was.display.path or was.display.name if isinstance(was.display, Display) else os.fspath(was.display)
 
 
 Books = tuple[SiteFile | None, SiteFile | None]
@@ -248,17 +266,20 @@ def _books(tuner: RadioTuner, was: Formerly) -> tuple[Mapping[str, int], Books]:
 
 
 def _seats(
-    drives: tuple[DriveSettings, DriveSettings], numbers: tuple[int, int], known: Mapping[str, int], books: Books
+    drives: tuple[DriveSettings, DriveSettings],
+    numbers: tuple[int, int],
+    known: Mapping[str, int],
+    books: Books,
+    old_name: str,
 ) -> tuple[NodeSeat, NodeSeat]:
     """Where a node is to be, and where it was; both with the chip that it has."""
     there, here = (drive.addresses[number - 1].upper() for drive, number in zip(drives, numbers, strict=True))
     new_book, old_book = ({} if book is None else book.chips for book in books)
-    chip = known.get(here) or old_book.get(here) or known.get(there) or new_book.get(there)
+    chip = known.get(here) or old_book.get(here) or known.get(there) or new_book.get(there) or new_book.get(here)
     if chip is None:
-        display = "" if drives[1].display == DEFAULT_DISPLAY else f" --display {drives[1].display}"
         raise InvalidInput(
             f"it is not known which device is node {numbers[0]}: none was adopted on {here}",
-            f"`curveline keys adopt --radio ...{display}` asks the nodes and records them; then change their settings",
+            f"`curveline keys adopt --radio ...{display_option(old_name)}` asks the nodes and records them; then change their settings",
         )
     pairs = zip(drives, numbers, books, strict=True)
     new, old = (NodeSeat(drive, _site(drive, number, chip, book), number) for drive, number, book in pairs)

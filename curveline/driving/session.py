@@ -289,8 +289,7 @@ class Session:
         refuse_while_sending(self.drive, self.named, self.spec, self.folder)
         tuner = RadioTuner(self.spec, self.drive, self.folder)
         try:
-            change = settings_change(tuner, self.drive, nodes, was or Formerly())
-            change.named = self.named
+            change = settings_change(tuner, self.drive, nodes, was or Formerly(), self.named)
             change.survey()
         except BaseException:
             tuner.close()

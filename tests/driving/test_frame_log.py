@@ -160,6 +160,27 @@ def test_its_file_is_its_own_and_goes_with_it(tmp_path: Path) -> None:
     assert list(old.parent.iterdir()) == []
 
 
+def test_one_that_was_swept_away_as_dead_is_heard_again(tmp_path: Path) -> None:
+    """It was suspended, as by Ctrl-Z, and another one began to listen meanwhile."""
+    swept = []
+
+    def sweep() -> None:
+        time.sleep(0.2)
+        for each in (tmp_path / LISTENERS).iterdir():
+            swept.append(each.read_text())
+            each.unlink()
+
+    thread = threading.Thread(target=sweep)
+    thread.start()
+    listening = overhear(2.0, runs=tmp_path)
+    told = threading.Timer(1.6, lambda: swept.extend(each.token for each in listeners(tmp_path / LISTENERS)))
+    told.start()
+    assert list(listening) == []
+    thread.join()
+    told.join()
+    assert json.loads(swept[0])["token"] == swept[1]
+
+
 def test_a_type_that_there_is_not(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="there is no frame 'drives'") as caught:
         FrameWish(kinds=("drives",))

@@ -29,6 +29,7 @@ from curveline.radio.protocol.envelope import kind_of
 from curveline.radio.protocol.keys import ZERO_MASTER
 from curveline.radio.protocol.node_settings import NodeSettings, node_settings
 from curveline.radio.protocol.settings_frames import TRIAL_MS
+from curveline.radio.site import key_file
 from curveline.radio.site.key_file import adopt, new_site, read_site
 from radio.bench import drive_table
 
@@ -568,6 +569,41 @@ def test_a_node_that_nobody_adopted_is_not_changed(
     with pytest.raises(InvalidInput, match="it is not known which device is node 1") as caught:
         lab.carry_out(OLD)
     assert "curveline keys adopt" in caught.value.hint
+
+
+def test_where_nobody_was_adopted_the_advice_leads_on(tmp_path: Path, sites: Sites) -> None:
+    """It names the file of the old display; and who is adopted for the new key is known there by the old address."""
+    lab, new = KeyedLab(tmp_path), replace(OLD, addresses=("C1C1C1C1A1", OLD.addresses[1]))
+    chips = dict(read_site(sites.old).chips)
+    forgotten = replace(read_site(sites.old), chips={})
+    sites.old.unlink()
+    key_file._create(sites.old, forgotten)
+    tuner = RadioTuner("mock:keys", new, tmp_path)
+    with pytest.raises(InvalidInput) as caught:
+        settings_change(tuner, new, [1], Formerly(keys=sites.old), "a lab.toml")
+    tuner.close()
+    assert "`curveline keys adopt --radio ... --display 'a lab.toml'`" in caught.value.hint
+    adopt(read_site(sites.new), chips)
+    assert lab.carry_out(new, (1,), Formerly(keys=sites.old))[0].changed
+
+
+def test_a_device_that_is_recorded_in_place_of_another_is_told(tmp_path: Path, sites: Sites) -> None:
+    lab = KeyedLab(tmp_path)
+    adopt(read_site(sites.new), {OLD.addresses[0]: 0x12345678})
+    assert lab.carry_out(OLD, (1,), Formerly(keys=sites.old))[0].changed
+    assert any("in place of chip 12345678" in each for each in lab.notes.told)
+
+
+def test_two_nodes_trade_numbers_by_an_address_in_between(tmp_path: Path, sites: Sites) -> None:
+    lab, chips = KeyedLab(tmp_path), dict(read_site(sites.old).chips)
+    assert [each.changed for each in lab.carry_out(OLD, (1, 2), Formerly(keys=sites.old))] == [True, True]
+    aside = replace(OLD, addresses=("C1C1C1C1A1", OLD.addresses[1]))
+    assert lab.carry_out(aside, (1,))[0].changed
+    assert lab.carry_out(OLD, (1,), Formerly(number=2))[0].changed
+    assert lab.carry_out(OLD, (2,), Formerly(number=1), old=aside)[0].changed
+    first, second = OLD.addresses
+    now = read_site(sites.new).chips
+    assert (now[first], now[second]) == (chips[second], chips[first])
 
 
 def test_the_wrong_old_key_is_told(tmp_path: Path, sites: Sites) -> None:

@@ -364,6 +364,22 @@ def test_a_memory_that_says_the_impossible_is_damaged(tmp_path: Path, old: str, 
         open_radio("", drive_table(), tmp_path)
 
 
+@pytest.mark.parametrize("marks", ["[false, false, false]", "[true, true, false]"])
+def test_a_board_without_settings_to_run_under_is_damaged(tmp_path: Path, marks: str) -> None:
+    open_radio("", drive_table(), tmp_path).close()
+    path = tmp_path / "mock-test.json"
+    content = json.loads(path.read_text())
+    board = content["nodes"][0]["board"]
+    board["settings"][0]["marks"] = json.loads(marks)
+    path.write_text(json.dumps(content))
+    with pytest.raises(LinkError, match="a board has no settings to run under"):
+        open_radio("", drive_table(), tmp_path)
+    board["settings"] = [None, None]
+    path.write_text(json.dumps(content))
+    with pytest.raises(LinkError, match="a board has no settings to run under"):
+        open_radio("", drive_table(), tmp_path)
+
+
 def test_a_memory_of_another_display_file_is_refused(tmp_path: Path) -> None:
     open_radio("", drive_table(2), tmp_path).close()
     with pytest.raises(LinkError, match="does not have 3 nodes"):

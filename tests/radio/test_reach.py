@@ -111,6 +111,13 @@ def test_what_is_said_of_it(losses: Sequence[int], spare: int, words: str) -> No
     assert ("10 uF" in " ".join(found.advice())) is not found.is_well
 
 
+def test_of_polls_that_were_all_answered_nothing_is_to_blame() -> None:
+    said = " ".join(result_of(*(level_of(0, polls=1, level=name) for name in ("max", "min"))).advice())
+    assert said.endswith("measure for longer")
+    assert "nothing was heard" in " ".join(result_of(level_of(0, silence=0.4)).advice())
+    assert "10 uF" in " ".join(result_of(level_of(0, silence=0.4)).advice())
+
+
 def test_packets_that_are_repeated_whatever_the_power_speak_of_noise(tmp_path: Path) -> None:
     text = " ".join(measured(tmp_path, "fresh,noise=13@0.2,seed=1").advice())
     assert "of all packets are lost, whatever the power: see `curveline radio scan`" in text

@@ -166,6 +166,8 @@ class RangeTest:
                 yield f"but {share:.0%} of all packets are lost, whatever the power: see `curveline radio scan`"
             return
         yield f"not good enough for runs at {first.dbm} dBm: {self._why(first)}"
+        if not first.lost and first.silence < MOST_SILENCE_S:
+            return  # all that was asked was answered: there is nothing to look for
         yield (
             "look at the supply of both radios first: 10 uF or more right at the pins of each; then at the antennas, "
             "and at what stands between them"

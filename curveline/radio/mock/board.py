@@ -117,6 +117,8 @@ def board_of(content: Any, ring: KeyRing) -> Board:
             _fill(cells, told, master)
             if stands_in:
                 board.names[sector] = master, told["key"]
+    if not any(told is not None and told["marks"][MARKS.index(KEPT)] for told in sectors):
+        raise ValueError("a board has no settings to run under")
     return board
 
 

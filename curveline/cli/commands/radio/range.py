@@ -58,9 +58,11 @@ def range(
     Exit code 1 says that it is not good enough for runs.
     """
     from curveline.cli.printing.reports.radio_text import describe_range
+    from curveline.driving.air import check_seconds
     from curveline.driving.session import connect
     from curveline.outputs import RANGE, check_output, write_output
 
+    check_seconds(seconds)
     if output is not None:
         check_output(RANGE, output, force=force)
     with (

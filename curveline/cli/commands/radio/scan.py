@@ -38,9 +38,11 @@ def scan(
     Exit code 1 says that another channel is better than the display's.
     """
     from curveline.cli.printing.reports.radio_text import describe_channels
+    from curveline.driving.air import check_seconds
     from curveline.driving.session import connect
     from curveline.outputs import CHANNELS, check_output, write_output
 
+    check_seconds(seconds)
     if output is not None:
         check_output(CHANNELS, output, force=force)
     with connect(require_radio(radio), display, runs=runs_folder(runs), listener=TERMINAL) as session:
