@@ -15,7 +15,8 @@ import typer
 
 from curveline.drive_settings import drive_settings
 from curveline.radio.protocol.node_settings import node_settings
-from curveline.radio.site.key_file import SiteFile, adopt, read_site
+from curveline.radio.site import key_file
+from curveline.radio.site.key_file import SiteFile, read_site
 from curveline.shapes.files import builtin_text, read_display
 from hexfile import bytes_of
 
@@ -321,7 +322,8 @@ def test_the_key_is_in_no_output_and_in_no_file_but_its_own(
     run: Run, keys: Path, plan_file: Path, tmp_path: Path
 ) -> None:
     """Everything that commands say and leave behind, in a good run and in bad ones, searched in four spellings."""
-    adopt(SiteFile(keys, SECRET), {})
+    keys.unlink()
+    key_file._create(keys, SiteFile(keys, SECRET))
     said = []
     for arguments in (
         ("keys", "adopt", "--radio", "mock:keys", "--yes"),

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from curveline.cli import consent
+
 from .conftest import Run
 
 MOCK = ("--radio", "mock")
@@ -85,6 +87,18 @@ def test_nothing_changes_without_consent(run: Run, lab: Path) -> None:
     assert code == 2
     assert out == ""
     assert "add --yes to agree" in err
+
+
+def test_whoever_is_asked_is_told_what_changes(run: Run, lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    old = lab.with_name("old.toml")
+    old.write_text(lab.read_text())
+    edited(lab, "channel", 90)
+    monkeypatch.setattr(consent, "require_terminal", lambda why, hint: None)
+    monkeypatch.setattr(consent, "agrees", lambda question: False)
+    code, out, err = run("node", "settings", "-d", lab, "--old-display", old, *MOCK, "--json")
+    assert code == 1
+    assert re.search(r"1 +channel +\d+ +90\n +2 +channel", err)
+    assert json.loads(out)["error"]["code"] == "no"
 
 
 def test_calibrate_points_here(run: Run, lab: Path) -> None:

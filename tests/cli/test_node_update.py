@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from curveline.driving.one_node import OneNode
 from programs import updatable_hex
 
 from .conftest import Run
@@ -40,6 +41,16 @@ def test_nothing_is_replaced_without_consent(run: Run, program: Path) -> None:
     code, _, err = run("node", "update", "1", "--hex", program, "--radio", "mock")
     assert code == 2
     assert "add --yes to agree" in err
+
+
+def test_ctrl_c_says_how_to_go_on(run: Run, program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def strike(*arguments: object, **options: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(OneNode, "update", strike)
+    code, _, err = run("node", "update", "1", "--hex", program, *MOCK)
+    assert code == 130
+    assert "node 1 may wait in its loader: the same command goes on" in err
 
 
 def test_a_node_without_a_loader_is_sent_to_the_cable(run: Run, program: Path) -> None:

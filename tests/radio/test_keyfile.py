@@ -122,6 +122,25 @@ def test_adopting_adds_and_moves(path: Path) -> None:
     assert [each.name for each in path.parent.iterdir()] == ["site.json"]
 
 
+def test_what_others_record_meanwhile_stays(path: Path) -> None:
+    """A question stands for as long as nobody answers it, and another terminal records others."""
+    site = new_site(path)
+    adopt(site, {"C1C1C1C101": 7})
+    assert adopt(site, {"C1C1C1C102": 8}).chips == {"C1C1C1C101": 7, "C1C1C1C102": 8}
+    assert read_site(path).chips == {"C1C1C1C101": 7, "C1C1C1C102": 8}
+
+
+def test_a_key_file_that_was_exchanged_meanwhile_is_not_written_over(path: Path) -> None:
+    site = new_site(path)
+    path.rename(path.with_name("old.json"))
+    with pytest.raises(InvalidInput, match="there is no key file"):
+        adopt(site, {"C1C1C1C101": 7})
+    other = new_site(path)
+    with pytest.raises(InvalidInput, match="has been exchanged meanwhile"):
+        adopt(site, {"C1C1C1C101": 7})
+    assert read_site(path) == other
+
+
 def test_an_adoption_that_fails_leaves_the_old_file(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     site = new_site(path)
 

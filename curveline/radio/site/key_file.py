@@ -165,8 +165,16 @@ def new_site(path: Path) -> SiteFile:
 def adopt(site: SiteFile, chips: Mapping[str, int]) -> SiteFile:
     """Record which devices listen on some addresses; the file is replaced whole or not at all.
 
-    A device that was known on another address before has moved: a chip is in one place only.
+    A device that was known on another address before has moved: a chip is in one place only. What others have recorded
+    since `site` was read stays; InvalidInput if the file has another key by now.
     """
+    path, master = site.path, site.master
+    site = read_site(path)
+    if site.master != master:
+        message = (
+            f"the key file {path} has been exchanged meanwhile, for one with another key: nothing is recorded in it"
+        )
+        raise InvalidInput(message, "see which of them the nodes hold; then begin anew")
     kept = {address: chip for address, chip in site.chips.items() if chip not in chips.values()}
     known = {**kept, **{address.upper(): chip for address, chip in chips.items()}}
     written = replace(site, chips=known, has_checksum=True)

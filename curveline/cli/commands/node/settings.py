@@ -68,6 +68,8 @@ def settings(
         change = stack.enter_context(session.new_settings(numbers or (), was))
         if not json:
             screen.result("\n".join(describe_change(change)))
+        elif change.is_due and not yes:
+            screen.note("\n".join(describe_change(change)))
         if change.is_due and not yes and not consent.agrees("Change these settings?"):
             screen.note("nothing was changed")
             raise typer.Exit(EXIT_NO)

@@ -41,7 +41,11 @@ def update(
         if not yes and not consent.agrees(f"Replace the program of node {number}?"):
             screen.note("nothing was changed")
             raise typer.Exit(EXIT_NO)
-        done = node.update(hex, older=older, seen=_teller())
+        try:
+            done = node.update(hex, older=older, seen=_teller())
+        except KeyboardInterrupt:
+            screen.note(f"node {number} may wait in its loader: the same command goes on from there")
+            raise
         if json:
             screen.emit(node.told("update", done.document()))
         else:
