@@ -279,8 +279,8 @@ def _seats(
     if chip is None:
         raise InvalidInput(
             f"it is not known which device is node {numbers[0]}: none was adopted on {here}",
-            f"`curveline keys adopt --radio ...{display_option(old_name)}` asks the nodes and records them; then change "
-            "their settings",
+            f"`curveline keys adopt --radio ...{display_option(old_name)}` asks the nodes and records them; then "
+            "change their settings",
         )
     pairs = zip(drives, numbers, books, strict=True)
     new, old = (NodeSeat(drive, _site(drive, number, chip, book), number) for drive, number, book in pairs)

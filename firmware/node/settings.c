@@ -25,20 +25,20 @@ const cl_settings *settings_begin(void) {
     return cl_settings_open(&store, &flash, FLASH_SETTINGS_A, FLASH_SETTINGS_B, restarted) ? &store.now : 0;
 }
 
-/* While the flash works encoder edges are lost: that can wait until motors no longer tremble. */
+/* While the flash works encoder edges are lost: that can wait until motors no longer tremble, and the host asks again. */
 static uint8_t put(void *self, const uint8_t *record) {
     (void)self;
-    return motors_still() ? cl_settings_put(&store, record) : CL_OUTCOME_FAILED;
+    return motors_still() ? cl_settings_put(&store, record) : CL_OUTCOME_OCCUPIED;
 }
 
 static uint8_t request(void *self) {
     (void)self;
-    return motors_still() ? cl_settings_request(&store) : CL_OUTCOME_FAILED;
+    return motors_still() ? cl_settings_request(&store) : CL_OUTCOME_OCCUPIED;
 }
 
 static uint8_t keep(void *self) {
     (void)self;
-    return motors_still() ? cl_settings_keep(&store) : CL_OUTCOME_FAILED;
+    return motors_still() ? cl_settings_keep(&store) : CL_OUTCOME_OCCUPIED;
 }
 
 static void drop(void *self) {

@@ -19,12 +19,14 @@ from curveline.driving.tuning import RadioTuner
 from curveline.errors import CurvelineError, InvalidInput, LinkError
 from curveline.listening import Listener
 from curveline.radio.host.link import Halted, read_status
+from curveline.radio.host.resettling import TRIES
 from curveline.radio.host.service import home_axes
 from curveline.radio.host.stop_causes import Cause
 from curveline.radio.interface import Answer, RadioGone
 from curveline.radio.mock.display import MockRadio, open_radio
 from curveline.radio.node import plant
-from curveline.radio.protocol.codes import FrameKind, NodeState, SettingsOperation
+from curveline.radio.node.settings_flash import SettingsFlash
+from curveline.radio.protocol.codes import ErrandOutcome, FrameKind, NodeState, SettingsOperation
 from curveline.radio.protocol.envelope import kind_of
 from curveline.radio.protocol.keys import ZERO_MASTER
 from curveline.radio.protocol.node_settings import NodeSettings, node_settings
@@ -613,6 +615,15 @@ def test_the_wrong_old_key_is_told(tmp_path: Path, sites: Sites) -> None:
         lab.carry_out(OLD)
     assert caught.value.halt.cause is Cause.UNTRUSTED
     assert "--old-keys" in caught.value.hint
+
+
+def test_a_node_whose_motors_tremble_is_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each refusal costs a round, and none of them the few tries that a node has which is not heard."""
+    refusals = iter([ErrandOutcome.OCCUPIED] * (TRIES + 2))
+    store = SettingsFlash.store
+    monkeypatch.setattr(SettingsFlash, "store", lambda self, record: next(refusals, None) or store(self, record))
+    assert Lab(tmp_path).carry_out(SLOWER)[0].changed
+    assert next(refusals, None) is None
 
 
 def test_a_moving_node_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from random import Random
 import pytest
 
 from curveline.drive_settings import DriveSettings
-from curveline.radio.host.link import read_status
+from curveline.radio.host.link import Halted, read_status
 from curveline.radio.host.node_status import NodeStatus
 from curveline.radio.host.settings_errand import SettingsErrand
 from curveline.radio.interface import Answer
@@ -154,6 +154,21 @@ def test_other_settings_are_stored_tried_and_kept(desk: Desk) -> None:
         assert desk.under_new() == SettingsFacts(0, False, 1, 0, 1)
     (node,) = desk.status(desk.new, NEW_MASTER)
     assert (node.state, node.boot_cause) == ("ready", "watchdog")
+
+
+def test_while_a_motor_trembles_the_node_is_busy_and_takes_them_later(desk: Desk) -> None:
+    """Somebody has touched an axis: that is no fault of the flash, and soon over."""
+    motor = desk.machine.motors[0]
+    with desk.session(desk.old, MASTER) as host:
+        host.send_pieces(desk.settings())
+        motor.speed = 9000.0
+        desk.fleet.run(20_000)
+        with pytest.raises(Halted, match="it has something else to do"):
+            host.store(desk.settings())
+    desk.fleet.run(2_000_000)
+    with desk.session(desk.old, MASTER) as host:
+        host.store(desk.settings())
+        assert host.standing().stored == 1
 
 
 def test_a_node_that_nobody_hears_goes_back_and_keeps_its_position(desk: Desk) -> None:

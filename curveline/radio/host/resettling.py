@@ -108,6 +108,7 @@ class Resettling:
         self._tuner = tuner
         self._told = told
         self._tried_s: float | None = None
+        self._tries = 0
         self._last: Halt | None = None
 
     def find(self) -> NodeFound:
@@ -134,7 +135,7 @@ class Resettling:
 
     def carry_out(self) -> NodeFound:
         """Bring the node to its new settings, however far somebody has come with that before; the node then."""
-        tries = 0
+        self._tries = 0
         for _ in range(ROUNDS):
             found = self._found_again()
             try:
@@ -143,11 +144,10 @@ class Resettling:
                     return found
                 if found.standing.on_trial:
                     self._end_trial(found)
-                elif tries == TRIES or self._has_come_back(found):
+                elif self._tries == TRIES or self._has_come_back(found):
                     self.may_be_on_trial = False
                     raise Halted(Halt(Cause.UNHEARD, self.new.number))
                 else:
-                    tries += 1
                     self._try(found)
             except Halted as error:
                 if error.halt.cause not in PASSING:
@@ -184,6 +184,7 @@ class Resettling:
             errand.store(replace(self.new.settings, generation=generation))
             self._told("it has stored its new settings, and tries them")
             self.may_be_on_trial = True
+            self._tries += 1
             self._tried_s = self._tuner.now_s()
             errand.attempt()
 
