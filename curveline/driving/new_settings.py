@@ -248,7 +248,8 @@ def _old_drive(drive: DriveSettings, was: Formerly) -> DriveSettings:
 
 def _check_old(old: DriveSettings, number: int) -> None:
     if not 1 <= number <= old.node_count:
-        hint = "say with --old-number which one it is there"
+        there = "node 1" if old.node_count == 1 else f"nodes 1 to {old.node_count}"
+        hint = f"it has {there}: name only such, or a single one, and with --old-number which one it is there"
         raise InvalidInput(f"display {old.display!r}, where the nodes listen now, has no node {number}", hint)
 
 

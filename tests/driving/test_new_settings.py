@@ -247,6 +247,15 @@ def test_senseless_wishes_are_refused(tmp_path: Path) -> None:
     tuner.close()
 
 
+def test_a_larger_display_is_told_which_nodes_the_old_one_has(tmp_path: Path) -> None:
+    """A row grows: those that were there get their settings by naming them, and that is what is advised."""
+    tuner, was = RadioTuner("mock", OLD, tmp_path), Formerly(display="single")
+    with pytest.raises(InvalidInput, match="has no node 3") as caught:
+        settings_change(tuner, replace(OLD, addresses=(*OLD.addresses, "C1C1C1C1A3")), [], was)
+    tuner.close()
+    assert "it has nodes 1 to 2: name only such" in caught.value.hint
+
+
 # Broken off
 
 
