@@ -12,9 +12,10 @@ from curveline.errors import InvalidInput, LinkError
 from curveline.radio.host.errands import Errand, Inquiry, tried
 from curveline.radio.host.link import Halted
 from curveline.radio.host.scan import ScannedNode, scan_one
-from curveline.radio.host.service import report_of
+from curveline.radio.host.service import halted, report_of
+from curveline.radio.host.stop_causes import Cause, Halt
 from curveline.radio.interface import Radio
-from curveline.radio.protocol.codes import UNHOMED_COUNTS
+from curveline.radio.protocol.codes import UNHOMED_COUNTS, NodeState
 from curveline.radio.protocol.frames import ReportFrame
 from curveline.radio.protocol.motion import LEAST_RATE, axes_of, config_hash
 from curveline.radio.protocol.service_frames import LINE_DRIVER, MotorFacts, ServiceFrame
@@ -180,6 +181,8 @@ def info(place: NodePlace) -> NodeInfo:
     """Who a node is, and what it holds; LinkError if it does not answer to its key."""
     report = place.report()
     drive, number = place.drive, place.number
+    if report.state is NodeState.BOOT:
+        raise halted(place.radio, drive, Halt(Cause.IN_LOADER, number))
     found = ScannedNode(number, drive.addresses[number - 1])
     scan_one(place.radio, found)
     known = place.radio.site.chips[number - 1]

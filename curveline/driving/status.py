@@ -10,7 +10,7 @@ from curveline._version import __version__
 from curveline.drive_settings import DriveSettings
 from curveline.driving.live import Sender
 from curveline.notebook import html_of
-from curveline.radio.host.node_status import NodeStatus
+from curveline.radio.host.node_status import SILENT, NodeStatus
 
 Document = dict[str, Any]
 POSITION_KEYS = ("extrude_mm", "bias_deg", "translate_mm")
@@ -76,7 +76,9 @@ def node_document(status: NodeStatus, drive: DriveSettings) -> Document:
     record["unhomed"] = status.unhomed if status.boot_cause else None
     record["position"] = position(status, drive) or None
     if status.counts is None:
-        record.update(dict.fromkeys(("boot", "started", "finished", "staged", "fault")))
+        record.update(dict.fromkeys(("started", "finished", "staged", "fault")))
+    if status.state == SILENT:
+        record["boot"] = None
     return record
 
 

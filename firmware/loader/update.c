@@ -8,6 +8,7 @@
 #include "kl26.h"
 #include "layout.h"
 #include "program.h"
+#include "reset.h"
 #include "settings_store.h"
 #include "store.h"
 
@@ -44,7 +45,7 @@ uint8_t update_answer[NRF24_PAYLOAD_BYTES];
 
 /* What is known of the program */
 
-static const uint32_t *described(void) { return (const uint32_t *)DESCRIPTION; }
+static const uint32_t *described(void) { return flash_at(DESCRIPTION); }
 
 static bool is_set(uint32_t mark) { return flash_word(MARK(mark)) != BLANK_WORD; }
 
@@ -127,7 +128,7 @@ static bool write_sector(void) {
 static bool is_as_described(void) {
     const uint32_t *words = described();
     uint8_t digest[DIGEST_BYTES];
-    const cl_bytes program = {(const uint8_t *)PROGRAM_BEGIN, words[WORD_LENGTH]};
+    const cl_bytes program = {flash_at(PROGRAM_BEGIN), words[WORD_LENGTH]};
     cl_blake2s((cl_bytes){node_key.bytes, CL_KEY_BYTES}, program, digest, sizeof digest);
     return memcmp(digest, words + WORD_DIGEST, sizeof digest) == 0;
 }
@@ -227,14 +228,29 @@ static bool renew_offer(const cl_hello_frame *hello, uint64_t fresh) {
     return true;
 }
 
+/* Of its program's state the loader knows nothing. */
+static void report(uint64_t fresh) {
+    const cl_report_frame said = {
+        .node = number,
+        .cause = reset_cause(),
+        .boot = nonce.boot,
+        .now.state = CL_STATE_BOOT,
+        .axes.of = {CL_NOT_HOMED, CL_NOT_HOMED, CL_NOT_HOMED},
+    };
+    cl_encode_report(update_answer, &said, &node_tags, fresh);
+}
+
 /* An offer like the program's, from a node in the state that the program never is in. */
 static void on_hello(const uint8_t *payload, int64_t now_ms) {
     cl_hello_frame hello;
-    if (cl_decode_hello(payload, &node_tags, &hello) != CL_GOOD || hello.node != number ||
-        (hello.flags & CL_FLAG_QUERY) != 0) {
+    if (cl_decode_hello(payload, &node_tags, &hello) != CL_GOOD || hello.node != number) {
         return;
     }
     uint64_t fresh = hello.nonce & ~(uint64_t)CL_ATTEMPT_MASK;
+    if ((hello.flags & CL_FLAG_QUERY) != 0) {
+        report(fresh);
+        return;
+    }
     bool repeated = offered.number != 0 && handshake == fresh;
     if (repeated || renew_offer(&hello, fresh)) {
         const cl_ident_frame ident = {

@@ -15,6 +15,9 @@ bool flash_erase(uint32_t address);
 bool flash_program(uint32_t address, uint32_t word);
 uint32_t flash_word(uint32_t address);
 
+/* What lies there, to be read. */
+static inline const void *flash_at(uint32_t address) { return (const void *)address; }
+
 /* The same for the portable part. */
 extern const cl_flash flash_hooks;
 

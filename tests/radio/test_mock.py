@@ -407,16 +407,47 @@ def test_a_memory_of_an_older_release_is_carried_over(tmp_path: Path) -> None:
     assert [node._axes for node in radio.nodes] == [axes_of(faster)] * 2
     assert radio.positions()[1] == (100, 0, 0)
     radio.close()
-    assert json.loads(path.read_text())["format"] == 3
+    assert json.loads(path.read_text())["format"] == 4
     path.write_text(json.dumps(content))
     other = replace(table, axes=(replace(table.axes[0], counts_per_unit=100.0), *table.axes[1:]))
     with pytest.raises(LinkError, match="motors differ"):
         open_radio("", other, tmp_path)
 
 
+def test_boards_of_an_older_release_have_the_program_of_this_one(tmp_path: Path) -> None:
+    table = drive_table(2)
+    open_radio("", table, tmp_path).close()
+    path = tmp_path / "mock-test.json"
+    content = json.loads(path.read_text())
+    for node in content["nodes"]:
+        del node["board"]["program"], node["board"]["in_loader"]
+    path.write_text(json.dumps(content | {"format": 3}))
+    radio = open_radio("", table, tmp_path)
+    assert [station.program.is_runnable for station in radio._stations] == [True, True]
+    radio.close()
+    content = json.loads(path.read_text())
+    program = content["nodes"][1]["board"]["program"]
+    assert program["whole"]
+    for damage in (
+        {"description": "00"},
+        {"description": "00" * 32},
+        {"whole": 1},
+        {"whole": False},
+        {"sectors": {"0": "AAAA"}},
+        {"whole": False, "sectors": {"0": "AAAA"}},
+        {"whole": False, "sectors": {"1": ""}},
+        {"whole": False, "sectors": {"0": 3}},
+        {"more": 1},
+    ):
+        content["nodes"][1]["board"]["program"] = program | damage
+        path.write_text(json.dumps(content))
+        with pytest.raises(LinkError, match="damaged"):
+            open_radio("", table, tmp_path)
+
+
 def test_a_huge_or_unreadable_memory_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "mock-test.json"
-    path.write_bytes(b" " * 2_000_000)
+    path.write_bytes(b" " * 21_000_000)
     with pytest.raises(LinkError, match="far too large"):
         open_radio("", drive_table(), tmp_path)
     path.write_bytes(b"\xff\xfe")

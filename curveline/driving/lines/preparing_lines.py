@@ -17,7 +17,7 @@ from curveline.driving.tours import Tour
 from curveline.errors import CurvelineError, LinkError
 from curveline.plan_file import Plan
 from curveline.radio.host.journal import ReopenedJournal
-from curveline.radio.host.node_status import NodeStatus
+from curveline.radio.host.node_status import SILENT, NodeStatus
 from curveline.radio.host.stop_causes import Cause, Halt, named_display
 from curveline.radio.host.together import opened_together
 
@@ -113,7 +113,8 @@ def _ask(session: Session, far: LineSoFar) -> LinkError | None:
 
 def _why_not(plan: Plan, node: NodeStatus, boot: int) -> Halt | None:
     if node.counts is None:
-        return Halt(Cause.SILENT, node.node, display=named_display(plan))
+        cause = Cause.SILENT if node.state == SILENT else Cause.IN_LOADER
+        return Halt(cause, node.node, display=named_display(plan))
     if node.boot != boot:
         detail = f"boot number {node.boot} instead of {boot}"
         return Halt(Cause.REBOOT, node.node, detail=detail, display=named_display(plan))

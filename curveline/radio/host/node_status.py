@@ -30,7 +30,7 @@ class NodeStatus:
     finished: int = 0  # last step that it has done
     staged: int = 0  # last step that it knows
     fault: str = ""
-    counts: Counts | None = None  # encoder counts from home, extrude, bias, translate; None if silent
+    counts: Counts | None = None  # encoder counts from home, extrude, bias, translate; None if silent or in its loader
     boot_cause: str = ""
     unhomed: dict[str, str] = field(default_factory=dict)
     fault_seconds: int | None = None
@@ -88,7 +88,7 @@ def _node_status(status: StatusFrame | ReportFrame, boot: int, address: str, lin
         finished=status.finished,
         staged=status.staged,
         fault=fault,
-        counts=status.position,
+        counts=None if status.state is NodeState.BOOT else status.position,
         link=link,
         obstacle="" if halt is None else halt.message,
         advice="" if halt is None else halt.hint,

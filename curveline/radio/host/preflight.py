@@ -71,6 +71,8 @@ def check_ident(ident: IdentFrame, peer: Peer, config: int) -> Halt | None:
     """Whether a node, which has proven by its key which device it is, has the right firmware and settings."""
     if ident.version != VERSION:
         return Halt(Cause.VERSION, peer.number, detail=f"it has {ident.version}, this release needs {VERSION}")
+    if ident.state is NodeState.BOOT:
+        return Halt(Cause.IN_LOADER, peer.number)
     if ident.config_hash != config:
         detail = f"fingerprint {ident.config_hash:04x} instead of {config:04x}"
         return Halt(Cause.CONFIG, peer.number, detail=detail)
@@ -105,6 +107,8 @@ def check_fit(status: StatusFrame | ReportFrame, step: int) -> Halt | None:
         return Halt(Cause.LATCHED, status.node, step)
     if status.fault is not Fault.NONE:
         return fault_halt(status.fault, status.fault_axis, status.node, step)
+    if status.state is NodeState.BOOT:
+        return Halt(Cause.IN_LOADER, status.node, step)
     if status.state in NOWHERE:
         return Halt(Cause.NOT_HOMED, status.node, step)
     return None

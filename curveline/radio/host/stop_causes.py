@@ -201,6 +201,11 @@ class Cause(Enum):
         "node {node} has got its program, but does not answer under it",
         "switch it off and on, which brings its loader back, and send it a program that works",
     )
+    IN_LOADER = (
+        "node {node} is in its loader, and waits for a program",
+        "send it one: `curveline node update {node}{display}` goes on where an update was broken off; a node whose "
+        "program is whole returns to it when nobody has asked it anything for 20 s",
+    )
     REFUSED = (
         "node {node} does not do that: {detail}",
         "see how it is: `curveline node status {node}{display}`",

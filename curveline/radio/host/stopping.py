@@ -84,4 +84,5 @@ class _StopTalk:
         report = decode_report(answer.payload or b"", self._peer.node_key, self._nonce)
         if isinstance(report, ReportFrame):
             self.found.state = report.state
-            self.found.is_sure = report.stopped and not report.turning
+            rests = report.stopped or report.state is NodeState.BOOT  # a loader turns no motor
+            self.found.is_sure = rests and not report.turning

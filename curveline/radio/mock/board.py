@@ -1,4 +1,4 @@
-"""A board of the mock display as it lies on the bench: its chip, and the settings in its flash, also between commands.
+"""A board of the mock display as it lies on the bench: its chip, its settings and its program, also between commands.
 
 What is written of it never has a key, only the short name of one: whoever opens the display brings the keys along.
 """
@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from curveline.radio.mock.programs import flashed_program, program_of, told_program
+from curveline.radio.node.loader import ProgramStore
 from curveline.radio.node.settings_flash import (
     BLANK,
     KEPT,
@@ -39,6 +41,8 @@ class Board:
     chip: int
     flash: ModelFlash
     trial_ms: int = 0
+    program: ProgramStore = field(default_factory=flashed_program)
+    in_loader: bool = False
     names: dict[int, tuple[bytes, str]] = field(default_factory=dict, repr=False)
     _told: dict[int, list[dict[str, Any] | None]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -51,18 +55,20 @@ class Board:
 
     def repowered(self) -> Board:
         """The board once its power has gone and come: a trial that it was on is over."""
+        in_loader = not self.program.start()
         if not self.trial_ms:
-            return self
+            return replace(self, in_loader=in_loader)
         for cells in self.flash.sectors:
             if bytes(cells[REQUESTED:TRIED]) == SET:
                 cells[TRIED:KEPT] = SET
-        return replace(self, trial_ms=0)
+        return replace(self, trial_ms=0, in_loader=in_loader)
 
     def document(self) -> dict[str, Any]:
         """The board as plain data; what its flash holds is read again only after it has changed."""
         if self.flash.done not in self._told:
             self._told = {self.flash.done: [self._sector(sector) for sector in range(SECTORS)]}
-        return {"chip": self.chip, "trial_ms": self.trial_ms, "settings": self._told[self.flash.done]}
+        facts = {"chip": self.chip, "trial_ms": self.trial_ms, "in_loader": self.in_loader}
+        return {**facts, "settings": self._told[self.flash.done], "program": told_program(self.program)}
 
     def _sector(self, sector: int) -> dict[str, Any] | None:
         """What a sector holds, None if it is no whole record."""
@@ -100,17 +106,25 @@ class KeyRing:
         return derive(ZERO_MASTER, b"unknown", bytes.fromhex(name)[:NAME_BYTES]), True
 
 
+OLDER = {"chip", "trial_ms", "settings"}
+"""Entries of older releases, whose boards forgot their program."""
+ENTRIES = OLDER | {"program", "in_loader"}
 _PLAIN = {"number": int, "data_rate": str, "channel": int, "address": str, "generation": int}
 
 
 def board_of(content: Any, ring: KeyRing) -> Board:
     """A board out of plain data, with its keys; ValueError, TypeError or KeyError say what is wrong."""
     chip, trial_ms, sectors = content["chip"], content["trial_ms"], content["settings"]
-    if content.keys() != {"chip", "trial_ms", "settings"} or not isinstance(sectors, list) or len(sectors) != SECTORS:
+    older = content.keys() == OLDER
+    if not (older or content.keys() == ENTRIES) or not isinstance(sectors, list) or len(sectors) != SECTORS:
         raise ValueError("a board has missing or unknown entries")
     if type(chip) is not int or not 0 <= chip < 2**32 or type(trial_ms) is not int or not 0 <= trial_ms <= TRIAL_MS:
         raise ValueError("a board's chip or trial is not a whole number in its range")
     board = Board(chip, ModelFlash(), trial_ms)
+    if not older:
+        board.program, board.in_loader = program_of(content["program"]), content["in_loader"]
+        if type(board.in_loader) is not bool or not (board.in_loader or board.program.whole):
+            raise ValueError("a board's loader makes no sense")
     for sector, (cells, told) in enumerate(zip(board.flash.sectors, sectors, strict=True)):
         if told is not None:
             master, stands_in = ring.key(told["key"])

@@ -328,10 +328,10 @@ class MockRadio:
 
     def _progress(self) -> Sequence[tuple[int, ...]]:
         """What a host that is killed now must find again: everything of a node that an answer may have told it."""
-        pairs = [(station.node.memory, station.flash.done) for station in self._stations]
+        pairs = [(station.node.memory, (station.flash.done, *station.program.progress)) for station in self._stations]
         return [
-            (each.boot, *each.unhomed, each.estop, each.fault, each.run_tag, each.started, each.finished, words)
-            for each, words in pairs
+            (each.boot, *each.unhomed, each.estop, each.fault, each.run_tag, each.started, each.finished, *flash)
+            for each, flash in pairs
         ]
 
     def _paces(self, spread: float) -> tuple[int, int, int]:

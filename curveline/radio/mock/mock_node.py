@@ -9,7 +9,7 @@ from random import Random
 from curveline.radio.mock.adversaries import Pair
 from curveline.radio.mock.air import Air, Antenna, Heard, Receiver
 from curveline.radio.mock.board import Board
-from curveline.radio.node.loader import LoaderMachine, ProgramStore
+from curveline.radio.node.loader import LoaderMachine
 from curveline.radio.node.machine import NodeMachine
 from curveline.radio.node.plant import MotorPlant
 from curveline.radio.node.settings_flash import TRIED, ModelFlash, PowerCut, SettingsFlash
@@ -48,7 +48,6 @@ class Station:
         self.node: NodeMachine
         self.kind: type[NodeMachine] = NodeMachine
         self.chip = board.chip
-        self.firmware = FIRMWARE
         self.flash = board.flash
         self.twin: NodeMachine | None = None
         self.is_clone = False
@@ -63,7 +62,9 @@ class Station:
         """Told whenever the node has started, and may listen elsewhere."""
         self.loader: LoaderMachine | None = None
         """What hears frames in the place of the node."""
-        self.program = ProgramStore()
+        self.program = board.program
+        facts = self.program.facts
+        self.firmware = FIRMWARE if facts is None else facts.number
         plant.has_loader = True
         self._odd: list[bytearray] | None = None
         self.settings = self._begin(restarted=board.trial_ms > 0)
@@ -104,19 +105,29 @@ class Station:
         self.node = self.kind(self.identity, self.axes, self.plant, self.memory)
         self.node.trial_ends_ms, self.board.trial_ms = self.board.trial_ms, 0
         receiver: Receiver = self.node if self.twin is None else Pair(self.node, self.twin, random)
+        self.loader = None
+        if self.board.in_loader:
+            self.loader = LoaderMachine(self.identity, self.memory.nonce, self.program, self.memory.cause)
+            receiver = self.loader
         self.antenna = Antenna(receiver)
 
     def restart(self, now_ms: int, random: Random, *, by_itself: bool = False) -> None:
         """Power fails and comes back: motors stop, and a node that was moving cannot trust its counts any more.
 
-        Or the node starts anew `by_itself`: then it tries what it was asked to.
+        Or the node starts anew `by_itself`: then it tries what it was asked to. Its loader decides whether its program
+        starts, which is then of the number that it was described with.
         """
         old, under = self.node, self.settings.place
         if old.move is not None:
             self.plant.follow(now_ms, old.move_start_ms, old.move.braked(now_ms - old.move_start_ms))
         self.plant.give_up(now_ms)
         self.memory = old.memory.restarted(rested=not old.is_turning)
+        if by_itself:
+            self.memory.estop, self.memory.cause = old.memory.estop, BootCause.SOFTWARE
         self.settings = self._begin(restarted=by_itself)
+        self.board.in_loader = (by_itself and old.seeks_loader) or not self.program.start()
+        if self.loader is not None and not self.board.in_loader and self.program.facts is not None:
+            self.firmware = self.program.facts.number
         if self.settings.place != under:
             self.memory.unhomed = NOWHERE
         self.power_up(random)
@@ -124,27 +135,12 @@ class Station:
     def catch_up(self, now_ms: int, random: Random) -> None:
         """Let time pass; a node that wants to start anew does, and stays stopped if it was stopped for good."""
         self.node.advance(now_ms)
-        if self.loader is not None and self.loader.over:
-            self._run_program(now_ms, random)
-        elif self.node.leaves:
-            seeks_loader = self.node.seeks_loader
-            estop = self.node.memory.estop
+        if self.loader is not None:
+            self.loader.advance(now_ms)
+            self.memory.offers = self.loader.offers
+        if self.node.leaves or (self.loader is not None and self.loader.over):
             self.restart(now_ms, random, by_itself=True)
-            self.memory.estop, self.memory.cause = estop, BootCause.SOFTWARE
             self.deaf_until_ms = max(self.deaf_until_ms, now_ms + START_MS)
-            if seeks_loader:
-                nonce = self.memory.nonce._replace(offers=0)
-                self.loader = LoaderMachine(self.identity, nonce, self.program)
-                self.antenna = Antenna(self.loader)
-
-    def _run_program(self, now_ms: int, random: Random) -> None:
-        """The loader lets the program start, which is of the number that it was described with."""
-        facts = self.program.facts
-        self.program.tried = self.program.kept = True
-        self.loader, self.firmware = None, self.firmware if facts is None else facts.number
-        self.restart(now_ms, random)
-        self.memory.cause = BootCause.SOFTWARE
-        self.deaf_until_ms = max(self.deaf_until_ms, now_ms + START_MS)
 
     def lying(self, now_ms: int) -> Board:
         """The board, for somebody who puts it aside now; a trial goes on when it is switched on again."""
@@ -190,6 +186,8 @@ class Station:
             self.deaf_until_ms = max(self.deaf_until_ms, now_us // 1000 + START_MS)
             return air.unheard()
         answer = self.node.ack
+        if self.loader is None and kind_of(answer) in (FrameKind.STATUS, FrameKind.READING):
+            self.program.kept = True
         if kind_of(payload) is FrameKind.DRIVE and kind_of(answer) is FrameKind.STATUS and answer[2:4] != bytes(2):
             self.driven = True
         return replace(heard, payload=heard.payload[: FRAME_BYTES // 2]) if self.is_clone and heard.payload else heard

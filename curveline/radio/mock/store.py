@@ -20,12 +20,15 @@ from curveline.radio.node.state import HOMED, NOWHERE, Memory, Reasons
 from curveline.radio.protocol.codes import AXIS_COUNT, REASONS, TARGET_LIMIT, BootCause, Counts, Fault
 from curveline.system import portable
 
-FORMAT = 3
+FORMAT = 4
+WITHOUT_PROGRAMS = 3
+"""The format of releases before, whose boards forgot their program between commands."""
 WITHOUT_BOARDS = 2
 """The format of older releases, whose boards held whatever the display file said."""
 LOCK_WAIT_S = 10.0
 LOCK_RETRY_S = 0.05
-SIZE_LIMIT = 1_000_000
+SIZE_LIMIT = 20_000_000
+"""Each of 250 nodes may have got all but the last sector of a program."""
 BITS = {"boot": 24, "run_tag": 64, "noise": 32, "offers": 32, "move_ms": 32, "homing": 3}
 """Width of the numbers in a node's memory that are not 16 bits wide."""
 FRESH_HINT = "`--radio mock:fresh` puts a new display there, standing at home"
@@ -173,7 +176,7 @@ def _plain(node: Standing) -> dict[str, Any]:
 
 def _checked(content: Any, drive: DriveSettings, ring: KeyRing) -> MockState:
     """A display out of parsed JSON; ValueError, TypeError or KeyError say what is wrong with it."""
-    if not isinstance(content, dict) or content.get("format") not in (FORMAT, WITHOUT_BOARDS):
+    if not isinstance(content, dict) or content.get("format") not in (FORMAT, WITHOUT_PROGRAMS, WITHOUT_BOARDS):
         raise ValueError("it is of another release of curveline")
     if content["format"] == WITHOUT_BOARDS and content["counts_per_unit"] != [
         axis.counts_per_unit for axis in drive.axes

@@ -9,13 +9,31 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from hashlib import blake2s
 
-from curveline.radio.node.state import Identity
-from curveline.radio.protocol.codes import FLAG_QUERY, OFFERS_END, VERSION, FrameKind, NodeState, Reject, clock_of
+from curveline.radio.node.state import NOWHERE, Identity
+from curveline.radio.protocol.codes import (
+    FLAG_QUERY,
+    OFFERS_END,
+    VERSION,
+    BootCause,
+    Fault,
+    FrameKind,
+    NodeState,
+    Reject,
+    clock_of,
+)
 from curveline.radio.protocol.envelope import kind_of
-from curveline.radio.protocol.frames import IdentFrame, NodeNonce, decode_hello, encode_ident
+from curveline.radio.protocol.frames import (
+    IdentFrame,
+    NodeNonce,
+    ReportFrame,
+    decode_hello,
+    encode_ident,
+    encode_report,
+)
 from curveline.radio.protocol.keys import session_key
 from curveline.radio.protocol.update_frames import (
     ALL_PIECES,
+    DESCRIPTION_BYTES,
     DESCRIPTION_PIECES,
     DIGEST_BYTES,
     PIECE_BYTES,
@@ -30,6 +48,7 @@ from curveline.radio.protocol.update_frames import (
     UpdateOutcome,
     UpdatePlace,
     decode_update,
+    describe,
     described,
     encode_progress,
 )
@@ -38,20 +57,32 @@ SECTORS = 49
 """As many as a program has room for."""
 
 
+PATIENCE_MS = 20_000
+BLANK_DESCRIPTION = b"\xff" * DESCRIPTION_BYTES
+LEAST_BYTES = 256
+"""A program has vectors."""
+
+
 @dataclass
 class ProgramStore:
-    """What the flash holds of a program: its description, and sectors that are whole."""
+    """What the flash holds of a program: its description, sectors that are whole, and the marks; at first, nothing."""
 
-    description: bytes = b""
+    description: bytes = BLANK_DESCRIPTION
     sectors: dict[int, bytes] = field(default_factory=dict)
-    whole: bool = True
-    tried: bool = True
-    kept: bool = True
+    whole: bool = False
+    tried: bool = False
+    kept: bool = False
+
+    @classmethod
+    def flashed(cls, number: int) -> ProgramStore:
+        """A little program that came by a cable, without a digest: nobody had the key."""
+        description = describe(ProgramFacts(LEAST_BYTES, number, SETTINGS_LAYOUT, bytes(DIGEST_BYTES)))
+        return cls(description, {0: bytes(SECTOR_BYTES)}, whole=True, tried=True, kept=True)
 
     @property
     def facts(self) -> ProgramFacts | None:
-        """What the description says, None if there is none."""
-        return described(self.description)
+        """What the description says, None if there is none that makes sense."""
+        return facts_in(self.description)
 
     @property
     def wanted(self) -> int:
@@ -69,9 +100,21 @@ class ProgramStore:
             self.whole = self.tried = self.kept = False
 
     @property
+    def progress(self) -> tuple[int, ...]:
+        """Numbers that differ whenever the flash does; a sector is written once between two beginnings."""
+        head = int.from_bytes(self.description[:4], "little")
+        return head, len(self.sectors), self.whole, self.tried, self.kept
+
+    @property
     def is_runnable(self) -> bool:
         """Whether the program may start."""
-        return self.whole and (self.kept or not self.tried)
+        return self.facts is not None and self.whole and (self.kept or not self.tried)
+
+    def start(self) -> bool:
+        """Whether the program starts after a reset at which nobody asked for the loader; it is tried then."""
+        starts = self.is_runnable
+        self.tried = self.tried or starts
+        return starts
 
     def is_as_described(self, key: bytes) -> bool:
         """Whether what is there has the digest that it was described with."""
@@ -84,12 +127,16 @@ class ProgramStore:
 class LoaderMachine:
     """The loader of one node; `over` once its host is done with it."""
 
-    def __init__(self, identity: Identity, nonce: NodeNonce, store: ProgramStore) -> None:
+    def __init__(
+        self, identity: Identity, nonce: NodeNonce, store: ProgramStore, cause: BootCause = BootCause.UNKNOWN
+    ) -> None:
         self.identity = identity
+        self.cause = cause
         self.store = store
         self.ack = b""
         self.over = False
         self._nonce = nonce
+        self._heard_ms: int | None = None
         self._offered: tuple[int, int, bytes] | None = None
         """Handshake, number and key of the session that was offered last."""
         self._live: tuple[int, bytes] | None = None
@@ -97,11 +144,21 @@ class LoaderMachine:
         self._sector, self._held, self._pieces = store.wanted, 0, bytearray(SECTOR_BYTES)
         self._outcome, self._last = UpdateOutcome.NONE, int(UpdatePlace.ASK)
 
+    @property
+    def offers(self) -> int:
+        """How many radio sessions were offered since the start."""
+        return self._nonce.offers
+
     def advance(self, now_ms: int) -> None:
-        """Time brings nothing."""
+        """Without any frame for a while a program that may start does."""
+        if self._heard_ms is None:
+            self._heard_ms = now_ms
+        if now_ms - self._heard_ms >= PATIENCE_MS and self.store.is_runnable:
+            self.over = True
 
     def receive(self, now_ms: int, payload: bytes) -> None:
         """Take a payload from the radio; anything but a good frame changes nothing."""
+        self._heard_ms = now_ms
         kind = kind_of(payload)
         if kind is FrameKind.HELLO:
             self._on_hello(now_ms, payload)
@@ -110,7 +167,10 @@ class LoaderMachine:
 
     def _on_hello(self, now_ms: int, payload: bytes) -> None:
         hello = decode_hello(payload, self.identity.node_key)
-        if isinstance(hello, Reject) or hello.node != self.identity.number or hello.flags & FLAG_QUERY:
+        if isinstance(hello, Reject) or hello.node != self.identity.number:
+            return
+        if hello.flags & FLAG_QUERY:
+            self.ack = encode_report(self._report(), self.identity.node_key, hello.handshake)
             return
         if self._offered is None or self._offered[0] != hello.handshake:
             if self._nonce.offers == OFFERS_END - 1:
@@ -119,6 +179,13 @@ class LoaderMachine:
             key = session_key(self.identity.node_key, hello.handshake, self._nonce, hello.run_tag)
             self._offered = hello.handshake, self._nonce.session, key
         self.ack = encode_ident(self._ident(now_ms), self.identity.node_key, hello.handshake)
+
+    def _report(self) -> ReportFrame:
+        """Of its program's state it knows nothing."""
+        return ReportFrame(
+            *(self.identity.number, self._nonce.boot, self.cause, 0, 0, 0, NodeState.BOOT, 0, Fault.NONE, 0),
+            *((0, 0, 0), NOWHERE, 0),
+        )
 
     def _ident(self, now_ms: int) -> IdentFrame:
         return IdentFrame(
@@ -190,8 +257,7 @@ class LoaderMachine:
         if self._sector != SECTOR_NONE:
             return UpdateOutcome.DONE  # said once more
         description = bytes(self._pieces[: DESCRIPTION_PIECES * PIECE_BYTES])
-        facts = described(description)
-        if self._held != (1 << DESCRIPTION_PIECES) - 1 or facts is None or not _makes_sense(facts):
+        if self._held != (1 << DESCRIPTION_PIECES) - 1 or facts_in(description) is None:
             return UpdateOutcome.REFUSED
         self.store.begin(description)
         self._look_again()
@@ -202,7 +268,7 @@ class LoaderMachine:
         if store.wanted != SECTOR_ALL:
             return UpdateOutcome.REFUSED
         if not store.whole and not store.is_as_described(self.identity.node_key):
-            store.begin(b"")
+            store.begin(BLANK_DESCRIPTION)
             self._look_again()
             return UpdateOutcome.DIGEST
         store.whole = True
@@ -222,7 +288,9 @@ class LoaderMachine:
         )
 
 
-def _makes_sense(facts: ProgramFacts) -> bool:
-    """Whether it is a program for this node."""
-    fits = 256 <= facts.length <= SECTORS * SECTOR_BYTES and facts.length % 4 == 0
-    return fits and facts.settings == SETTINGS_LAYOUT
+def facts_in(description: bytes) -> ProgramFacts | None:
+    """What a description says, None if that is no program for this node."""
+    facts = described(description)
+    if facts is None or not LEAST_BYTES <= facts.length <= SECTORS * SECTOR_BYTES or facts.length % 4:
+        return None
+    return facts if facts.settings == SETTINGS_LAYOUT else None

@@ -10,7 +10,7 @@ from curveline.cli.printing.tables import Heading, fitting
 from curveline.drive_settings import DriveSettings
 from curveline.driving.status import position
 from curveline.phrases import wrapped
-from curveline.radio.host.node_status import NodeStatus
+from curveline.radio.host.node_status import SILENT, NodeStatus
 
 HEAD = ("node", "state", "step", "mm", "deg", "mm", "boot", "polls", "lost", "retries")
 GROUPS = (Heading("feed", 3, 3), Heading("angle", 4, 4), Heading("height", 5, 5), Heading("radio", 7, 9))
@@ -26,7 +26,7 @@ def table(nodes: Sequence[NodeStatus], drive: DriveSettings) -> list[str]:
     faults = [f"node {status.node}: fault {status.fault}" for status in nodes if status.fault]
     unfit = [status for status in nodes if status.obstacle and not status.fault]
     stuck = [line for status in unfit for line in wrapped(f"{status.obstacle}; {status.advice}")]
-    unheard = [status for status in nodes if status.counts is None]
+    unheard = [status for status in nodes if status.state == SILENT]
     silent = [line for status in unheard for line in wrapped(f"node {status.node}: {_silence(status)}")]
     return [*lines, *faults, *stuck, *silent]
 

@@ -8,6 +8,8 @@ from curveline.cli.printing import screen
 from curveline.drive_settings import AXES, UNITS
 from curveline.driving.one_node import OneNode
 from curveline.phrases import wrapped
+from curveline.radio.host.node_status import NodeStatus
+from curveline.radio.protocol.codes import Counts
 from curveline.radio.protocol.frames import ReportFrame
 
 CAUSES = {
@@ -26,16 +28,21 @@ def describe(node: OneNode, report: ReportFrame) -> Iterator[str]:
     yield f"node {node.number} of display {node.drive.display} over {node.spec}: {status.state}"
     cause = CAUSES.get(status.boot_cause, "why it started is not known")
     yield f"  boot {status.boot}: {cause}"
-    counts = status.counts or (0, 0, 0)
+    if status.counts is not None:
+        yield from _program_facts(node, status, status.counts)
+    if status.fault:
+        yield f"  fault: {status.fault}, for {_duration(status.fault_seconds or 0)}"
+    if status.advice and status.state != "homing":
+        yield from wrapped(f"what to do: {status.advice}")
+
+
+def _program_facts(node: OneNode, status: NodeStatus, counts: Counts) -> Iterator[str]:
+    """Where its axes are, and what became of its last run; its loader knows nothing of that."""
     for name, unit, axis, at in zip(AXES, UNITS, node.drive.axes, counts, strict=True):
         place = f"{screen.decimal(axis.value(at))} {unit}"
         reason = status.unhomed.get(name)
         yield f"  {name}: {place}" if reason is None else f"  {name}: {_why(reason)}"
     yield f"  steps of its last run: {status.started} begun, {status.finished} done"
-    if status.fault:
-        yield f"  fault: {status.fault}, for {_duration(status.fault_seconds or 0)}"
-    if status.advice and status.state != "homing":
-        yield from wrapped(f"what to do: {status.advice}")
 
 
 def _why(reason: str) -> str:
