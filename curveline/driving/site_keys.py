@@ -12,7 +12,7 @@ from curveline.radio.protocol.node_settings import node_settings
 from curveline.radio.site import key_file
 from curveline.radio.site.intel_hex import with_settings
 from curveline.radio.site.key_file import SiteFile, default_path, write_private
-from curveline.radio.site.program_file import NodeProgram, program_in
+from curveline.radio.site.program_file import NodeProgram, check_loader, program_in
 from curveline.scene import Display
 from curveline.system.file_kinds import IMAGE, refuse_other_kind
 from curveline.system.files import AnyPath, decode_text
@@ -67,13 +67,15 @@ def node_image(
 
     `number` is that of the node in the row, from 1; `program` the node.hex that the firmware's build wrote; `path`
     where to, a file that only its owner may read: delete it once the node is flashed. The key is that of `read_keys()`.
-    Raises InvalidInput for a program that is none, a node that the display has not, or a file that exists.
+    Raises InvalidInput for a program that is none or lacks half of its loader, a node that the display has not, or a
+    file that exists.
     """
     drive = drive_settings(display if isinstance(display, Display) else _given(display))
     settings = node_settings(read_keys(listener=listener).master, drive, number)
     given = read_given(program, MOST_BYTES)
     text = decode_text(given.data, given.name)
     refuse_other_kind(text, given.name, IMAGE)
+    check_loader(text, given.name)
     image = NodeImage(Path(path), number, drive.display, drive.addresses[number - 1])
     _keep(image.path, with_settings(text, given.name, settings).encode())
     _warn(image.path, listener)

@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 import json
+import re
+import signal
+import subprocess
+import sys
+from contextlib import closing
 from pathlib import Path
+from random import Random
 
 import pytest
 
+from curveline.drive_settings import drive_settings
 from curveline.driving.one_node import OneNode
+from curveline.plan_file import write_plan
+from curveline.radio.host.link import read_status
+from curveline.radio.host.updating import ProgramUpdate, update_node
+from curveline.radio.interface import open_radio
+from curveline.radio.site.program_file import program_in
+from curveline.shapes.files import read_display
 from programs import updatable_hex
 
-from .conftest import Run
+from .conftest import Run, small_plan
 
 MOCK = ("--radio", "mock", "--yes")
 
@@ -77,7 +90,7 @@ import os, signal, sys
 from pathlib import Path
 from curveline.drive_settings import drive_settings
 from curveline.driving.site_keys import read_program
-from curveline.display_file import read_display
+from curveline.shapes.files import read_display
 from curveline.radio.host.updating import ProgramUpdate, update_node
 from curveline.radio.interface import open_radio
 
@@ -106,7 +119,7 @@ def test_an_update_that_was_killed_goes_on_with_the_next_command(run: Run, tmp_p
     told = re.fullmatch(r"node 1: its loader before, firmware 5 now, (\d+) frames\n", out)
     assert told
     assert int(told[1]) < 64 * 9 * 0.6, "what was there is not sent again"
-    assert run("node", "info", "1", "--radio", "mock", "--json").document["firmware"] == 5
+    assert json.loads(run("node", "info", "1", "--radio", "mock", "--json").out)["info"]["firmware"] == 5
     code, out, _ = run("node", "update", "1", "--hex", path, *MOCK)
     assert (code, out.startswith("node 1: firmware 5 before, firmware 5 now")) == (0, True)
 
@@ -115,11 +128,11 @@ def test_a_node_that_is_left_in_its_loader_says_so(run: Run, program: Path) -> N
     broken_off(program, 0.3)
     for command in (("status",), ("node", "status", "1")):
         code, out, err = run(*command, "--radio", "mock")
-        assert code == 1, err
+        assert code == 3, err
         assert "silent" not in out
         said = " ".join((out + err).split())
         assert "curveline node update 1" in said, said
-    document = run("status", "--radio", "mock", "--json").document
+    document = json.loads(run("status", "--radio", "mock", "--json").out)
     first, second = document["nodes"]
     assert (first["state"], first["counts"], first["position"], first["boot"]) == ("boot", None, None, 2)
     assert "in its loader" in first["obstacle"]
@@ -136,8 +149,8 @@ def test_nothing_is_sent_to_a_display_with_a_node_in_its_loader(run: Run, progra
     broken_off(program, 0.3)
     plan = tmp_path / "plan.json"
     write_plan(small_plan(), plan)
-    code, _, err = run("send", plan, "--radio", "mock")
-    assert code == 3
+    code, _, err = run("send", plan, "--radio", "mock", "--yes")
+    assert code == 3, err
     assert "node 1 is in its loader" in err
     assert "curveline node update 1" in err
 
@@ -157,7 +170,7 @@ def test_a_node_whose_program_is_whole_leaves_its_loader_when_nobody_asks(tmp_pa
         radio.modelled._restless.add(station)
         assert read_status(radio, drive)[0].state == "boot"
         radio.sleep_until(radio.now_us() + 21_000_000)
-        assert [node.state for node in read_status(radio, drive)] == ["silent", "ready"][::1] or True
+        read_status(radio, drive)
         radio.sleep_until(radio.now_us() + 1_000_000)
         assert read_status(radio, drive)[0].state == "ready"
 

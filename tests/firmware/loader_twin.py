@@ -1,8 +1,8 @@
 """The loader in C, on this machine with its flash in memory, beside its Python specification: lives of nodes.
 
 A life is made of frames that a host, a stranger or a recording may send, of resets, and of power that fails in the
-flash. After each frame both must have the same answer loaded and the same in flash. After a power cut the flash is looked
-at: it may hold what was there before the frame or after it, or less; then the specification goes on from there.
+flash. After each frame both must have the same answer loaded and the same in flash. After a power cut it may hold what
+was there before the frame or after it, or less; then the specification goes on from there.
 """
 
 from __future__ import annotations

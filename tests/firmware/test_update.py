@@ -8,16 +8,22 @@ from random import Random
 
 import pytest
 
+from curveline.drive_settings import drive_settings
+from curveline.driving.site_keys import new_keys, node_image, read_keys
 from curveline.errors import InvalidInput
 from curveline.radio.host import updating
 from curveline.radio.host.link import Halted, read_status
+from curveline.radio.host.service import home_axes
 from curveline.radio.host.stop_causes import Cause
 from curveline.radio.host.updating import LoaderLink, ProgramUpdate, update_node
 from curveline.radio.protocol.codes import NodeState
-from curveline.radio.site.program_file import DESCRIPTION_AT, PROGRAM_AT, program_in
+from curveline.radio.protocol.keys import Site
+from curveline.radio.site.intel_hex import flash_of
+from curveline.radio.site.program_file import DESCRIPTION_AT, MARKS_AT, PROGRAM_AT, check_loader, program_in
+from curveline.shapes.files import read_display
 
 from .display import tied
-from .fleet import STORE
+from .fleet import STORE, ChipRadio, Fleet
 from .hand import Hand
 from .image import Image
 from .kl26 import RESET_PIN, RESET_SOFTWARE, PowerCut
@@ -231,6 +237,74 @@ def test_the_button_at_power_on_brings_the_loader_and_patience_the_program(updat
     assert not machine.drivers_on
     fleet.run(21_000_000)
     assert read_status(radio, fleet.drive)[0].state == "unhomed"
+
+
+def test_a_node_that_waits_in_its_loader_says_so_to_whoever_asks(updatable: Updatable) -> None:
+    fleet, radio = node_with(updatable.image, lacks=(WHOLE,))
+    (machine,) = fleet.machines
+    before = bytes(machine.flash)
+    (node,) = read_status(radio, fleet.drive)
+    assert (node.state, node.counts, node.boot_cause) == ("boot", None, "power-on")
+    assert "in its loader" in node.obstacle
+    with pytest.raises(Halted) as caught:
+        home_axes(radio, fleet.drive, 1)
+    assert caught.value.halt.cause is Cause.IN_LOADER
+    assert bytes(machine.flash) == before
+
+
+def test_a_node_flashed_with_an_image_of_its_own_runs_behind_its_loader(
+    updatable: Updatable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As `curveline keys node 2 --hex firmware/build/updatable.hex` makes it."""
+    monkeypatch.setenv("CURVELINE_KEYS", str(tmp_path / "site.json"))
+    new_keys()
+    made = node_image(2, updatable.path, tmp_path / "two.hex", "single")
+    flash = flash_of(made.path.read_text(), str(made.path))
+    drive = drive_settings(read_display("single"))
+    fleet = Fleet(updatable.image, drive)
+    machine = fleet.machines[1]
+    machine.write_flash(0, flash)
+    machine.power_cycle()
+    fleet.run(100_000)
+    radio = ChipRadio(fleet)
+    radio.site = Site(read_keys().master, fleet.site.chips)
+    assert [node.state for node in read_status(radio, drive)] == ["silent", "unhomed"], "the other one has another key"
+    assert machine.chip.protection == [0xE0, 0, 0, 0]
+    assert (mark(machine, WHOLE), mark(machine, KEPT)) == (bytes(4), bytes(4))
+
+
+@pytest.mark.parametrize(
+    ("at", "length", "why"),
+    [
+        (0, 0x2800, "no loader in front"),
+        (PROGRAM_AT, 0x400, "no program behind"),
+        (DESCRIPTION_AT, 0x400, "not told that there is a program"),
+        (DESCRIPTION_AT, 4, "not told"),
+        (MARKS_AT + 4 * 5, 4, "not told"),
+        (MARKS_AT + 4 * WHOLE, 4, "not told"),
+    ],
+)
+def test_half_of_an_image_with_a_loader_is_no_image_for_a_node(
+    updatable: Updatable, at: int, length: int, why: str
+) -> None:
+    flash = bytearray(updatable.image.flash)
+    flash[at : at + length] = b"\xff" * length
+    if at == 0:
+        flash[:8] = flash[PROGRAM_AT : PROGRAM_AT + 8]
+    with pytest.raises(InvalidInput, match=why):
+        check_loader(hex_of(flash), "half.hex")
+
+
+def test_an_image_without_a_loader_needs_none(image_folder: Path, updatable: Updatable) -> None:
+    assert check_loader(updatable.path.read_text(), "updatable.hex")
+    assert not check_loader((image_folder / "node.hex").read_text(), "node.hex")
+
+
+def hex_of(flash: bytes | bytearray) -> str:
+    """As Intel HEX, with what is not blank."""
+    rows = [(at, bytes([16, at >> 8, at & 0xFF, 0]) + flash[at : at + 16]) for at in range(0, len(flash), 16)]
+    whole = [fields for at, fields in rows if fields[4:] != b"\xff" * 16]
+    return "".join(f":{fields.hex()}{-sum(fields) & 0xFF:02x}\n" for fields in whole) + ":00000001FF\n"
 
 
 def test_only_a_program_behind_a_loader_can_be_sent(image_folder: Path, updatable: Updatable) -> None:

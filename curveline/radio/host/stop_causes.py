@@ -203,8 +203,8 @@ class Cause(Enum):
     )
     IN_LOADER = (
         "node {node} is in its loader, and waits for a program",
-        "send it one: `curveline node update {node}{display}` goes on where an update was broken off; a node whose "
-        "program is whole returns to it when nobody has asked it anything for 20 s",
+        "send it one: `curveline node update {node} --hex firmware/build/updatable.hex{display}` goes on where an "
+        "update was broken off; a node whose program is whole returns to it when nobody has asked it anything for 20 s",
     )
     REFUSED = (
         "node {node} does not do that: {detail}",
