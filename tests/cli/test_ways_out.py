@@ -31,7 +31,7 @@ FAULTS = (
         "chip=1,twin=1",
     ),
     *("reversed=extrude@1", "swapped=bias@2", "noisy=extrude@1", "loose=extrude@2", "key=2", "channel=1"),
-    *("firmware=1", "gear=bias@1", "switch=translate@2", "open=translate@1", "supply=1", "away=2"),
+    *("firmware=1", "noloader=1", "gear=bias@1", "switch=translate@2", "open=translate@1", "supply=1", "away=2"),
     *("busy=1", "clone=2", "stranger=0.5", "replay=0.5", "cut=1@word3"),
 )
 MOVES = ("send", "node home", "node settings")
