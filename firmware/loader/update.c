@@ -134,7 +134,7 @@ static bool is_as_described(void) {
 }
 
 /* One that is not what it should be is given up as a whole: nobody can tell which sector is to blame. The order may come
- * several times, and the digest takes half of what the watchdog allows. */
+ * several times; the digest takes half of what the watchdog allows, and an erase may take as much. */
 static uint8_t finish(void) {
     if (wanted() != SECTOR_ALL) {
         return OUTCOME_REFUSED;
@@ -144,6 +144,7 @@ static uint8_t finish(void) {
     }
     watchdog_main();
     if (!is_as_described()) {
+        watchdog_main();
         flash_erase(DESCRIPTION);
         look_again();
         return OUTCOME_DIGEST;

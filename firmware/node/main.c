@@ -62,12 +62,15 @@ __attribute__((noinline)) static void begin(void) {
     link_start(&settings->radio);
 }
 
-/* Drivers work as long as a motor has reason to turn; in every fault they sleep as soon as the axes have stopped. */
+/* Drivers work as long as a motor has reason to turn; in every fault they sleep as soon as the axes have stopped. A node that is
+ * about to start anew hears no host any more, not even an emergency stop: nothing is to turn it. */
 static void guard_motors(void) {
     uint8_t state = cl_node_state(&node);
     bool able = state == CL_STATE_HOMING || state == CL_STATE_READY || state == CL_STATE_MOVING ||
                 state == CL_STATE_HOLD || state == CL_STATE_HOLD_LINK;
-    if (able) {
+    if (node.leaves) {
+        motors_forbid();
+    } else if (able) {
         motors_allow();
     } else if (!node.moving && !node.turning && motors_still()) {
         motors_forbid();

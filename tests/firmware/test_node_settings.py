@@ -171,6 +171,19 @@ def test_while_a_motor_trembles_the_node_is_busy_and_takes_them_later(desk: Desk
         assert host.standing().stored == 1
 
 
+def test_a_node_that_is_about_to_start_anew_lets_go_of_its_motors(desk: Desk) -> None:
+    """It hears nobody any more, so nothing of its own may keep its axes from coming to rest."""
+    assert desk.machine.drivers_on
+    with desk.session(desk.old, MASTER) as host:
+        host.store(desk.settings())
+        host.order(SettingsOperation.TRY)
+    desk.fleet.run(50_000)
+    assert desk.channel == desk.old.channel, "it has not started anew yet"
+    assert not desk.machine.drivers_on
+    desk.fleet.run(RESTART_US)
+    assert desk.channel == OTHER_CHANNEL
+
+
 def test_a_node_that_nobody_hears_goes_back_and_keeps_its_position(desk: Desk) -> None:
     desk.offer(desk.settings())
     assert desk.channel == OTHER_CHANNEL
