@@ -217,11 +217,11 @@ class Life:
 
     # Frames
 
-    def say(self, payload: bytes) -> None:
-        """Send a frame to both, and compare them."""
+    def say(self, payload: bytes, rest: bytes = b"") -> None:
+        """Send a frame to both, and compare them; `rest` lies behind it in memory."""
         self.now_ms += self.random.choice((0, 1, 64, 1000))
         before = deepcopy(self.store) if self._memory.cut_after >= 0 else self.store
-        self._c.update_receive(payload, len(payload), self.now_ms)
+        self._c.update_receive((payload + rest).ljust(32), len(payload), self.now_ms)
         self.machine.receive(self.now_ms, payload)
         self.recorded.append(payload)
         if self._memory.off:
@@ -294,7 +294,9 @@ class Life:
             at = random.randrange(256)
             payload = (int.from_bytes(payload, "little") ^ 1 << at).to_bytes(32, "little")
         elif spoil < 0.015:
-            payload = payload[: random.randrange(32)]
+            at = random.randrange(32)
+            self.say(payload[:at], payload[at:])
+            return
         elif spoil < 0.02 and self.recorded:
             payload = random.choice(self.recorded)
         elif spoil < 0.025:

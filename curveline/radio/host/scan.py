@@ -91,7 +91,9 @@ def problems(found: ScannedNode, known: int, drive: DriveSettings, *, checks_lim
     if not found.link.answered:
         return [f"{where}: no answer from {found.address}"]
     if not found.pages:
-        cut = "; they come cut short, as from a bad copy of the radio chip" if found.cut else ""
+        cut = "; if it is in its loader, `curveline status` says so"
+        if found.cut:
+            cut = "; they come cut short, as from a bad copy of the radio chip"
         return [f"{where}: {found.address} acknowledges, but no whole answer came{cut}"]
     if len(found.pages) > 1:
         chips = " and ".join(f"{chip:08x}" for chip in sorted(found.pages))
