@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,18 @@ def test_a_shape_is_sent_looked_at_and_kept(run: Run, tmp_path: Path) -> None:
     assert (tmp_path / "seen" / "level-up-peak-1-seen.jpg").stat().st_size > 10_000
     code, out, _ = run("runs", "show", "last")
     assert out.splitlines()[-1].endswith("seen in a picture: peak")
+
+
+@pytest.mark.parametrize(
+    "command", [("send", PEAK, *MOCK), ("watch", "mock", PEAK, "--count", "1")], ids=["send", "watch"]
+)
+def test_without_opencv_nothing_moves(command: tuple[str, ...], run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    code, out, err = run(*command, "--radio", "mock:fresh")
+    assert (code, out) == (2, "")
+    assert "needs OpenCV" in err
+    assert "pip install 'curveline[photo]'" in err
+    assert run("runs")[1] == "no runs\n"
 
 
 def test_a_wrong_state_is_said_and_led_back_when_that_is_allowed(run: Run) -> None:

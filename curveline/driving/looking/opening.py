@@ -19,8 +19,11 @@ if TYPE_CHECKING:
 def camera_for(source: str | PictureSource, camera: AnyPath | CameraUse | None, display: Display) -> CameraUse:
     """How pictures from a source are made: as a camera file says, or, of a mock display, as its own camera is.
 
-    InvalidInput without a camera file, and as for one that cannot be read.
+    InvalidInput without a camera file, and as for one that cannot be read; MissingExtra without OpenCV.
     """
+    from curveline.cameras.opencv import opencv
+
+    opencv()
     if isinstance(camera, CameraUse):
         return camera
     if camera is not None:
