@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from curveline.figures.common import COLOURS, DARK, FORCE, GREY, bytes_of, new_figure
+from curveline.figures.common import COLOURS, DARK, FORCE, GREY, bytes_of, draw_legend, new_figure
 from curveline.radio.measuring.reach import MOST_LOSS, RangeTest
 from curveline.scene import PEAK
 
@@ -26,5 +26,5 @@ def draw(found: RangeTest, *, kind: str) -> bytes:
         axes.set_ylabel("polls lost [%]")
         axes.set_title(f"node {found.node}; the line at {MOST_LOSS:.0%} is what runs bear")
         axes.spines[["top", "right"]].set_visible(False)
-        axes.legend(loc="upper right", frameon=False)
+        draw_legend(figure, axes.get_lines()[: len(found.levels)])
         return bytes_of(figure, kind)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -52,6 +53,9 @@ def test_how_well_a_node_is_heard(run: Run, tmp_path: Path) -> None:
     assert max(map(len, lines)) <= 80
     assert "with 6 dB less it still is" in done.out
     assert all(f"{level}, " in figure.read_text() for level in ("max", "high", "low", "min"))
+    found = re.findall(r' y="([\d.]+)"[^>]*>(time|max,|high,|low,|min,)', figure.read_text())
+    heights = {word: float(height) for height, word in found}
+    assert heights.pop("time") < min(heights.values()), "no line is where the legend is"
     document = json.loads(run("radio", *weak, "--level", "max", "--level", "min", "--json").out)
     assert [each["level"] for each in document["levels"]] == ["max", "min"]
     assert run("radio", *weak, "-o", str(table)).code == 0
