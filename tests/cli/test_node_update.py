@@ -42,6 +42,13 @@ def test_a_node_gets_a_program(run: Run, program: Path) -> None:
     assert "100% of the program is there" in err
 
 
+def test_it_is_told_to_the_end_how_far_it_is(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "large.hex"
+    path.write_text(updatable_hex(length=42032))
+    _, _, err = run("node", "update", "1", "--hex", path, *MOCK)
+    assert [line[:-1] for line in re.findall(r"\d+%", err)] == ["26", "50", "76", "100"]
+
+
 def test_it_is_told_as_plain_data(run: Run, program: Path) -> None:
     code, out, _ = run("node", "update", "2", "--hex", program, *MOCK, "--json")
     document = json.loads(out)

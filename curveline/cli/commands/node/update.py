@@ -21,7 +21,7 @@ def update(
     number: NumberArgument,
     hex: Annotated[
         str,
-        typer.Option("--hex", metavar="FILE", help="The updatable.hex that `make updatable` of the firmware wrote."),
+        typer.Option("--hex", metavar="FILE", help="The updatable.hex that `make -C firmware updatable` wrote."),
     ],
     older: Annotated[bool, typer.Option("--older", help="Also if its firmware is older than the node's.")] = False,
     radio: RadioOption = None,
@@ -60,7 +60,7 @@ def _teller() -> Callable[[float], None]:
     def tell(part: float) -> None:
         nonlocal told
         if part >= told + STEP:
-            told = part
+            told = part // STEP * STEP
             screen.note(f"{part:.0%} of the program is there")
 
     return tell
