@@ -1,9 +1,9 @@
-"""How long a node's firmware update would take over the air, as docs/firmware-update.md designs it.
+"""How long a node's firmware update would take over the air, as docs/firmware-update.md describes it.
 
     python docs/tools/update_time.py
 
-It is a model of the design, not of code that exists: the air is that of the mock display, the loader is the part of the
-page that bears on time (pieces, sectors, a flash that stops everything), and frames carry no tags.
+It is a model, quicker than the emulated chip: the air is that of the mock display, of the loader there is what bears on
+time (pieces, sectors, a flash that stops everything), and frames carry no tags.
 """
 
 from __future__ import annotations
