@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from curveline.errors import InvalidInput
 from curveline.scene import Axis, Display
 from curveline.units import to_deg, to_mm
 
@@ -73,6 +74,11 @@ class DriveSettings:
     def node_count(self) -> int:
         """Number of nodes of the display."""
         return len(self.addresses)
+
+    def check_node(self, number: int) -> None:
+        """InvalidInput unless the display has a node with this number (from 1)."""
+        if not 1 <= number <= self.node_count:
+            raise InvalidInput(f"there is no node {number}: display {self.display!r} has nodes 1 to {self.node_count}")
 
 
 def drive_settings(display: Display) -> DriveSettings:

@@ -32,7 +32,11 @@ def main(path: str, flash_limit: str, ram_limit: str) -> int:
     print(
         f"flash {flash} of {flash_limit} bytes; RAM {ram} of {ram_limit} bytes, {stack} of them reserved for the stack"
     )
-    return int(flash > int(flash_limit) or ram > int(ram_limit))
+    limits = (("flash", flash, int(flash_limit)), ("RAM", ram, int(ram_limit)))
+    beyond = [f"{what} {used - limit} bytes beyond its limit" for what, used, limit in limits if used > limit]
+    if beyond:
+        print(f"{path}: {', '.join(beyond)}", file=sys.stderr)
+    return int(bool(beyond))
 
 
 if __name__ == "__main__":

@@ -72,10 +72,8 @@ def find_devices(place: AdoptionPlace, site: SiteFile, numbers: Sequence[int] = 
     LinkError unless exactly one fitting device answers on each; InvalidInput for a node that the display has not.
     """
     check_adoptable(place.spec)
-    count = place.drive.node_count
     for number in numbers:
-        if not 1 <= number <= count:
-            raise InvalidInput(f"there is no node {number}: the display {place.drive.display!r} has {count}")
+        place.drive.check_node(number)
     with key_file.lenient(), closing(open_radio(place.spec, place.drive, place.runs)) as radio:
         found = scan(radio, place.drive, numbers=sorted(set(numbers)))
     silent = [each for each in found if not each.link.answered]

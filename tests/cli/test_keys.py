@@ -98,7 +98,7 @@ def test_a_node_that_is_to_be_adopted_and_does_not_answer_is_looked_for(run: Run
     assert "looking on the others" not in err, "where nobody answers it is not one node's channel"
     code, _, err = run("keys", "adopt", 3, "--radio", "mock:keys", "--yes")
     assert code == 2
-    assert "there is no node 3: the display 'single' has 2" in err
+    assert "there is no node 3: display 'single' has nodes 1 to 2" in err
     assert not read_site(keys).chips
 
 

@@ -208,3 +208,10 @@ def test_logs_that_make_no_sense(run: Run, arguments: tuple[str, ...], words: st
     done = run("radio", "log", *arguments)
     assert done.code == 2, done.out
     assert words in " ".join(done.err.split())
+
+
+def test_a_node_that_there_is_not_is_refused_before_anything_is_said(run: Run) -> None:
+    code, out, err = run("radio", "range", "7", "--radio", "mock")
+    assert (code, out) == (2, "")
+    assert "there is no node 7" in err
+    assert "polling" not in err

@@ -69,6 +69,14 @@ def test_a_quiet_channel_is_kept() -> None:
         assert list(found.advice()) == ["the display can stay on channel 76: it is quiet"]
 
 
+def test_a_few_looks_do_not_call_a_channel_quiet() -> None:
+    few = replace(scan_of(lambda channel: 0.0), looks=4)
+    (advice,) = few.advice()
+    assert "4 looks show only that others send for at most 49% of the time; listen for longer" in advice
+    enough = replace(few, looks=80)
+    assert list(enough.advice()) == ["the display can stay on channel 76: it is quiet"]
+
+
 @pytest.mark.parametrize("number", range(10, 14))
 def test_a_noisy_one_is_left_for_one_that_common_wlans_leave_free(number: int) -> None:
     found = scan_of(wlan(number), channel=65)

@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from curveline.drive_settings import DriveSettings
-from curveline.errors import InvalidInput
 from curveline.radio.host.actions import Policy
 from curveline.radio.host.link import Halted, ignore
 from curveline.radio.host.peer import NO_LOAD, Peer
@@ -207,8 +206,7 @@ class Claim:
 
 def peer_of(radio: Radio, drive: DriveSettings, number: int) -> Peer:
     """Node `number` (from 1) as a host knows it that has not asked it anything; InvalidInput if there is none."""
-    if not 1 <= number <= drive.node_count:
-        raise InvalidInput(f"there is no node {number}: display {drive.display!r} has nodes 1 to {drive.node_count}")
+    drive.check_node(number)
     return Peer(number, drive.addresses[number - 1], radio.site.node_key(number), fresh_nonce())
 
 

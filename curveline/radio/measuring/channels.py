@@ -26,6 +26,8 @@ from curveline.radio.protocol.band import (
 
 QUIET = 0.02
 """Others may send for this part of the time: as much as costs a packet in fifty, which the chip then repeats."""
+UNSURE = 0.05
+"""While others may send for more than this part of the time, by the interval of 95 %, no channel counts as quiet."""
 ALIKE = 0.005
 """Channels that differ by less are as good as each other; the one farthest from what is busy is better."""
 BEST = 5
@@ -140,6 +142,12 @@ class ChannelScan:
                 f"channel {present.channel}, {mhz(present.channel)} MHz, is outside of {mhz(ALLOWED[0])} to "
                 f"{mhz(ALLOWED[-1])} MHz, which most countries leave free"
             )
+        if present.is_quiet and present.high > UNSURE:
+            yield (
+                f"nobody can say yet whether channel {present.channel} is quiet: {self.looks} looks show only that others "
+                f"send for at most {present.high:.0%} of the time; listen for longer, such as for 120 s"
+            )
+            return
         if present.is_quiet:
             yield f"the display can stay on channel {present.channel}: it is quiet"
             return

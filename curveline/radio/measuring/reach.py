@@ -255,8 +255,7 @@ def measure_reach(radio: Radio, spec: str, drive: DriveSettings, number: int, wi
 
     LinkError if the node does not answer at all, or the radio cannot send with less power.
     """
-    if not 1 <= number <= drive.node_count:
-        raise InvalidInput(f"there is no node {number}: display {drive.display!r} has nodes 1 to {drive.node_count}")
+    drive.check_node(number)
     found = ScannedNode(number, drive.addresses[number - 1])
     scan_one(radio, found)
     if not found.link.answered:

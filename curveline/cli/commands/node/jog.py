@@ -28,8 +28,9 @@ def jog(
 ) -> None:
     """Move one axis of a node, slowly, and only as long as this command runs; Ctrl-C stops it.
 
-    It stays within the limits of the axis. When this computer falls silent, the node stops within a quarter of a second
-    and the time that braking takes. What the node had done of its run is void then.
+    It stays within the limits of the axis; extrude has none but the length of the rod, so mind what is in the clamp.
+    When this computer falls silent, the node stops within a quarter of a second and the time that braking takes. What
+    the node had done of its run is void then.
     """
     from curveline.cli.printing.reports.node_trials import describe_jog
 

@@ -69,6 +69,7 @@ def range(
         connect(require_radio(radio), display, runs=runs_folder(runs), listener=TERMINAL) as session,
         looking_elsewhere(session),
     ):
+        session.drive.check_node(number)
         screen.note(f"polling node {number} for {seconds:g} s; nothing moves; Ctrl-C ends it")
         found = session.range(number, seconds, tuple(each.value for each in level or ()))
     if output is not None:
