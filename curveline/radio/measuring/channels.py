@@ -144,8 +144,8 @@ class ChannelScan:
             )
         if present.is_quiet and present.high > UNSURE:
             yield (
-                f"nobody can say yet whether channel {present.channel} is quiet: {self.looks} looks show only that others "
-                f"send for at most {present.high:.0%} of the time; listen for longer, such as for 120 s"
+                f"nobody can say yet whether channel {present.channel} is quiet: {self.looks} looks show only that "
+                f"others send for at most {present.high:.0%} of the time; listen for longer, such as for 120 s"
             )
             return
         if present.is_quiet:
