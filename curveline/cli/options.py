@@ -72,6 +72,7 @@ TrialsCameraOption = Annotated[
     ),
 ]
 YesOption = Annotated[bool, typer.Option("-y", "--yes", help="Do not ask before anything moves.")]
+AgreeOption = Annotated[bool, typer.Option("-y", "--yes", help="Do not ask before anything changes.")]
 ForceOption = Annotated[
     bool, typer.Option("-f", "--force", rich_help_panel=RESULTS, help="Overwrite files that exist.")
 ]

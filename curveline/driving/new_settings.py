@@ -204,9 +204,7 @@ def settings_change(
     """
     wanted = list(dict.fromkeys(numbers)) or list(range(1, drive.node_count + 1))
     for number in wanted:
-        if not 1 <= number <= drive.node_count:
-            there = f"display {drive.display!r} has nodes 1 to {drive.node_count}"
-            raise InvalidInput(f"there is no node {number}: {there}")
+        drive.check_node(number)
     if was.number is not None and len(wanted) != 1:
         raise InvalidInput("an old number is that of a single node", "name the node by its number in the display file")
     old = _old_drive(drive, was)

@@ -9,7 +9,7 @@ from typing import Any
 
 from curveline.drive_settings import AXES, UNITS, AxisDrive, DriveSettings
 from curveline.errors import InvalidInput, LinkError
-from curveline.radio.host.errands import Errand, Inquiry, tried
+from curveline.radio.host.errands import Errand, Inquiry, begun, tried
 from curveline.radio.host.link import Halted
 from curveline.radio.host.scan import ScannedNode, scan_one
 from curveline.radio.host.service import halted, report_of
@@ -190,7 +190,7 @@ def info(place: NodePlace) -> NodeInfo:
     if page is None:
         raise LinkError(f"node {number} answers to its key, but does not say who it is", "ask again", number)
     limits = None
-    with suppress(Halted), tried(place.radio, drive, number, Inquiry) as errand:
+    with suppress(Halted), begun(Inquiry(place.radio, drive, number)) as errand:
         pairs = zip(AXES, drive.axes, strict=True)
         limits = {name: _range(errand, axis, index) for index, (name, axis) in enumerate(pairs, start=1)}
     return NodeInfo(

@@ -2,9 +2,6 @@
 #ifndef LOADER_H
 #define LOADER_H
 
-/* start.c */
-_Noreturn void loader_reset(void);
-
 /* main.c */
 _Noreturn void loader_main(void);
 

@@ -7,8 +7,6 @@
 #include "reset.h"
 #include "update.h"
 
-extern uint32_t stack_end[], data_source[], data_begin[], data_end[], bss_begin[], bss_end[];
-
 #define SCB_VTOR REG32(0xE000ED08u)
 
 /* Regions of 2 KB, a bit each that is 0 where flash commands are refused, the lowest ones in the last register. Until the
@@ -16,29 +14,6 @@ extern uint32_t stack_end[], data_source[], data_begin[], data_end[], bss_begin[
 #define FTFA_FPROT(number) REG8(0x40020010u + (number))
 #define LOADER_ONLY 0xE0u      /* region 0 to 4 */
 #define WHAT_IS_WRITTEN 0xE0u  /* all but region 29 to 31: description, settings, positions */
-
-#define RAM_BEGIN 0x1FFFF800u
-#define RAM_END 0x20001800u
-#define COP_256_MS 0x08u
-
-uint32_t startup_noise __attribute__((section(".noinit")));
-
-/* As in the program: what memory holds at power-up goes into the node's nonces. */
-static uint32_t ram_noise(void) {
-    uint32_t hash = SIM_UIDL;
-    for (uintptr_t address = RAM_BEGIN; address < RAM_END; address += 4) {
-        hash = (hash ^ *(const volatile uint32_t *)address) * 16777619u;
-        hash ^= hash >> 15;
-    }
-    return hash;
-}
-
-static void motors_off(void) {
-    SIM_SCGC5 |= 0x3E00u;
-    PORT_PCR(NSLEEP_PORT, NSLEEP_PIN) = PCR_GPIO;
-    GPIO_PCOR(NSLEEP_PORT) = 1u << NSLEEP_PIN;
-    GPIO_PDDR(NSLEEP_PORT) |= 1u << NSLEEP_PIN;
-}
 
 /* Somebody holds it while the node is switched on: the way out of a program that turned out bad. */
 static bool button_held(void) {
@@ -66,26 +41,15 @@ _Noreturn static void run_program(void) {
     }
 }
 
-static void set_up_memory(void) {
-    startup_noise = ram_noise();
-    const uint32_t *source = data_source;
-    for (uint32_t *word = data_begin; word < data_end; word++) {
-        *word = *source++;
-    }
-    for (uint32_t *word = bss_begin; word < bss_end; word++) {
-        *word = 0;
-    }
-}
-
-_Noreturn void loader_reset(void) {
+_Noreturn void reset_handler(void) {
     cpu_mask_interrupts();
-    motors_off();
+    startup_motors_off();
     FTFA_FPROT(3) = LOADER_ONLY;
     bool stays = asked_for() || button_held() || !update_runnable();
     if (!stays && update_kept()) {
         run_program();
     }
-    set_up_memory();
+    startup_memory();
     if (!stays && update_try()) {
         run_program();
     }
@@ -93,31 +57,3 @@ _Noreturn void loader_reset(void) {
     reset_begin();
     loader_main();
 }
-
-_Noreturn static void fault_handler(void) {
-    cpu_mask_interrupts();
-    motors_off();
-    for (;;) {
-    }
-}
-
-typedef union {
-    uint32_t *stack;
-    void (*call)(void);
-} vector;
-
-#define FAULT {.call = fault_handler}
-
-__attribute__((section(".vectors"), used)) static const vector vectors[48] = {
-    {.stack = stack_end}, {.call = loader_reset}, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT,
-    FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, {.call = tick_handler},
-    FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT,
-    FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT,
-    FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT,
-    FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, FAULT, {.call = pins_handler},
-};
-
-/* As in the program. */
-__attribute__((section(".flashconfig"), used)) static const uint32_t flash_configuration[4] = {
-    0xFFFFFFFFu, 0xFFFFFFFFu, 0xFFFFFFFFu, 0xFFFFF9DEu,
-};

@@ -5,7 +5,6 @@
 #include "bytes.h"
 #include "flash.h"
 #include "frames.h"
-#include "kl26.h"
 #include "layout.h"
 #include "program.h"
 #include "reset.h"
@@ -300,17 +299,6 @@ void update_receive(const uint8_t *payload, uint8_t length, int64_t now_ms) {
 bool update_over(void) { return over; }
 
 /* Who the node is */
-
-/* As in the program: FNV-1a of the chip's 80 bits. */
-static uint32_t chip_id(void) {
-    const uint32_t words[3] = {SIM_UIDMH, SIM_UIDML, SIM_UIDL};
-    uint32_t hash = 2166136261u;
-    for (unsigned byte = 0; byte < 10; byte++) {
-        unsigned place = byte < 2 ? byte : byte + 2;
-        hash = (hash ^ (words[place / 4] >> 8 * (place % 4) & 0xFFu)) * 16777619u;
-    }
-    return hash;
-}
 
 /* Of settings it takes those that a boot without a trial runs under. */
 const cl_listening *update_start(void) {

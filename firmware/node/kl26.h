@@ -35,6 +35,7 @@
 
 /* Watchdog ("computer operating properly"). COPC can be written once after a reset. */
 #define SIM_COPC REG32(0x40048100u)
+#define COP_256_MS 0x08u
 #define SIM_SRVCOP REG32(0x40048104u)
 
 /* Why the chip was reset. */

@@ -1,15 +1,12 @@
-/* From reset to main: vector table, flash protection, watchdog, memory; and what happens when it goes astray. */
+/* What program and loader have in common at their start: vector table, flash protection, memory; and what happens when one
+ * goes astray. */
 #include "board.h"
 #include "program.h"
-#include "reset.h"
 
-extern uint32_t stack_end[], data_source[], data_begin[], data_end[], bss_begin[], bss_end[], ram_used_end[];
+extern uint32_t stack_end[], data_source[], data_begin[], data_end[], bss_begin[], bss_end[];
 
 #define RAM_BEGIN 0x1FFFF800u
 #define RAM_END 0x20001800u
-#define COP_256_MS 0x08u
-
-_Noreturn void reset_handler(void);
 
 uint32_t startup_noise __attribute__((section(".noinit")));
 
@@ -24,17 +21,15 @@ static uint32_t ram_noise(void) {
     return hash;
 }
 
-static void motors_off(void) {
+void startup_motors_off(void) {
     SIM_SCGC5 |= 0x3E00u; /* the pins' clocks may not be on yet */
     PORT_PCR(NSLEEP_PORT, NSLEEP_PIN) = PCR_GPIO;
     GPIO_PCOR(NSLEEP_PORT) = 1u << NSLEEP_PIN;
     GPIO_PDDR(NSLEEP_PORT) |= 1u << NSLEEP_PIN;
 }
 
-_Noreturn void reset_handler(void) {
-    cpu_mask_interrupts();
-    SIM_COPC = COP_256_MS;
-    motors_off();
+/* Fill memory as the program in C expects it; what it held before is the noise. */
+void startup_memory(void) {
     startup_noise = ram_noise();
     const uint32_t *source = data_source;
     for (uint32_t *word = data_begin; word < data_end; word++) {
@@ -43,15 +38,13 @@ _Noreturn void reset_handler(void) {
     for (uint32_t *word = bss_begin; word < bss_end; word++) {
         *word = 0;
     }
-    reset_begin();
-    program_main();
 }
 
 /* Every exception that should not happen ends here: motors off, then the watchdog, which nobody feeds any more, resets
  * the chip. The mark in flash that a move had begun makes the next boot distrust the position. */
 _Noreturn static void fault_handler(void) {
     cpu_mask_interrupts();
-    motors_off();
+    startup_motors_off();
     for (;;) {
     }
 }

@@ -73,7 +73,7 @@ def library(folder: Path, text: str, flags: tuple[str, ...] = ()) -> ctypes.CDLL
     core = [build.object_file(build.CORE / name) for name in CORE]
     c = ctypes.CDLL(str(build.shared_library("loader", [merged, *core], (*found, *flags))))
     c.rig_memory.restype = ctypes.POINTER(Memory)
-    c.rig_start.restype = c.rig_chip.restype = ctypes.c_uint32
+    c.rig_start.restype = c.chip_id.restype = ctypes.c_uint32
     c.update_receive.argtypes = (ctypes.c_char_p, ctypes.c_uint8, ctypes.c_int64)
     for name in ("update_runnable", "update_kept", "update_try", "update_over"):
         getattr(c, name).restype = ctypes.c_bool
@@ -100,7 +100,7 @@ class Life:
         self._c = c
         self._memory: Memory = c.rig_memory().contents
         self._answer = (ctypes.c_uint8 * 32).in_dll(c, "update_answer")
-        self.identity = Identity(NUMBER, Site(MASTER, (0, c.rig_chip())))
+        self.identity = Identity(NUMBER, Site(MASTER, (0, c.chip_id())))
         self.key = self.identity.node_key
         self.now_ms = self.random.choice((0, 1000, 2**31, 2**38))
         self.boot = 0

@@ -7,8 +7,9 @@ that comes, the node stops.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from curveline.drive_settings import DriveSettings
 from curveline.radio.host.link import Halted
@@ -237,10 +238,17 @@ class Inquiry(Errand):
     checks_limits = False
 
 
+SomeErrand = TypeVar("SomeErrand", bound=Errand)
+
+
+def tried(radio: Radio, drive: DriveSettings, number: int) -> AbstractContextManager[Errand]:
+    """A node that is tried out for as long as this lasts."""
+    return begun(Errand(radio, drive, number))
+
+
 @contextmanager
-def tried(radio: Radio, drive: DriveSettings, number: int, kind: type[Errand] = Errand) -> Iterator[Errand]:
-    """A node that is tried out for as long as this lasts; it stands still afterwards, however it ends."""
-    errand = kind(radio, drive, number)
+def begun(errand: SomeErrand) -> Iterator[SomeErrand]:
+    """A node's session for as long as this lasts; it is given back and stands still afterwards, however it ends."""
     errand.begin(0)
     try:
         yield errand

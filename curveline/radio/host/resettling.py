@@ -13,11 +13,12 @@ from functools import partial
 from typing import Protocol
 
 from curveline.drive_settings import DriveSettings
+from curveline.radio.host.errands import begun
 from curveline.radio.host.link import Halted
 from curveline.radio.host.peer import Peer
 from curveline.radio.host.queries import fresh_nonce, insist
 from curveline.radio.host.scan import ScannedNode, explain, scan_one
-from curveline.radio.host.settings_errand import SettingsErrand, resettled
+from curveline.radio.host.settings_errand import SettingsErrand
 from curveline.radio.host.stop_causes import Cause, Halt
 from curveline.radio.interface import Radio
 from curveline.radio.protocol.codes import FLAG_QUERY
@@ -189,7 +190,7 @@ class Resettling:
             errand.attempt()
 
     def _claimed(self, seat: NodeSeat) -> AbstractContextManager[SettingsErrand]:
-        return resettled(self._tuner.radio(seat), seat.drive, seat.number)
+        return begun(SettingsErrand(self._tuner.radio(seat), seat.drive, seat.number))
 
     def _found_again(self) -> NodeFound:
         """As `find`, as long as a trial may last; on a trial it is best looked for where it is to be."""

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-
-from curveline.drive_settings import DriveSettings
 from curveline.radio.host.errands import WHY, Inquiry
-from curveline.radio.host.link import Halted
 from curveline.radio.host.scan import SETTINGS_FROM
 from curveline.radio.host.service import SILENCE_US
 from curveline.radio.host.stop_causes import Cause, Halt
-from curveline.radio.interface import Radio
 from curveline.radio.protocol.codes import AXIS_COUNT, ErrandOutcome, NodeState, ReadingPage, SettingsOperation
 from curveline.radio.protocol.motion import Axes, AxisLimits
 from curveline.radio.protocol.node_settings import NodeSettings
@@ -114,15 +108,3 @@ class SettingsErrand(Inquiry):
     def _check_heard(self) -> None:
         if self._radio.now_us() - self._heard_us > SILENCE_US:
             raise self._halted(Halt(Cause.SILENT, self._peer.number, detail=" any more"))
-
-
-@contextmanager
-def resettled(radio: Radio, drive: DriveSettings, number: int) -> Iterator[SettingsErrand]:
-    """A node that gets other settings for as long as this lasts; one that did not start anew is given back."""
-    errand = SettingsErrand(radio, drive, number)
-    errand.begin(0)
-    try:
-        yield errand
-    finally:
-        with suppress(Halted):
-            errand.give_back()

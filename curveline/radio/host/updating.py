@@ -5,14 +5,14 @@ Whatever breaks it off, power or air or this host, it is taken up where it was: 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from curveline.drive_settings import DriveSettings
 from curveline.errors import InvalidInput
-from curveline.radio.host.errands import WHY, Errand
+from curveline.radio.host.errands import WHY, Errand, begun
 from curveline.radio.host.link import Halted, ignore
 from curveline.radio.host.peer import Peer
 from curveline.radio.host.queries import fresh_nonce, insist
@@ -53,6 +53,8 @@ UPDATED_FROM = 4
 RESTART_US = 8_000_000
 """So long a node may take to go to its loader or back: first it writes down its position."""
 LOOK_US = 100_000
+DEADMAN_MS = 1000
+"""Of an offer that a program makes meanwhile, and that nobody takes up; a loader moves nothing."""
 BEGINNINGS = 3
 """So often a program that the node finds to be another than was described is sent again from the beginning."""
 
@@ -231,7 +233,7 @@ def hello(radio: Radio, peer: Peer) -> IdentFrame | None:
     def read(payload: bytes) -> IdentFrame | Reject:
         return decode_ident(payload, peer.node_key, peer.nonce & ~ATTEMPT_MASK)
 
-    return insist(radio, peer, HelloFrame(peer.number, peer.nonce, UPDATE_TAG, 0, 1000), read)
+    return insist(radio, peer, HelloFrame(peer.number, peer.nonce, UPDATE_TAG, 0, DEADMAN_MS), read)
 
 
 def update_node(radio: Radio, drive: DriveSettings, number: int, update: ProgramUpdate) -> Updated:
@@ -249,25 +251,14 @@ def update_node(radio: Radio, drive: DriveSettings, number: int, update: Program
     finally:
         link.leave()  # to the new program, or to the old one as long as nothing of it was erased
     _await(link, Halt(Cause.MUTE, number), loader=False)
-    with _departing(radio, drive, number) as errand:  # a program that was never heard would not be started again
+    with begun(Departure(radio, drive, number)) as errand:  # a program that was never heard would not be started again
         firmware = errand.firmware()
     return Updated(was, firmware, link.frames)
 
 
-@contextmanager
-def _departing(radio: Radio, drive: DriveSettings, number: int) -> Iterator[Departure]:
-    errand = Departure(radio, drive, number)
-    errand.begin(0)
-    try:
-        yield errand
-    finally:
-        with suppress(Halted):
-            errand.give_back()
-
-
 def _depart(radio: Radio, drive: DriveSettings, number: int, update: ProgramUpdate) -> int | None:
     """Let a program go; its number. InvalidInput if that is above the number of the one that is to come."""
-    with _departing(radio, drive, number) as errand:
+    with begun(Departure(radio, drive, number)) as errand:
         was = errand.firmware()
         if was is not None and was < UPDATED_FROM:
             raise halted(radio, drive, Halt(Cause.OLDER, number, detail=f"{was}, this needs {UPDATED_FROM}"))

@@ -9,7 +9,7 @@ import typer
 
 from curveline.cli import completion, consent
 from curveline.cli.commands.node.common import looking_elsewhere, session_of
-from curveline.cli.options import DisplayOption, JsonOption, RadioOption, RunsOption
+from curveline.cli.options import AgreeOption, DisplayOption, JsonOption, RadioOption, RunsOption
 from curveline.cli.printing import screen
 from curveline.cli.terminal import TERMINAL
 from curveline.errors import EXIT_DONE, EXIT_NO
@@ -46,7 +46,7 @@ def settings(
     ] = None,
     radio: RadioOption = None,
     display: DisplayOption = "single",
-    yes: Annotated[bool, typer.Option("-y", "--yes", help="Do not ask before anything changes.")] = False,
+    yes: AgreeOption = False,
     json: JsonOption = False,
     runs: RunsOption = None,
 ) -> None:

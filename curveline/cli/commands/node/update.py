@@ -9,7 +9,7 @@ import typer
 
 from curveline.cli import consent
 from curveline.cli.commands.node.common import NumberArgument, session_of
-from curveline.cli.options import DisplayOption, JsonOption, RadioOption, RunsOption
+from curveline.cli.options import AgreeOption, DisplayOption, JsonOption, RadioOption, RunsOption
 from curveline.cli.printing import screen
 from curveline.errors import EXIT_DONE, EXIT_NO
 
@@ -26,7 +26,7 @@ def update(
     older: Annotated[bool, typer.Option("--older", help="Also if its firmware is older than the node's.")] = False,
     radio: RadioOption = None,
     display: DisplayOption = "single",
-    yes: Annotated[bool, typer.Option("-y", "--yes", help="Do not ask before anything changes.")] = False,
+    yes: AgreeOption = False,
     json: JsonOption = False,
     runs: RunsOption = None,
 ) -> None:
